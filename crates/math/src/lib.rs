@@ -1,0 +1,1 @@
+//! Pure numerics: no files, no scene types, no thread-pool policy, no hidden randomness.

@@ -1,0 +1,2 @@
+//! Dispatcher.
+fn main() {}

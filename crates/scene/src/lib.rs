@@ -1,0 +1,19 @@
+//! Value types that every stage of motes shares, and their invariants.
+//!
+//! Nothing here reads or writes files: layouts on disk live in `motes-formats`.
+//! Frames are part of a name (`camera_from_world`), and so is the space in which a
+//! value is stored (`log_scales`, `opacity_logits`). Conventions: right-handed world;
+//! camera axes +x right, +y down, +z forward; pixel centres at +0.5; quaternions are
+//! stored `w, x, y, z`; colours are linear only where the name says `_linear`.
+
+pub mod camera;
+mod capture;
+mod gaussians;
+mod image;
+mod pose;
+
+pub use camera::{Camera, CameraModel, Pinhole};
+pub use capture::{Capture, SparsePoints, Split, View};
+pub use gaussians::{ColumnValues, ExtraColumn, Gaussians};
+pub use image::{Image, ImageF32, ImageU8};
+pub use pose::Pose;

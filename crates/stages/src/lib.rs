@@ -1,0 +1,1 @@
+//! Stage binaries live in `src/bin`.
