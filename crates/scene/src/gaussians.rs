@@ -187,10 +187,7 @@ mod tests {
             opacity_logits: vec![0.0, 1.0],
             sh_degree: 1,
             sh: (0..24).map(|v| v as f32).collect(),
-            extra: vec![ExtraColumn {
-                name: "label".into(),
-                values: ColumnValues::U8(vec![7, 9]),
-            }],
+            extra: vec![ExtraColumn { name: "label".into(), values: ColumnValues::U8(vec![7, 9]) }],
         }
     }
 

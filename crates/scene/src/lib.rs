@@ -7,6 +7,7 @@
 //! stored `w, x, y, z`; colours are linear only where the name says `_linear`.
 
 pub mod camera;
+pub mod camera_path;
 mod capture;
 mod gaussians;
 mod image;

@@ -1,35 +1,15 @@
 //! Intrinsics: how camera-frame directions map to pixels.
 //!
-//! To add a model: one arm in [`CameraModel`] with its COLMAP id, name and parameter count, and
-//! its equations in a file of this folder.
+//! To add a model: one row in the table of `model.rs` and its equations in `projection.rs`
+//! (a distortion of the image plane goes to `distortion.rs`).
 
+mod distortion;
+mod model;
 mod pinhole;
+mod projection;
 
+pub use model::CameraModel;
 pub use pinhole::Pinhole;
-
-/// Camera model, with COLMAP's names and parameter orders.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[expect(missing_docs, reason = "names are COLMAP's; parameters are listed by `parameter_names`")]
-pub enum CameraModel {
-    SimplePinhole,
-    Pinhole,
-    SimpleRadial,
-    Radial,
-    Opencv,
-    OpencvFisheye,
-    FullOpencv,
-    Fov,
-    SimpleRadialFisheye,
-    RadialFisheye,
-    ThinPrismFisheye,
-    RadTanThinPrismFisheye,
-    SimpleDivision,
-    Division,
-    SimpleFisheye,
-    Fisheye,
-    Eucm,
-    Equirectangular,
-}
 
 /// Intrinsics of one physical camera; no pose.
 #[derive(Clone, Debug, PartialEq)]
@@ -66,6 +46,29 @@ impl Camera {
                 Some(Pinhole { fx: f, fy: f, cx, cy, width, height })
             }
             _ => None,
+        }
+    }
+
+    /// Focal lengths and principal point `[fx, fy, cx, cy]`, pixels; `None` for a panorama,
+    /// which has none.
+    ///
+    /// # Panics
+    /// When the number of parameters is not the model's.
+    pub fn affine(&self) -> Option<[f64; 4]> {
+        let p = &self.params;
+        assert_eq!(p.len(), self.model.parameter_count(), "parameters of {}", self.model.name());
+        match self.model.focal_count() {
+            2 => Some([p[0], p[1], p[2], p[3]]),
+            1 => Some([p[0], p[0], p[1], p[2]]),
+            _ => None,
+        }
+    }
+
+    /// The parameters after focal lengths and principal point: distortion, or a shape.
+    pub fn distortion_params(&self) -> &[f64] {
+        match self.model.focal_count() {
+            0 => &[],
+            focals => &self.params[focals + 2..],
         }
     }
 }
