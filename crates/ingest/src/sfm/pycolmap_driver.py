@@ -157,6 +157,8 @@ def parse_arguments(argv):
                        help="focal length prior for every photo, in pixels of the photos as given")
     prior.add_argument("--focal-from-exif", action="store_true",
                        help="focal length prior from EXIF; without a prior the start is 1.2 x the long side")
+    p.add_argument("--refine-focal", type=yes_no, default=True, metavar="true|false",
+                   help="false holds the focal length at its prior: for a few photos, whose geometry hardly fixes it")
     p.add_argument("--camera-model", default="SIMPLE_RADIAL", metavar="NAME", help="COLMAP camera model")
     p.add_argument("--single-camera", type=yes_no, default=None, metavar="true|false",
                    help="true: one camera per photo size; false: one per photo; "
@@ -325,10 +327,11 @@ def make_database(pycolmap, path, groups, model):
 
 def stage_masks(pycolmap, folder, photos, target, events):
     """COLMAP wants MASKS/PHOTO_NAME.png; people also have a mask named after the photo without its suffix.
-    Masks are copied under COLMAP's name so that both work and a wrong size is found before the run."""
+    Masks are copied under COLMAP's name so that both work and a wrong size is found before the run.
+    Returns the names of the photos that have one."""
     if not os.path.isdir(folder):
         raise Failure("bad_mask", "There is no folder '%s'." % folder, "Give the folder that holds the masks.")
-    found = 0
+    masked = []
     for photo in photos:
         for candidate in (photo.name + ".png", os.path.splitext(photo.name)[0] + ".png"):
             source = os.path.join(folder, *candidate.split("/"))
@@ -347,10 +350,11 @@ def stage_masks(pycolmap, folder, photos, target, events):
         place = os.path.join(target, *(photo.name + ".png").split("/"))
         os.makedirs(os.path.dirname(place), exist_ok=True)
         shutil.copyfile(source, place)
-        found += 1
-    if found == 0:
+        masked.append(photo.name)
+    if not masked:
         raise Failure("bad_mask", "No mask in '%s' is named after a photo." % folder,
                       "Name the mask of IMG_1.jpg IMG_1.png or IMG_1.jpg.png, in the same subfolder.")
+    return masked
 
 
 def count_features(path):
@@ -444,11 +448,9 @@ def run(arguments, events):
     seed, threads = arguments.seed, arguments.threads or os.cpu_count() or 1
     pycolmap.set_random_seed(seed)
 
-    reader = pycolmap.ImageReaderOptions()
-    reader.camera_model = model_name
-    if arguments.masks:
-        stage_masks(pycolmap, arguments.masks, photos, masks, events)
-        reader.mask_path = masks
+    # COLMAP skips a photo that has no mask in the mask folder, so photos with and without are read apart.
+    masked = stage_masks(pycolmap, arguments.masks, photos, masks, events) if arguments.masks else []
+    batches = [(masked, masks), ([name for name in names if name not in set(masked)], None)]
     extraction = pycolmap.FeatureExtractionOptions()
     extraction.use_gpu = False
     extraction.num_threads = threads
@@ -456,8 +458,15 @@ def run(arguments, events):
     if arguments.max_image_size:
         extraction.max_image_size = arguments.max_image_size
     with CountRows(events, database, "keypoints", "features", len(names)):
-        pycolmap.extract_features(database, arguments.photos, image_names=names, reader_options=reader,
-                                  extraction_options=extraction, device=pycolmap.Device.cpu)
+        for batch, mask_folder in batches:
+            if not batch:
+                continue
+            reader = pycolmap.ImageReaderOptions()
+            reader.camera_model = model_name
+            if mask_folder:
+                reader.mask_path = mask_folder
+            pycolmap.extract_features(database, arguments.photos, image_names=batch, reader_options=reader,
+                                      extraction_options=extraction, device=pycolmap.Device.cpu)
     features = count_features(database)
     poor = [n for n in names if features.get(n, 0) < MIN_FEATURES]
     if len(names) - len(poor) < 2:
@@ -497,6 +506,8 @@ def run(arguments, events):
     mapping.random_seed = seed
     mapping.mapper.random_seed = seed
     mapping.mapper.num_threads = 1
+    mapping.ba_refine_focal_length = arguments.refine_focal
+    mapping.mapper.abs_pose_refine_focal_length = arguments.refine_focal
     mapping.triangulation.random_seed = seed
     # COLMAP drops second models with fewer than 10 photos; a small capture should still show its pieces.
     mapping.min_model_size = max(3, min(mapping.min_model_size, n // 2))
@@ -518,9 +529,9 @@ def run(arguments, events):
     models.sort(key=lambda m: (-m.num_reg_images(), -m.num_points3D()))
     models = [m for m in models if m.num_reg_images() >= 2 and m.num_points3D() > 0]
     if not models:
-        raise Failure("no_model", "%d photo pairs match, but no camera positions could be worked out from them." % pairs,
-                      "Take more photos from more places: step sideways rather than turning on the spot, and avoid "
-                      "blank, shiny or moving subjects.")
+        raise Failure("no_model", "%d photo pairs match, but no camera positions could be worked out from them."
+                      % pairs, "Take more photos from more places: step sideways rather than turning on the spot, and "
+                      "avoid blank, shiny or moving subjects.")
     described = []
     for index, model in enumerate(models):
         path = os.path.join(sparse, str(index))
@@ -542,7 +553,8 @@ def run(arguments, events):
         prior, focal = camera["focal_prior_px"], camera["focal_px"]
         if prior and abs(focal / prior - 1) > FOCAL_MOVED:
             events.warning("focal_moved", "Camera %d ended at a focal length of %.0f px, %+.0f %% from its prior of "
-                           "%.0f px: one of the two is wrong." % (camera["id"], focal, 100 * (focal / prior - 1), prior))
+                           "%.0f px: one of the two is wrong. --refine-focal false holds it."
+                           % (camera["id"], focal, 100 * (focal / prior - 1), prior))
     main = max(described[0]["cameras"], key=lambda c: (c["photos"], -c["id"]))
     times = os.times()
     events.emit(event="result", models=described, photos=n + len(failed), failed=sorted(failed + lost),
