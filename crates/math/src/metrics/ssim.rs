@@ -68,11 +68,43 @@ pub fn ssim(
     channels: usize,
     border: SsimBorder,
 ) -> f64 {
+    mean_ssim(a, b, width, height, channels, border, None)
+}
+
+/// As [`ssim`], averaged over the windows centred on counted pixels only (`counted`: one flag per
+/// pixel, row-major). NaN when no pixel counts.
+///
+/// Windows still see their uncounted neighbours, so give both images the same values there.
+///
+/// # Panics
+/// When a length is wrong.
+pub fn ssim_of_pixels(
+    a: &[f32],
+    b: &[f32],
+    width: usize,
+    height: usize,
+    channels: usize,
+    border: SsimBorder,
+    counted: &[bool],
+) -> f64 {
+    assert_eq!(counted.len(), width * height, "one flag per pixel");
+    mean_ssim(a, b, width, height, channels, border, Some(counted))
+}
+
+fn mean_ssim(
+    a: &[f32],
+    b: &[f32],
+    width: usize,
+    height: usize,
+    channels: usize,
+    border: SsimBorder,
+    counted: Option<&[bool]>,
+) -> f64 {
     assert_eq!(a.len(), width * height * channels, "first image");
     assert_eq!(b.len(), width * height * channels, "second image");
     let inside = width > 2 * RADIUS && height > 2 * RADIUS;
     let margin = if border == SsimBorder::Valid && inside { RADIUS } else { 0 };
-    let mut sum = 0.0;
+    let (mut sum, mut count) = (0.0, 0usize);
     for c in 0..channels {
         let plane = |image: &[f32]| -> Vec<f64> {
             image.iter().skip(c).step_by(channels).map(|&v| f64::from(v)).collect()
@@ -87,16 +119,19 @@ pub fn ssim(
         for y in margin..height - margin {
             for x in margin..width - margin {
                 let i = y * width + x;
+                if counted.is_some_and(|counted| !counted[i]) {
+                    continue;
+                }
                 let (ma, mb) = (mu_a[i], mu_b[i]);
                 let numerator = (2.0 * ma * mb + C1) * (2.0 * (ab[i] - ma * mb) + C2);
                 let denominator =
                     (ma * ma + mb * mb + C1) * (aa[i] - ma * ma + bb[i] - mb * mb + C2);
                 sum += numerator / denominator;
+                count += 1;
             }
         }
     }
-    let count = (width - 2 * margin) * (height - 2 * margin) * channels;
-    if count == 0 { 1.0 } else { sum / count as f64 }
+    if count == 0 && counted.is_none() { 1.0 } else { sum / count as f64 }
 }
 
 #[cfg(test)]
@@ -122,6 +157,23 @@ mod tests {
         let expected = (2.0 * 0.2 * 0.6 + C1) / (0.04 + 0.36 + C1);
         let value = ssim(&a, &b, 32, 32, 1, SsimBorder::Valid);
         assert!((value - expected).abs() < 1e-6, "{value} {expected}");
+    }
+
+    #[test]
+    fn only_counted_pixels_are_averaged() {
+        let a = pattern(40, 30);
+        let mut b = a.clone();
+        for y in 0..30 {
+            b[y * 40 + 39] = 0.0;
+        }
+        let far: Vec<bool> = (0..40 * 30).map(|i| i % 40 < 34).collect();
+        let near: Vec<bool> = far.iter().map(|far| !far).collect();
+        let of = |counted: &[bool]| ssim_of_pixels(&a, &b, 40, 30, 1, SsimBorder::Same, counted);
+        assert!((of(&far) - 1.0).abs() < 1e-12, "windows that miss the last column");
+        let whole = ssim(&a, &b, 40, 30, 1, SsimBorder::Same);
+        let mixed = (34.0 * of(&far) + 6.0 * of(&near)) / 40.0;
+        assert!((whole - mixed).abs() < 1e-12 && of(&near) < 0.99);
+        assert!(of(&[false; 40 * 30]).is_nan());
     }
 
     #[test]
