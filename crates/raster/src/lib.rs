@@ -1,1 +1,40 @@
-//! motes-raster
+//! Differentiable splatting of 3D Gaussians on the CPU.
+//!
+//! Image formation (Kerbl et al. 2023, "3D Gaussian Splatting"; Zwicker et al. 2001, EWA):
+//! a Gaussian projects to a 2D Gaussian, `alpha = min(0.99, opacity exp(-Q/2))`, and the pixels
+//! composite front to back, `colour = Σ c_i alpha_i T_i + T background`, `T_{i+1} = T_i (1 - alpha_i)`.
+//!
+//! - [`reference`]: the equations in double precision, one loop each: the oracle of the tests.
+//! - [`Frame`]: the tiled SIMD path, forward and backward.
+//! - [`render`]: one picture with its AOVs.
+//!
+//! Invariants: forward and backward decide with the same function whether a Gaussian touches a
+//! pixel; a comparison that decides is written so that NaN means "no"; results do not depend on
+//! the number of threads.
+
+mod aovs;
+mod backward;
+mod binning;
+mod ellipse;
+mod equirectangular;
+mod forward;
+mod frame;
+mod gradients;
+mod options;
+mod planes;
+mod project;
+mod project_backward;
+pub mod reference;
+mod render;
+mod simd;
+
+pub use equirectangular::render_equirectangular;
+pub use frame::{Frame, FrameStats};
+pub use gradients::GaussianGradients;
+pub use options::{
+    ALPHA_MAX, ALPHA_MIN, Antialias, BLUR_VARIANCE_PX2, Modifiers, RenderOptions, TILE,
+    TRANSMITTANCE_MIN,
+};
+pub use planes::Planes;
+pub use project::ViewTransform;
+pub use render::{Aovs, Rendering, render};

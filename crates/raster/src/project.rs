@@ -1,0 +1,265 @@
+//! World Gaussians to projected Gaussians of one view.
+//!
+//! With `p = W (mean - centre)` in the camera frame and `J` the Jacobian of the pinhole
+//! projection at `p`, the projected covariance is `Σ' = J W Σ Wᵀ Jᵀ + blur I` (Zwicker et al.
+//! 2001). `Σ = R diag(σ² + filter²) Rᵀ`, where `filter` is the per-Gaussian 3D smoothing scale of
+//! Mip-Splatting (Yu et al. 2024), which also lowers the opacity by
+//! `Π sqrt(σ² / (σ² + filter²))`.
+
+use glam::{Mat3, Quat, Vec3};
+use motes_math::sh::{sh_basis, sh_coefficients};
+use motes_math::sigmoid::sigmoid;
+use motes_scene::{Gaussians, Pinhole, Pose};
+
+use crate::ellipse::Ellipse;
+use crate::options::{ALPHA_MIN, Antialias, BLUR_VARIANCE_PX2, Modifiers, RenderOptions};
+
+/// One view in single precision, with the camera centre kept apart from the rotation so that
+/// `mean - centre` cancels before anything is rounded.
+#[derive(Clone, Debug)]
+pub struct ViewTransform {
+    /// Rotation world to camera.
+    pub rotation: Mat3,
+    /// Camera centre in world.
+    pub center: Vec3,
+    /// Focal lengths, pixels.
+    pub focal: [f32; 2],
+    /// Principal point, pixels.
+    pub principal: [f32; 2],
+    /// Image size, pixels.
+    pub size: [usize; 2],
+    /// Bounds of `x/z` and `y/z` inside which the Jacobian is evaluated: the field of view and
+    /// 30 % of its half width around it, where the linearisation still holds.
+    slope_min: [f32; 2],
+    slope_max: [f32; 2],
+}
+
+impl ViewTransform {
+    /// From intrinsics and pose.
+    pub fn new(camera: &Pinhole, camera_from_world: &Pose) -> Self {
+        let (w, h) = (camera.width as f64, camera.height as f64);
+        let margin = [0.15 * w / camera.fx, 0.15 * h / camera.fy];
+        Self {
+            rotation: camera_from_world.rotation_matrix().as_mat3(),
+            center: camera_from_world.center_in_world().as_vec3(),
+            focal: [camera.fx as f32, camera.fy as f32],
+            principal: [camera.cx as f32, camera.cy as f32],
+            size: [camera.width, camera.height],
+            slope_min: [
+                (-camera.cx / camera.fx - margin[0]) as f32,
+                (-camera.cy / camera.fy - margin[1]) as f32,
+            ],
+            slope_max: [
+                ((w - camera.cx) / camera.fx + margin[0]) as f32,
+                ((h - camera.cy) / camera.fy + margin[1]) as f32,
+            ],
+        }
+    }
+}
+
+/// One projected Gaussian as the tile kernels read it: exactly one cache line.
+///
+/// `log2 alpha(dx, dy) = log2_opacity - (a dx² + b2 dx dy + c dy²)`, offsets in pixels from
+/// `(x, y)`. `half_height` 0 means: not visible.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+pub(crate) struct Splat {
+    pub(crate) x: f32,
+    pub(crate) y: f32,
+    pub(crate) a: f32,
+    pub(crate) b2: f32,
+    pub(crate) c: f32,
+    pub(crate) log2_opacity: f32,
+    pub(crate) color: [f32; 3],
+    pub(crate) depth: f32,
+    pub(crate) ellipse: Ellipse,
+}
+
+impl Splat {
+    pub(crate) const INVISIBLE: Self = Self {
+        x: 0.0,
+        y: 0.0,
+        a: 0.0,
+        b2: 0.0,
+        c: 0.0,
+        log2_opacity: f32::MIN,
+        color: [0.0; 3],
+        depth: 0.0,
+        ellipse: Ellipse::EMPTY,
+    };
+
+    pub(crate) fn is_visible(&self) -> bool {
+        self.ellipse.half_height > 0.0
+    }
+}
+
+/// What projecting one Gaussian computes before the conic; shared by forward and backward.
+pub(crate) struct Footprint {
+    /// Centre in the camera frame.
+    pub(crate) p: Vec3,
+    /// Unit rotation, local axes to world.
+    pub(crate) rotation: Mat3,
+    /// Squared norm of the stored quaternion.
+    pub(crate) quaternion_norm2: f32,
+    /// `σ²` and `σ² + filter²` per local axis.
+    pub(crate) variance: Vec3,
+    pub(crate) smoothed_variance: Vec3,
+    /// Rows of `J W`, each a vector in world axes.
+    pub(crate) jw: [Vec3; 2],
+    /// `x/z`, `y/z` where the Jacobian was evaluated, and whether each was inside its bounds.
+    pub(crate) slope: [f32; 2],
+    pub(crate) slope_free: [bool; 2],
+    /// Projected covariance with blur: xx, xy, yy, px².
+    pub(crate) covariance: [f32; 3],
+    /// Opacity after the 3D filter.
+    pub(crate) opacity: f32,
+}
+
+impl Footprint {
+    /// `None` when the Gaussian is behind the camera, around it, or not finite.
+    #[inline]
+    pub(crate) fn new(
+        view: &ViewTransform,
+        gaussians: &Gaussians,
+        i: usize,
+        modifiers: &Modifiers<'_>,
+        near: f32,
+    ) -> Option<Self> {
+        let offset = Vec3::from(gaussians.means[i]) - view.center;
+        let p = view.rotation * offset;
+        // The second bound keeps directions at a right angle to the axis from exploding.
+        if !(p.z > near && p.z > 1e-3 * p.length()) {
+            return None;
+        }
+        let [w, x, y, z] = gaussians.rotations[i];
+        let quaternion_norm2 = w * w + x * x + y * y + z * z;
+        if !(quaternion_norm2 > 1e-20 && quaternion_norm2 < 1e20) {
+            return None;
+        }
+        let rotation =
+            Mat3::from_quat(Quat::from_xyzw(x, y, z, w) * quaternion_norm2.sqrt().recip());
+        let variance = (Vec3::from(gaussians.log_scales[i]) * 2.0).exp();
+        let filter = modifiers.filter_3d(i);
+        let smoothed_variance = variance + filter * filter;
+        // A camera inside the 1σ ellipsoid sees no ellipse.
+        let local = rotation.transpose() * offset;
+        if !((local * local / smoothed_variance.max(Vec3::splat(1e-37))).element_sum() > 1.0) {
+            return None;
+        }
+        let mut opacity = modifiers.opacity_gain(i) * sigmoid(gaussians.opacity_logits[i]);
+        if filter > 0.0 {
+            let ratio = variance / smoothed_variance;
+            opacity *= (ratio.x * ratio.y * ratio.z).sqrt();
+        }
+        let inverse_z = p.z.recip();
+        let raw = [p.x * inverse_z, p.y * inverse_z];
+        let slope = [
+            raw[0].clamp(view.slope_min[0], view.slope_max[0]),
+            raw[1].clamp(view.slope_min[1], view.slope_max[1]),
+        ];
+        let r = view.rotation;
+        let (row0, row1, row2) = (r.row(0), r.row(1), r.row(2));
+        let jw = [
+            (row0 - row2 * slope[0]) * (view.focal[0] * inverse_z),
+            (row1 - row2 * slope[1]) * (view.focal[1] * inverse_z),
+        ];
+        let sigma = smoothed_variance;
+        let local = jw.map(|row| rotation.transpose() * row);
+        let dot = |u: Vec3, v: Vec3| (u * sigma).dot(v);
+        Some(Self {
+            p,
+            rotation,
+            quaternion_norm2,
+            variance,
+            smoothed_variance,
+            jw,
+            slope,
+            slope_free: [raw[0] == slope[0], raw[1] == slope[1]],
+            covariance: [
+                dot(local[0], local[0]) + BLUR_VARIANCE_PX2,
+                dot(local[0], local[1]),
+                dot(local[1], local[1]) + BLUR_VARIANCE_PX2,
+            ],
+            opacity,
+        })
+    }
+}
+
+/// Unclamped colour `0.5 + Σ Y_k sh_k` of Gaussian `i` seen along `direction` (unit).
+#[inline]
+pub(crate) fn raw_color(
+    gaussians: &Gaussians,
+    i: usize,
+    degree: u8,
+    basis: &[f32; 25],
+) -> [f32; 3] {
+    let sh = gaussians.sh_of(i);
+    let mut color = [0.5f32; 3];
+    for (y, c) in basis[..sh_coefficients(degree)].iter().zip(sh.chunks_exact(3)) {
+        for (color, c) in color.iter_mut().zip(c) {
+            *color += y * c;
+        }
+    }
+    color
+}
+
+/// Projects Gaussian `i`; [`Splat::INVISIBLE`] when it cannot touch the image.
+#[inline]
+pub(crate) fn project(
+    view: &ViewTransform,
+    gaussians: &Gaussians,
+    i: usize,
+    modifiers: &Modifiers<'_>,
+    options: &RenderOptions,
+) -> Splat {
+    project_visible(view, gaussians, i, modifiers, options).unwrap_or(Splat::INVISIBLE)
+}
+
+#[inline]
+fn project_visible(
+    view: &ViewTransform,
+    gaussians: &Gaussians,
+    i: usize,
+    modifiers: &Modifiers<'_>,
+    options: &RenderOptions,
+) -> Option<Splat> {
+    let f = Footprint::new(view, gaussians, i, modifiers, options.near)?;
+    let [xx, xy, yy] = f.covariance;
+    let det = xx * yy - xy * xy;
+    if !(det > 0.0 && det < f32::MAX) {
+        return None;
+    }
+    let mut opacity = f.opacity;
+    if options.antialias == Antialias::Mip {
+        let sharp = (xx - BLUR_VARIANCE_PX2) * (yy - BLUR_VARIANCE_PX2) - xy * xy;
+        opacity *= (sharp / det).max(0.0).sqrt();
+    }
+    if !(opacity > ALPHA_MIN) {
+        return None;
+    }
+    let x = view.focal[0] * (f.p.x / f.p.z) + view.principal[0];
+    let y = view.focal[1] * (f.p.y / f.p.z) + view.principal[1];
+    // exp(-Q/2) as a power of two: the kernels then need no multiplication by log2 e.
+    let half_log2_e = 0.5 * std::f32::consts::LOG2_E;
+    let scale = half_log2_e / det;
+    let (a, b, c) = (yy * scale, -xy * scale, xx * scale);
+    let log2_opacity = opacity.log2();
+    let ellipse = Ellipse::new(a, b, c, log2_opacity - ALPHA_MIN.log2())?;
+    let [w, h] = view.size.map(|s| s as f32);
+    let on_image = x + ellipse.half_width > 0.0
+        && x - ellipse.half_width < w
+        && y + ellipse.half_height > 0.0
+        && y - ellipse.half_height < h;
+    if !on_image {
+        return None;
+    }
+    let degree = options.sh_degree_limit.unwrap_or(4).min(gaussians.sh_degree);
+    let direction = (Vec3::from(gaussians.means[i]) - view.center).normalize_or_zero();
+    let mut basis = [0.0; 25];
+    sh_basis(degree, direction.to_array(), &mut basis);
+    let color = raw_color(gaussians, i, degree, &basis).map(|v| v.max(0.0));
+    if !color.iter().all(|v| v.is_finite()) {
+        return None;
+    }
+    Some(Splat { x, y, a, b2: 2.0 * b, c, log2_opacity, color, depth: f.p.z, ellipse })
+}
