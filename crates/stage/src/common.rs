@@ -1,0 +1,104 @@
+//! The flags that every stage has, defined once.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use serde::Serialize;
+
+/// Flags that mean the same in every stage. Flatten into a stage's arguments with
+/// `#[command(flatten)] #[serde(flatten)] common: CommonArgs`.
+#[derive(Args, Clone, Debug, Default, Serialize)]
+#[command(next_help_heading = "Common options")]
+pub struct CommonArgs {
+    /// Replace outputs that exist already; without it they are an error (exit code 2)
+    #[arg(short = 'w', long)]
+    pub overwrite: bool,
+
+    /// Worker threads, 0 = one per core; the result never depends on it
+    #[arg(short = 'j', long, value_name = "N", default_value_t = 0, env = "MOTES_THREADS")]
+    pub threads: usize,
+
+    /// Only errors on stderr: no progress, no report, no warnings
+    #[arg(short, long, conflicts_with = "verbose")]
+    pub quiet: bool,
+
+    /// More detail on stderr; twice for everything (the filter MOTES_LOG wins)
+    #[arg(short, long, action = clap::ArgAction::Count)]
+    pub verbose: u8,
+
+    /// Also write the detailed log to this file
+    #[arg(long, value_name = "FILE")]
+    pub log_file: Option<PathBuf>,
+
+    /// How progress shows on stderr
+    #[arg(long, value_name = "MODE", value_enum, default_value_t = ProgressMode::Auto)]
+    pub progress: ProgressMode,
+
+    /// Print the report as one JSON object on stdout
+    #[arg(long)]
+    pub json: bool,
+
+    /// Check inputs and options, print the planned outputs, do no work
+    #[arg(long)]
+    pub dry_run: bool,
+
+    /// Write no `<output>.run.json` beside the product
+    #[arg(long)]
+    pub no_provenance: bool,
+
+    /// Take options from a JSON file, as `--dump-config` writes it; flags win
+    #[arg(long, value_name = "FILE")]
+    #[serde(skip)]
+    pub config: Option<PathBuf>,
+
+    /// Print the options in effect as JSON and exit
+    #[arg(long)]
+    #[serde(skip)]
+    pub dump_config: bool,
+
+    /// Print the manual page or a shell completion script and exit
+    #[arg(long, value_name = "WHAT", value_enum)]
+    #[serde(skip)]
+    pub generate: Option<Generate>,
+
+    /// Print the one-line summary and exit (asked by `motes help`)
+    #[arg(long, hide = true)]
+    #[serde(skip)]
+    pub summary: bool,
+}
+
+/// Gives [`crate::main`] the shared part of a stage's arguments.
+pub trait HasCommon {
+    /// The flattened common arguments.
+    fn common(&self) -> &CommonArgs;
+}
+
+/// How progress is shown.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ProgressMode {
+    /// A bar on a terminal, plain lines otherwise
+    #[default]
+    Auto,
+    /// A bar that redraws itself
+    Bar,
+    /// Lines of text, at most one per second
+    Plain,
+    /// One JSON object per line, for programs that drive the stage
+    Json,
+    /// Nothing
+    None,
+}
+
+/// What `--generate` prints.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Generate {
+    /// Manual page (troff)
+    Man,
+    /// Completions for bash
+    Bash,
+    /// Completions for zsh
+    Zsh,
+    /// Completions for fish
+    Fish,
+}

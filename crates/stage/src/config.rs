@@ -1,0 +1,158 @@
+//! `--config FILE`: options from JSON, merged below the flags of the command line.
+//!
+//! The JSON is turned into flags and parsed by clap like any others, so a config file is
+//! validated by the same rules and the same messages, and no stage declares an option twice.
+//! Precedence: flag, environment variable, config file, default.
+
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+
+use clap::parser::ValueSource;
+use clap::{Arg, ArgAction, ArgMatches, Command};
+use serde_json::{Map, Value};
+
+use crate::StageError;
+
+/// Keys that a config file may not set: they choose what the program is.
+const NOT_IN_CONFIG: [&str; 6] =
+    ["config", "dump_config", "generate", "summary", "help", "version"];
+
+/// The config file named on the command line, if any.
+pub(crate) fn config_path(arguments: &[OsString]) -> Option<PathBuf> {
+    let mut rest = arguments.iter().skip(1);
+    while let Some(argument) = rest.next() {
+        let Some(text) = argument.to_str() else { continue };
+        match text {
+            "--" => return None,
+            "--config" => return rest.next().map(PathBuf::from),
+            _ => {
+                if let Some(path) = text.strip_prefix("--config=") {
+                    return Some(PathBuf::from(path));
+                }
+            }
+        }
+    }
+    None
+}
+
+/// The command line with the options of a config file inserted before the user's own.
+pub(crate) fn merged(
+    command: &Command,
+    arguments: &[OsString],
+    path: &Path,
+) -> Result<Vec<OsString>, StageError> {
+    let options = read(path)?;
+    // Errors are ignored here (required options may be in the file): the merged line is parsed
+    // again, strictly.
+    let given = command.clone().ignore_errors(true).try_get_matches_from(arguments).ok();
+    let mut extra = Vec::new();
+    for (key, value) in &options {
+        let argument = command
+            .get_arguments()
+            .find(|a| a.get_id() == key.as_str())
+            .filter(|_| !NOT_IN_CONFIG.contains(&key.as_str()))
+            .ok_or_else(|| unknown_key(command, key, path))?;
+        if !given.as_ref().is_some_and(|matches| is_explicit(matches, key)) {
+            append(&mut extra, argument, value, path)?;
+        }
+    }
+    let mut line = vec![arguments.first().cloned().unwrap_or_default()];
+    let (flags, positionals): (Vec<_>, Vec<_>) = extra.into_iter().partition(|(flag, _)| *flag);
+    line.extend(flags.into_iter().map(|(_, text)| text));
+    let user = arguments.get(1..).unwrap_or_default();
+    let end = user.iter().position(|a| a == "--").unwrap_or(user.len());
+    line.extend_from_slice(&user[..end]);
+    if end < user.len() || !positionals.is_empty() {
+        line.push("--".into());
+        line.extend(positionals.into_iter().map(|(_, text)| text));
+        line.extend_from_slice(user.get(end + 1..).unwrap_or_default());
+    }
+    Ok(line)
+}
+
+fn is_explicit(matches: &ArgMatches, key: &str) -> bool {
+    let known = matches.try_contains_id(key).unwrap_or(false);
+    known
+        && matches!(
+            matches.value_source(key),
+            Some(ValueSource::CommandLine | ValueSource::EnvVariable)
+        )
+}
+
+fn read(path: &Path) -> Result<Map<String, Value>, StageError> {
+    let shown = path.display();
+    let text = std::fs::read_to_string(path).map_err(|e| {
+        StageError::bad_input(format!("cannot read the config file ({e}): {shown}"))
+    })?;
+    match serde_json::from_str::<Value>(&text) {
+        Ok(Value::Object(options)) => {
+            let mut flat = Map::new();
+            flatten(options, &mut flat);
+            Ok(flat)
+        }
+        Ok(_) => Err(StageError::bad_input(format!("config is not a JSON object: {shown}"))),
+        Err(e) => Err(StageError::bad_input(format!("config is not JSON ({e}): {shown}"))),
+    }
+}
+
+/// Nested option groups and flat ones read the same.
+fn flatten(options: Map<String, Value>, flat: &mut Map<String, Value>) {
+    for (key, value) in options {
+        match value {
+            Value::Object(group) => flatten(group, flat),
+            value => {
+                flat.insert(key.replace('-', "_"), value);
+            }
+        }
+    }
+}
+
+fn append(
+    extra: &mut Vec<(bool, OsString)>,
+    argument: &Arg,
+    value: &Value,
+    path: &Path,
+) -> Result<(), StageError> {
+    let values: Vec<&Value> = match value {
+        Value::Null => return Ok(()),
+        Value::Array(values) => values.iter().collect(),
+        value => vec![value],
+    };
+    let flag = argument.get_long().map(|long| format!("--{long}"));
+    for value in values {
+        let text = match value {
+            Value::String(text) => text.clone(),
+            Value::Number(number) => number.to_string(),
+            Value::Bool(on) => on.to_string(),
+            _ => {
+                let id = argument.get_id();
+                let shown = path.display();
+                return Err(StageError::bad_input(format!("option \"{id}\" is nested: {shown}")));
+            }
+        };
+        match (argument.get_action(), &flag) {
+            (ArgAction::SetTrue, Some(flag)) if text == "true" => {
+                extra.push((true, flag.into()));
+            }
+            (ArgAction::SetTrue, _) if text == "false" => {}
+            (ArgAction::Count, Some(flag)) => {
+                let times = text.parse::<u8>().map_err(|_| {
+                    StageError::bad_input(format!("{flag} needs a count: {}", path.display()))
+                })?;
+                extra.extend((0..times).map(|_| (true, flag.into())));
+            }
+            (_, Some(flag)) => extra.push((true, format!("{flag}={text}").into())),
+            (_, None) => extra.push((false, text.into())),
+        }
+    }
+    Ok(())
+}
+
+fn unknown_key(command: &Command, key: &str, path: &Path) -> StageError {
+    let name = command.get_name();
+    StageError::bad_input(format!("{name} has no option \"{key}\": {}", path.display()))
+        .help("write one with --dump-config to see the keys")
+}
+
+#[cfg(test)]
+mod tests;

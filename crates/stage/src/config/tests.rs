@@ -1,0 +1,82 @@
+use clap::{CommandFactory, Parser};
+
+use super::*;
+
+#[derive(Parser, Debug, PartialEq)]
+#[command(name = "demo")]
+struct Args {
+    input: Option<PathBuf>,
+    #[arg(long)]
+    output: PathBuf,
+    #[arg(long, default_value_t = 3)]
+    sh_degree: u8,
+    #[arg(long)]
+    random_background: bool,
+    #[arg(long)]
+    require: Vec<String>,
+    #[arg(short, long, action = ArgAction::Count)]
+    verbose: u8,
+}
+
+fn parse(config: &str, line: &[&str]) -> Result<Args, String> {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("c.json");
+    std::fs::write(&path, config).unwrap();
+    let line: Vec<OsString> =
+        std::iter::once("demo").chain(line.iter().copied()).map(Into::into).collect();
+    let line = merged(&Args::command(), &line, &path).map_err(|e| e.to_string())?;
+    Args::try_parse_from(line).map_err(|e| e.to_string())
+}
+
+#[test]
+fn a_file_can_give_every_kind_of_option() {
+    let args = parse(
+        r#"{"input": "in.ply", "output": "o.ply", "sh-degree": 1, "random_background": true,
+            "require": ["psnr>=1", "ssim>=0"], "verbose": 2}"#,
+        &[],
+    )
+    .unwrap();
+    let expected = Args {
+        input: Some("in.ply".into()),
+        output: "o.ply".into(),
+        sh_degree: 1,
+        random_background: true,
+        require: vec!["psnr>=1".into(), "ssim>=0".into()],
+        verbose: 2,
+    };
+    assert_eq!(args, expected);
+}
+
+#[test]
+fn flags_win_over_the_file() {
+    let file = r#"{"input": "a.ply", "output": "o.ply", "sh_degree": 1, "require": ["psnr>=1"]}"#;
+    let args = parse(file, &["--sh-degree", "2", "--require", "psnr>=9", "b.ply"]).unwrap();
+    assert_eq!((args.sh_degree, args.require), (2, vec!["psnr>=9".to_owned()]));
+    assert_eq!(args.input, Some("b.ply".into()));
+    assert_eq!(args.output, PathBuf::from("o.ply"));
+}
+
+#[test]
+fn nested_groups_read_like_flat_ones() {
+    let args = parse(r#"{"output": "o", "options": {"sh_degree": 0}}"#, &[]).unwrap();
+    assert_eq!(args.sh_degree, 0);
+}
+
+#[test]
+fn mistakes_are_named() {
+    assert!(parse(r#"{"outptu": 1}"#, &[]).unwrap_err().contains("no option \"outptu\""));
+    assert!(parse("[1]", &[]).unwrap_err().contains("not a JSON object"));
+    assert!(parse("{", &[]).unwrap_err().contains("not JSON"));
+    let wrong_type = parse(r#"{"output": "o", "sh_degree": "many"}"#, &[]).unwrap_err();
+    assert!(wrong_type.contains("--sh-degree"), "{wrong_type}");
+    let missing = parse("{}", &[]).unwrap_err();
+    assert!(missing.contains("--output"), "{missing}");
+}
+
+#[test]
+fn the_file_is_found_before_the_line_is_parsed() {
+    let line = |words: &[&str]| words.iter().map(OsString::from).collect::<Vec<_>>();
+    assert_eq!(config_path(&line(&["demo", "--config", "a"])), Some("a".into()));
+    assert_eq!(config_path(&line(&["demo", "x", "--config=b"])), Some("b".into()));
+    assert_eq!(config_path(&line(&["demo", "--", "--config", "a"])), None);
+}

@@ -1,0 +1,234 @@
+//! What a stage asks of its surroundings while it runs.
+
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::{Instant, SystemTime};
+
+use crate::error::Explanation;
+use crate::progress::Display;
+use crate::provenance::Input;
+use crate::stdout::Stdout;
+use crate::{CommonArgs, Progress, StageError, fingerprint, interrupt};
+
+/// Handed to a stage's `run`: outputs, inputs, progress, interruption.
+#[derive(Debug)]
+pub struct Context {
+    pub(crate) program: String,
+    pub(crate) common: CommonArgs,
+    pub(crate) started: SystemTime,
+    pub(crate) clock: Instant,
+    pub(crate) state: Mutex<State>,
+}
+
+#[derive(Debug, Default)]
+pub(crate) struct State {
+    pub(crate) inputs: Vec<Input>,
+    pub(crate) outputs: Vec<PathBuf>,
+    pub(crate) warnings: Vec<String>,
+    pub(crate) gates_missed: Vec<String>,
+}
+
+/// Returned by [`Context::stop_if_dry_run`]; ends the stage with exit code 0.
+#[derive(Debug, thiserror::Error)]
+#[error("dry run: nothing was done")]
+pub(crate) struct DryRun;
+
+impl Context {
+    pub(crate) fn new(program: String, common: CommonArgs) -> Self {
+        let (started, clock) = (SystemTime::now(), Instant::now());
+        Self { program, common, started, clock, state: Mutex::default() }
+    }
+
+    /// A context for tests and tools that call a stage's library code without [`crate::main`]:
+    /// quiet, replaces outputs, writes no run record.
+    pub fn quiet(program: &str) -> Self {
+        let common = CommonArgs {
+            quiet: true,
+            overwrite: true,
+            no_provenance: true,
+            ..CommonArgs::default()
+        };
+        Self::new(program.to_owned(), common)
+    }
+
+    pub(crate) fn lock(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Claims a path for an output before any work. Makes its folder; the first claimed path is
+    /// the product that the run record lies beside. `-` is standard output and passes unchanged.
+    ///
+    /// # Errors
+    /// [`StageError::Usage`] when something is there already (a file, or a folder that is not
+    /// empty) and `--overwrite` was not given, or when two outputs share a path; an I/O error
+    /// when the folder cannot be made or written to.
+    pub fn output(&self, path: impl AsRef<Path>) -> anyhow::Result<PathBuf> {
+        let path = path.as_ref();
+        let shown = path.display();
+        if self.lock().outputs.iter().any(|other| other == path) {
+            return Err(
+                StageError::usage(format!("two outputs have the same path: {shown}")).into()
+            );
+        }
+        if path == Path::new("-") {
+            if self.common.json {
+                let text = "standard output cannot hold both the report and the product: -";
+                return Err(StageError::usage(text).help("give --output a file").into());
+            }
+        } else {
+            self.guard(path)?;
+            self.prepare_folder(path)?;
+        }
+        self.lock().outputs.push(path.to_owned());
+        Ok(path.to_owned())
+    }
+
+    fn guard(&self, path: &Path) -> Result<(), StageError> {
+        let shown = path.display();
+        if path.as_os_str().is_empty() {
+            return Err(StageError::usage("the output path is empty"));
+        }
+        let taken = match std::fs::symlink_metadata(path) {
+            Err(_) => false,
+            Ok(meta) if meta.is_dir() => {
+                std::fs::read_dir(path).is_ok_and(|mut entries| entries.next().is_some())
+            }
+            Ok(_) => true,
+        };
+        // A device (/dev/null, a pipe) is written through, not replaced.
+        let is_special = std::fs::metadata(path).is_ok_and(|m| !m.is_file() && !m.is_dir());
+        if taken && !is_special && !self.common.overwrite {
+            return Err(StageError::usage(format!("output exists already: {shown}"))
+                .help("choose another path or pass --overwrite"));
+        }
+        Ok(())
+    }
+
+    fn prepare_folder(&self, path: &Path) -> anyhow::Result<()> {
+        let folder = match path.parent() {
+            Some(parent) if !parent.as_os_str().is_empty() => parent,
+            _ => Path::new("."),
+        };
+        if self.common.dry_run || folder == Path::new("/dev") {
+            return Ok(());
+        }
+        let shown = folder.display();
+        std::fs::create_dir_all(folder)
+            .map_err(|e| anyhow::anyhow!("cannot make the output folder ({e}): {shown}"))?;
+        // Better now than after an hour of work.
+        tempfile::Builder::new()
+            .prefix(".motes-probe-")
+            .tempfile_in(folder)
+            .map_err(|e| anyhow::anyhow!("cannot write to the output folder ({e}): {shown}"))?;
+        Ok(())
+    }
+
+    /// Declares an input: checks that it is there and notes its SHA-256 for the run record.
+    /// `role` is the word of the flag (`capture`, `gaussians`, `photos`).
+    ///
+    /// # Errors
+    /// [`StageError::BadInput`] when it is missing or cannot be read.
+    pub fn input(&self, role: &str, path: impl AsRef<Path>) -> anyhow::Result<()> {
+        let path = path.as_ref();
+        let mut input = Input { role: role.to_owned(), path: path.to_owned(), sha256: None };
+        if path != Path::new("-") {
+            let failed = |e: io::Error| {
+                let shown = path.display();
+                let text = match e.kind() {
+                    io::ErrorKind::NotFound => format!("{role}: no such file or folder: {shown}"),
+                    _ => format!("{role}: cannot read ({e}): {shown}"),
+                };
+                StageError::bad_input(text)
+            };
+            let kind = std::fs::metadata(path).map_err(failed)?;
+            let hashed = !self.common.no_provenance && (kind.is_file() || kind.is_dir());
+            if hashed {
+                input.sha256 = Some(fingerprint::of_path(path).map_err(failed)?);
+            }
+        }
+        self.lock().inputs.push(input);
+        Ok(())
+    }
+
+    /// Standard output for a product written to `-`. When its reader goes away the stage may
+    /// return the error; that ends with exit code 0.
+    pub fn stdout(&self) -> Stdout {
+        Stdout::new()
+    }
+
+    /// Shows the progress of a loop; `total` 0 when the number of steps is not known.
+    pub fn progress(&self, label: &str, total: u64) -> Progress {
+        let display = Display::choose(self.common.progress, self.common.quiet);
+        Progress::new(&self.program, label, total, display)
+    }
+
+    /// Whether the user asked to stop (Ctrl-C, SIGTERM). A stage that calls this promises to
+    /// save what it can and end soon; for one that never does, Ctrl-C ends the process at once.
+    pub fn interrupted(&self) -> bool {
+        interrupt::asked()
+    }
+
+    /// [`StageError::Interrupted`] when the user asked to stop: for loops with nothing to save.
+    ///
+    /// # Errors
+    /// Only that one.
+    pub fn check_interrupted(&self) -> Result<(), StageError> {
+        if self.interrupted() { Err(StageError::interrupted("interrupted")) } else { Ok(()) }
+    }
+
+    /// Tells the user about something that may be wrong; kept in the run record.
+    pub fn warn(&self, text: impl Into<String>) {
+        let text = text.into();
+        tracing::warn!("{text}");
+        self.lock().warnings.push(text);
+    }
+
+    /// Notes that the result misses a bound of the user's. The stage goes on and returns its
+    /// report; the exit code will be 4.
+    pub fn gate_not_met(&self, text: impl Into<String>) {
+        self.lock().gates_missed.push(text.into());
+    }
+
+    /// Ends a dry run: call it after inputs and options were checked and outputs were claimed,
+    /// before the work.
+    ///
+    /// # Errors
+    /// In a dry run, one that ends the stage with exit code 0.
+    pub fn stop_if_dry_run(&self) -> anyhow::Result<()> {
+        if self.common.dry_run { Err(DryRun.into()) } else { Ok(()) }
+    }
+
+    /// Whether nothing may be written.
+    pub fn dry_run(&self) -> bool {
+        self.common.dry_run
+    }
+
+    /// Worker threads in use.
+    pub fn threads(&self) -> usize {
+        rayon::current_num_threads()
+    }
+
+    /// Seconds since the stage began.
+    pub fn elapsed_seconds(&self) -> f64 {
+        self.clock.elapsed().as_secs_f64()
+    }
+
+    /// CPU seconds of this process and its finished children so far, where the system tells.
+    pub fn cpu_seconds(&self) -> Option<f64> {
+        crate::resources::cpu_seconds()
+    }
+
+    /// Peak resident memory so far in bytes, where the system tells.
+    pub fn peak_memory_bytes(&self) -> Option<u64> {
+        crate::resources::peak_memory_bytes()
+    }
+
+    pub(crate) fn missed_gates(&self) -> Option<Explanation> {
+        let gates = self.lock().gates_missed.join("; ");
+        (!gates.is_empty()).then_some(Explanation { text: gates, help: None })
+    }
+}
+
+#[cfg(test)]
+mod tests;

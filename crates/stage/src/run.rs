@@ -1,0 +1,226 @@
+//! The life of a stage, from arguments to exit code.
+
+use std::any::Any;
+use std::ffi::OsString;
+use std::fmt::Display;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::process::ExitCode;
+use std::sync::LazyLock;
+
+use clap::Parser;
+use serde::Serialize;
+use serde_json::{Value, json};
+
+use crate::context::DryRun;
+use crate::error::{Explanation, explain, status_of};
+use crate::{
+    CommonArgs, Context, ExitStatus, HasCommon, ProgressMode, StageError, config, generate,
+    interrupt, log, panics, provenance, stdout,
+};
+
+/// Set by the dispatcher, so that usage lines show what the user typed.
+pub const INVOKED_AS_VARIABLE: &str = "MOTES_INVOKED_AS";
+
+/// `0.1.0`, with the commit when the build was told it (`make install` does).
+pub(crate) static VERSION: LazyLock<String> = LazyLock::new(|| {
+    let version = env!("CARGO_PKG_VERSION");
+    match option_env!("MOTES_GIT_REVISION") {
+        Some(revision) if !revision.is_empty() => format!("{version} ({revision})"),
+        _ => version.to_owned(),
+    }
+});
+
+/// Runs a stage: parses arguments, prepares logging, threads and interruption, calls `run`,
+/// prints its report, writes the run record, and turns errors and panics into exit codes.
+///
+/// `#[command(name = "...")]` of `A` must be the stage's name.
+pub fn main<A, R>(run: fn(&A, &Context) -> anyhow::Result<R>) -> ExitCode
+where
+    A: Parser + Serialize + HasCommon,
+    R: Serialize + Display,
+{
+    let arguments: Vec<OsString> = std::env::args_os().collect();
+    let name = A::command().get_name().to_owned();
+    let program = format!("motes {name}");
+    panics::install(program.clone());
+    let work = AssertUnwindSafe(|| session(&arguments, &program, run));
+    let status = catch_unwind(work).unwrap_or_else(|payload: Box<dyn Any + Send>| {
+        // The hook has spoken already. Dropping a payload may panic too.
+        std::mem::forget(payload);
+        ExitStatus::Failed
+    });
+    status.into()
+}
+
+fn command<A: Parser>(program: &str) -> clap::Command {
+    let command = A::command().version(VERSION.as_str()).max_term_width(100);
+    // Only our own dispatcher's name is believed: the variable is inherited by child processes.
+    match std::env::var(INVOKED_AS_VARIABLE) {
+        Ok(typed) if typed == program => command.bin_name(typed),
+        _ => command,
+    }
+}
+
+fn session<A, R>(
+    arguments: &[OsString],
+    program: &str,
+    run: fn(&A, &Context) -> anyhow::Result<R>,
+) -> ExitStatus
+where
+    A: Parser + Serialize + HasCommon,
+    R: Serialize + Display,
+{
+    let args = match parse::<A>(arguments, program) {
+        Ok(Parsed::Run(args)) => args,
+        Ok(Parsed::Print(text)) => return print_or_fail(program, &text),
+        Ok(Parsed::Clap(error)) => return clap_message(program, &error),
+        Err(error) => return fail(program, &error),
+    };
+    let common = args.common().clone();
+    if let Err(error) = prepare(&common, program) {
+        return fail(program, &error);
+    }
+    let context = Context::new(program.to_owned(), common);
+    match run(&args, &context) {
+        Ok(report) => finish(&args, &report, &context, arguments),
+        Err(error) if error.is::<DryRun>() => dry_run_done(&context),
+        Err(_) if stdout::reader_is_gone() => ExitStatus::Done,
+        Err(error) => fail(program, &error),
+    }
+}
+
+enum Parsed<A> {
+    Run(A),
+    Print(String),
+    Clap(clap::Error),
+}
+
+fn parse<A>(arguments: &[OsString], program: &str) -> anyhow::Result<Parsed<A>>
+where
+    A: Parser + Serialize + HasCommon,
+{
+    let command = command::<A>(program);
+    if arguments.get(1).is_some_and(|a| a == "--summary") {
+        let about = command.get_about().map(ToString::to_string).unwrap_or_default();
+        return Ok(Parsed::Print(about + "\n"));
+    }
+    if let Some(what) = generate::requested(arguments) {
+        return Ok(Parsed::Print(generate::text(what, command)?));
+    }
+    let merged = match config::config_path(arguments) {
+        Some(path) => config::merged(&command, arguments, &path)?,
+        None => arguments.to_vec(),
+    };
+    let parsed = command.try_get_matches_from(merged).and_then(|mut matches| {
+        A::from_arg_matches_mut(&mut matches)
+            .map_err(|e| e.format(&mut self::command::<A>(program)))
+    });
+    let args = match parsed {
+        Ok(args) => args,
+        Err(error) => return Ok(Parsed::Clap(error)),
+    };
+    if args.common().dump_config {
+        return Ok(Parsed::Print(serde_json::to_string_pretty(&args)? + "\n"));
+    }
+    if let Some(what) = args.common().generate {
+        return Ok(Parsed::Print(generate::text(what, self::command::<A>(program))?));
+    }
+    Ok(Parsed::Run(args))
+}
+
+fn prepare(common: &CommonArgs, program: &str) -> anyhow::Result<()> {
+    log::emit_events(common.progress == ProgressMode::Json);
+    log::install(common, program)?;
+    interrupt::install(program.to_owned());
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(common.threads)
+        .build_global()
+        .map_err(|e| anyhow::anyhow!("cannot start {} worker threads ({e})", common.threads))
+}
+
+fn finish<A: Serialize, R: Serialize + Display>(
+    args: &A,
+    report: &R,
+    context: &Context,
+    arguments: &[OsString],
+) -> ExitStatus {
+    let program = &context.program;
+    if !context.common.no_provenance
+        && let Err(error) = provenance::write(context, arguments, args, report)
+    {
+        return fail(program, &error);
+    }
+    if let Err(status) = show(report, context) {
+        return status;
+    }
+    match context.missed_gates() {
+        None => ExitStatus::Done,
+        Some(gate) => {
+            say(program, &gate);
+            ExitStatus::GateNotMet
+        }
+    }
+}
+
+/// Report to stdout as JSON, to stderr as an event or as text.
+fn show<R: Serialize + Display>(report: &R, context: &Context) -> Result<(), ExitStatus> {
+    let value = serde_json::to_value(report)
+        .map_err(|error| fail(&context.program, &anyhow::Error::from(error)))?;
+    if context.common.json {
+        match print_or_fail(&context.program, &format!("{value}\n")) {
+            ExitStatus::Done => {}
+            status => return Err(status),
+        }
+    }
+    if context.common.progress == ProgressMode::Json {
+        log::event(&json!({ "event": "report", "report": value }));
+    } else if !context.common.quiet && !context.common.json {
+        log::print(report.to_string().trim_end());
+    }
+    Ok(())
+}
+
+fn dry_run_done(context: &Context) -> ExitStatus {
+    let outputs = context.lock().outputs.clone();
+    if context.common.json {
+        let outputs: Vec<_> = outputs.iter().map(|path| path.to_string_lossy()).collect();
+        let plan: Value = json!({ "dry_run": true, "outputs": outputs });
+        return print_or_fail(&context.program, &format!("{plan}\n"));
+    }
+    for path in outputs {
+        log::print(&format!("{}: would write {}", context.program, path.display()));
+    }
+    ExitStatus::Done
+}
+
+fn print_or_fail(program: &str, text: &str) -> ExitStatus {
+    match stdout::print(text) {
+        Err(error) if !stdout::reader_is_gone() => {
+            fail(program, &anyhow::anyhow!("cannot write to standard output ({error})"))
+        }
+        _ => ExitStatus::Done,
+    }
+}
+
+fn fail(program: &str, error: &anyhow::Error) -> ExitStatus {
+    say(program, &explain(error));
+    status_of(error)
+}
+
+fn say(program: &str, explanation: &Explanation) {
+    let Explanation { text, help } = explanation;
+    let help = help.as_ref().map(|help| format!("\nhelp: {help}")).unwrap_or_default();
+    log::print(&format!("{program}: {text}{help}"));
+}
+
+/// Help and version go to stdout; a wrong command line is said in the voice of the stage.
+fn clap_message(program: &str, error: &clap::Error) -> ExitStatus {
+    let text = error.render();
+    if !error.use_stderr() {
+        return print_or_fail(program, &text.to_string());
+    }
+    let text = text.to_string();
+    let text = text.strip_prefix("error: ").unwrap_or(&text).trim_end();
+    say(program, &Explanation { text: text.to_owned(), help: None });
+    StageError::usage("").status()
+}
