@@ -1,1 +1,33 @@
-//! motes-ingest
+//! From photos or foreign models to a posed, undistorted capture.
+//!
+//! [`import`] gathers posed photos from one of three sources (a COLMAP model, a
+//! `transforms.json`, or photos whose poses structure from motion finds), decides the split and
+//! the world origin, resamples every photo and mask to a pinhole camera, and writes
+//! `capture.json` with `images/`, `masks/` and the start points. [`ImportReport`] says in
+//! numbers and sentences how far the poses can be trusted.
+
+mod error;
+mod from_colmap;
+mod from_transforms;
+mod gathered;
+mod geometry;
+mod import;
+mod locate_image;
+mod options;
+mod origin;
+mod panorama;
+mod photos_out;
+mod plan;
+mod progress;
+mod report;
+mod source;
+mod split;
+mod undistort;
+mod warp;
+
+pub use error::{IngestError, Result};
+pub use import::import;
+pub use options::ImportOptions;
+pub use progress::{Progress, Silent};
+pub use report::ImportReport;
+pub use source::{ImportInput, Source};

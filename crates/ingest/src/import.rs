@@ -1,0 +1,226 @@
+//! The import itself: gather, split, rebase, resample, write.
+
+use std::path::Path;
+
+use glam::DVec3;
+use motes_formats::capture::write_capture;
+use motes_formats::images::image_dimensions;
+use motes_scene::{Camera, Capture, Pose, SparsePoints, Split, View};
+
+use crate::error::{IngestError, Result};
+use crate::gathered::{Gathered, Photo, Point};
+use crate::locate_image::find_mask;
+use crate::options::ImportOptions;
+use crate::photos_out::{Job, run, unique_stems};
+use crate::plan::{Kind, Plans};
+use crate::progress::Progress;
+use crate::report::ImportReport;
+use crate::source::Source;
+use crate::{from_colmap, from_transforms, geometry, origin, panorama, split};
+
+/// How images are made, as the report says it.
+const RESAMPLING: &str = "Lanczos-3 on sRGB-encoded 8-bit values, widened by the downscale factor, undistortion and downscale in one pass";
+
+/// Imports a source into the folder `output` (which exists) and writes `capture.json` there.
+///
+/// # Errors
+/// The source cannot be read or is malformed, no photo is left, a photo has another shape than
+/// its camera, a file cannot be written, or `progress` says the user asked to stop.
+pub fn import(
+    source: &Source,
+    output: &Path,
+    options: &ImportOptions,
+    progress: &dyn Progress,
+) -> Result<ImportReport> {
+    let gathered = match source {
+        Source::Colmap { models, images } => from_colmap::gather(models, images)?,
+        Source::Transforms { train, test, val, models } => {
+            from_transforms::gather(train, test.as_deref(), val.as_deref(), models)?
+        }
+    };
+    write(gathered, output, options, progress)
+}
+
+/// Turns what a source delivered into a capture on disk.
+pub(crate) fn write(
+    mut gathered: Gathered,
+    output: &Path,
+    options: &ImportOptions,
+    progress: &dyn Progress,
+) -> Result<ImportReport> {
+    let splits = split::assign(&gathered.photos, options, &mut gathered.notes)?;
+    if !splits.contains(&Some(Split::Train)) {
+        return Err(IngestError::bad_input(
+            "no photo is left to train on",
+            "give more photos, or hold out fewer of them",
+        ));
+    }
+    let mut plans = Plans::new(options.keep_border, options.max_resolution);
+    let mut plan_of = Vec::with_capacity(gathered.photos.len());
+    for photo in &mut gathered.photos {
+        plan_of.push(plan_for(photo, &mut plans, &mut gathered.warnings)?);
+    }
+    gathered.warnings.append(&mut plans.warnings);
+    let masks = masks_of(&gathered, options)?;
+
+    let kept: Vec<usize> = (0..gathered.photos.len()).filter(|&i| splits[i].is_some()).collect();
+    let mut names = Vec::new();
+    for &i in &kept {
+        let name = &gathered.photos[i].name;
+        match plans.plans[plan_of[i]].kind {
+            Kind::Panorama => {
+                names.extend((0..panorama::CROPS).map(|c| panorama::crop_name(name, c)))
+            }
+            _ => names.push(name.clone()),
+        }
+    }
+    let mut stems = unique_stems(&names).into_iter();
+    let jobs: Vec<Job<'_>> = kept
+        .iter()
+        .map(|&i| {
+            let plan = &plans.plans[plan_of[i]];
+            let count = if plan.kind == Kind::Panorama { panorama::CROPS } else { 1 };
+            let stems = stems.by_ref().take(count).collect();
+            Job { photo: &gathered.photos[i], plan, mask: masks[i].clone(), stems }
+        })
+        .collect();
+    let done = run(&jobs, output, options.invert_masks, progress)?;
+
+    let centers: Vec<DVec3> =
+        kept.iter().map(|&i| gathered.photos[i].camera_from_world.center_in_world()).collect();
+    let world_origin = origin::choose(&centers);
+    let mut views = Vec::new();
+    let mut view_names = names.into_iter();
+    for (&i, done) in kept.iter().zip(done) {
+        let (photo, plan) = (&gathered.photos[i], &plans.plans[plan_of[i]]);
+        for (crop, (image, mask)) in done.images.into_iter().zip(done.masks).enumerate() {
+            let pose = rebased(&photo.camera_from_world, world_origin);
+            let camera_from_world =
+                if plan.kind == Kind::Panorama { panorama::crop_pose(&pose, crop) } else { pose };
+            let split = splits[i].unwrap_or(Split::Train);
+            let name = view_names.next().unwrap_or_default();
+            views.push(View { name, camera: plan_of[i], camera_from_world, image, mask, split });
+        }
+    }
+    views.sort_by(|a, b| a.name.cmp(&b.name));
+    let points = start_points(&gathered, &splits, options, world_origin);
+    let capture = Capture {
+        cameras: plans.plans.iter().map(|plan| Camera::from_pinhole(plan.pinhole)).collect(),
+        views,
+        points,
+        world_origin,
+    };
+    if capture.points.is_empty() {
+        gathered
+            .warnings
+            .push("there are no start points: training starts from random ones".into());
+    }
+    write_capture(&output.join("capture.json"), &capture)?;
+    Ok(report(&gathered, &capture))
+}
+
+/// The plan of a photo; decides whether its pixels must be turned upright.
+fn plan_for(photo: &mut Photo, plans: &mut Plans, warnings: &mut Vec<String>) -> Result<usize> {
+    let dimensions = image_dimensions(&photo.path)?;
+    let (width, height) = (dimensions.0, dimensions.1);
+    let camera = photo.lens.camera(width, height);
+    let refuse = |cause: String| {
+        IngestError::bad_input(
+            format!("{cause}: {}", photo.path.display()),
+            "give the photos that the poses were made from (any size, but not cropped or turned)",
+        )
+    };
+    match plans.plan_for(&camera, width, height) {
+        Ok(plan) => Ok(plan),
+        Err(cause) => {
+            let _ = &warnings;
+            Err(refuse(cause))
+        }
+    }
+}
+
+/// The mask file of every photo.
+fn masks_of(
+    gathered: &Gathered,
+    options: &ImportOptions,
+) -> Result<Vec<Option<std::path::PathBuf>>> {
+    let Some(folder) = &options.masks else {
+        return Ok(gathered.photos.iter().map(|photo| photo.mask.clone()).collect());
+    };
+    let masks: Vec<_> =
+        gathered.photos.iter().map(|photo| find_mask(folder, &photo.name)).collect();
+    if masks.iter().all(Option::is_none) {
+        return Err(IngestError::bad_input(
+            format!("no mask of any photo is here: {}", folder.display()),
+            "the mask of sub/IMG_1.jpg is sub/IMG_1.png, sub/IMG_1.jpg.png or sub/IMG_1.mask.png",
+        ));
+    }
+    Ok(masks)
+}
+
+/// The pose in the world whose origin was moved.
+fn rebased(camera_from_world: &Pose, origin: DVec3) -> Pose {
+    let Pose { rotation, translation } = *camera_from_world;
+    Pose { rotation, translation: translation + rotation * origin }
+}
+
+fn start_points(
+    gathered: &Gathered,
+    splits: &[Option<Split>],
+    options: &ImportOptions,
+    origin: DVec3,
+) -> SparsePoints {
+    let seen_in_training = |point: &&Point| {
+        let training = point.track.iter().filter(|&&photo| splits[photo] == Some(Split::Train));
+        !options.points_from_train || training.count() >= 2
+    };
+    let mut points = SparsePoints::default();
+    for point in gathered.points.iter().filter(seen_in_training) {
+        points.positions.push((point.position - origin).as_vec3().to_array());
+        points.colors.push(point.color);
+    }
+    points
+}
+
+fn report(gathered: &Gathered, capture: &Capture) -> ImportReport {
+    let count = |split| capture.views_of(split).len();
+    let seen: Vec<&Photo> = gathered.photos.iter().filter(|p| !p.observations.is_empty()).collect();
+    let mut coverage = seen.iter().map(|photo| geometry::grid_coverage(photo)).collect::<Vec<_>>();
+    let mean_coverage =
+        (!coverage.is_empty()).then(|| coverage.iter().sum::<f64>() / coverage.len() as f64);
+    coverage.clear();
+    let image_size =
+        capture.cameras.iter().map(|c| [c.width, c.height]).max_by_key(|s| s[0] * s[1]);
+    ImportReport {
+        source: gathered.description.clone(),
+        photos: gathered.photos_offered,
+        registered: gathered.photos.len(),
+        views: capture.views.len(),
+        train_views: count(Split::Train),
+        test_views: count(Split::Test),
+        cameras: capture.cameras.len(),
+        image_size: image_size.unwrap_or_default(),
+        points: capture.points.len(),
+        mean_reprojection_error_px: geometry::mean_reprojection_error(gathered),
+        median_parallax_degrees: geometry::median_parallax_degrees(gathered),
+        median_points_per_photo: geometry::median(
+            seen.iter().map(|photo| photo.observations.len() as f64).collect(),
+        ),
+        mean_grid_coverage: mean_coverage,
+        world_origin: capture.world_origin.to_array(),
+        camera_bounds: bounds(capture),
+        point_bounds: geometry::robust_bounds(
+            capture.points.positions.iter().map(|p| glam::Vec3::from_array(*p).as_dvec3()),
+        ),
+        resampling: RESAMPLING.into(),
+        notes: gathered.notes.clone(),
+        warnings: gathered.warnings.clone(),
+    }
+}
+
+fn bounds(capture: &Capture) -> Option<[[f64; 3]; 2]> {
+    let centers = || capture.views.iter().map(|view| view.camera_from_world.center_in_world());
+    let low = centers().reduce(DVec3::min)?;
+    let high = centers().reduce(DVec3::max)?;
+    Some([low.to_array(), high.to_array()])
+}

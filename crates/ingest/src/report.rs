@@ -1,0 +1,82 @@
+//! What an import measured.
+
+use std::fmt;
+
+use serde::Serialize;
+
+/// Numbers and sentences about a finished import.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct ImportReport {
+    /// Where the poses come from.
+    pub source: String,
+    /// Photos that the source offers, posed or not.
+    pub photos: usize,
+    /// Photos with a pose and a file.
+    pub registered: usize,
+    /// Views of the capture (a panorama gives several).
+    pub views: usize,
+    /// Views to fit to.
+    pub train_views: usize,
+    /// Views held out.
+    pub test_views: usize,
+    /// Cameras of the capture, all pinhole.
+    pub cameras: usize,
+    /// Width and height of the largest image, pixels.
+    pub image_size: [usize; 2],
+    /// Start points written.
+    pub points: usize,
+    /// Mean reprojection error over all observations, pixels of the source photos.
+    pub mean_reprojection_error_px: Option<f64>,
+    /// Median over points of the widest triangulation angle, degrees.
+    pub median_parallax_degrees: Option<f64>,
+    /// Median number of points that a photo sees.
+    pub median_points_per_photo: Option<f64>,
+    /// Mean share of an 8 x 8 grid over a photo that holds a point.
+    pub mean_grid_coverage: Option<f64>,
+    /// What was subtracted from source positions.
+    pub world_origin: [f64; 3],
+    /// Lowest and highest camera centre per axis, world units.
+    pub camera_bounds: Option<[[f64; 3]; 2]>,
+    /// Lowest and highest point per axis without the outermost 2 %, world units.
+    pub point_bounds: Option<[[f64; 3]; 2]>,
+    /// How pixels were made.
+    pub resampling: String,
+    /// Facts worth knowing.
+    pub notes: Vec<String>,
+    /// What may spoil the result, with remedies.
+    pub warnings: Vec<String>,
+}
+
+impl fmt::Display for ImportReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "source: {}", self.source)?;
+        writeln!(f, "photos: {} of {} registered", self.registered, self.photos)?;
+        let [width, height] = self.image_size;
+        writeln!(
+            f,
+            "views: {} to train on, {} held out, {width} x {height} px, {} camera(s)",
+            self.train_views, self.test_views, self.cameras
+        )?;
+        writeln!(f, "points: {}", self.points)?;
+        if let Some(error) = self.mean_reprojection_error_px {
+            writeln!(f, "mean reprojection error: {error:.3} px of the source photos")?;
+        }
+        if let Some(angle) = self.median_parallax_degrees {
+            writeln!(f, "median parallax: {angle:.1} degrees")?;
+        }
+        if let (Some(points), Some(coverage)) =
+            (self.median_points_per_photo, self.mean_grid_coverage)
+        {
+            writeln!(
+                f,
+                "coverage: {points:.0} points in the median photo, {:.0} % of its area",
+                100.0 * coverage
+            )?;
+        }
+        if self.world_origin != [0.0; 3] {
+            let [x, y, z] = self.world_origin;
+            writeln!(f, "world origin moved to: {x} {y} {z}")?;
+        }
+        self.notes.iter().try_for_each(|note| writeln!(f, "note: {note}"))
+    }
+}
