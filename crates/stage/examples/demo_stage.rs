@@ -100,14 +100,14 @@ fn repeat(text: &str, args: &Args, context: &Context) -> anyhow::Result<String> 
     let mut joined = String::new();
     for round in 0..args.repeat {
         assert!(!args.panic, "the join\nbroke");
+        if !args.deaf && context.interrupted() {
+            let text = format!("interrupted after {round} of {}", args.repeat);
+            return Err(StageError::interrupted(text).into());
+        }
         joined.push_str(text);
         std::thread::sleep(Duration::from_millis(args.wait));
         progress.inc(1);
         progress.event("joined", &serde_json::json!({ "bytes": joined.len() }));
-        if !args.deaf && context.interrupted() {
-            let text = format!("interrupted after {} of {}", round + 1, args.repeat);
-            return Err(StageError::interrupted(text).into());
-        }
     }
     Ok(joined)
 }

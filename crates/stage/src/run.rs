@@ -145,6 +145,9 @@ fn finish<A: Serialize, R: Serialize + Display>(
     arguments: &[OsString],
 ) -> ExitStatus {
     let program = &context.program;
+    if let Some(error) = stdout::failure() {
+        return fail(program, &lost_output(&error));
+    }
     if !context.common.no_provenance
         && let Err(error) = provenance::write(context, arguments, args, report)
     {
@@ -195,11 +198,13 @@ fn dry_run_done(context: &Context) -> ExitStatus {
 
 fn print_or_fail(program: &str, text: &str) -> ExitStatus {
     match stdout::print(text) {
-        Err(error) if !stdout::reader_is_gone() => {
-            fail(program, &anyhow::anyhow!("cannot write to standard output ({error})"))
-        }
+        Err(error) if !stdout::reader_is_gone() => fail(program, &lost_output(&error)),
         _ => ExitStatus::Done,
     }
+}
+
+fn lost_output(error: &dyn Display) -> anyhow::Error {
+    anyhow::anyhow!("cannot write to standard output ({error})")
 }
 
 fn fail(program: &str, error: &anyhow::Error) -> ExitStatus {

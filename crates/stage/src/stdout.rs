@@ -2,10 +2,14 @@
 
 use std::io::{self, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 /// Whether a reader closed the pipe. Kept apart from other broken pipes (a child process that
 /// died, say), which are failures.
 static CLOSED: AtomicBool = AtomicBool::new(false);
+
+/// The first other failure, which [`Stdout::drop`] could not return to anybody.
+static FAILURE: Mutex<Option<String>> = Mutex::new(None);
 
 /// Locked standard output; see [`crate::Context::stdout`].
 #[derive(Debug)]
@@ -18,10 +22,13 @@ impl Stdout {
 }
 
 fn note<T>(result: io::Result<T>) -> io::Result<T> {
-    if let Err(error) = &result
-        && error.kind() == io::ErrorKind::BrokenPipe
-    {
-        CLOSED.store(true, Ordering::SeqCst);
+    if let Err(error) = &result {
+        if error.kind() == io::ErrorKind::BrokenPipe {
+            CLOSED.store(true, Ordering::SeqCst);
+        } else {
+            let mut failure = FAILURE.lock().unwrap_or_else(PoisonError::into_inner);
+            failure.get_or_insert_with(|| error.to_string());
+        }
     }
     result
 }
@@ -39,7 +46,7 @@ impl Write for Stdout {
 
 impl Drop for Stdout {
     fn drop(&mut self) {
-        // Nobody is left to tell; callers that care flush themselves.
+        // `note` keeps the failure for the end of the run.
         let _ = self.flush();
     }
 }
@@ -54,4 +61,9 @@ pub(crate) fn print(text: &str) -> io::Result<()> {
 /// Whether the reader of stdout has gone.
 pub(crate) fn reader_is_gone() -> bool {
     CLOSED.load(Ordering::SeqCst)
+}
+
+/// Why output was lost, if it was.
+pub(crate) fn failure() -> Option<String> {
+    FAILURE.lock().unwrap_or_else(PoisonError::into_inner).clone()
 }
