@@ -3,6 +3,8 @@
 //! Which test goes where: what a user types and sees belongs here; parts belong beside the code;
 //! what a certain stage does with its own flags belongs to `crates/stages/tests`.
 
+#![expect(clippy::unwrap_used, reason = "a test that cannot start its stage has failed")]
+
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
@@ -120,8 +122,7 @@ fn help_and_version_go_to_stdout() {
 fn usage_shows_the_dispatcher_only_when_it_called() {
     let usage = |invoked_as: &str| {
         let output = demo().arg("--help").env("MOTES_INVOKED_AS", invoked_as).output().unwrap();
-        let line = stdout(&output).lines().find(|l| l.starts_with("Usage:")).unwrap().to_owned();
-        line
+        stdout(&output).lines().find(|l| l.starts_with("Usage:")).unwrap().to_owned()
     };
     assert!(usage("motes demo-stage").starts_with("Usage: motes demo-stage "));
     assert!(!usage("motes other").contains("motes"));
