@@ -8,10 +8,10 @@ import argparse
 import json
 import os
 import shutil
-from fractions import Fraction
 
 import numpy as np
 from PIL import Image
+from PIL.TiffImagePlugin import IFDRational
 
 QUALITY = 90
 # Each held-out photo has a training photo on either side, at the walk's other height, and two of its own beyond.
@@ -30,7 +30,7 @@ def exif(lens_mm, sensor_mm, size):
     e = Image.Exif()
     e[0x010F], e[0x0110], e[0x0112] = "motes", "lab scene (rendered)", 1
     sub = e.get_ifd(0x8769)
-    sub[0x920A] = Fraction(lens_mm).limit_denominator(100)
+    sub[0x920A] = IFDRational(round(lens_mm * 10), 10)
     sub[0xA405] = round(lens_mm * 36.0 / sensor_mm)
     sub[0xA001] = 1  # sRGB
     sub[0xA002], sub[0xA003] = size
