@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use motes_formats::FormatError;
+
 use crate::ExitStatus;
 
 /// The text of an error and, when there is one, the remedy.
@@ -132,8 +134,22 @@ pub(crate) fn status_of(error: &anyhow::Error) -> ExitStatus {
         if let Some(stage) = cause.downcast_ref::<StageError>() {
             return stage.status();
         }
+        if let Some(format) = cause.downcast_ref::<FormatError>() {
+            return status_of_format(format);
+        }
     }
     ExitStatus::Failed
+}
+
+fn status_of_format(error: &FormatError) -> ExitStatus {
+    match error {
+        FormatError::Invalid { .. } | FormatError::NotSupported { .. } => ExitStatus::BadInput,
+        // Only reading meets NotFound: outputs pass `Context::output`, which makes their folder.
+        FormatError::Io { source, .. } if source.kind() == std::io::ErrorKind::NotFound => {
+            ExitStatus::BadInput
+        }
+        FormatError::Io { .. } => ExitStatus::Failed,
+    }
 }
 
 #[cfg(test)]
@@ -154,6 +170,21 @@ mod tests {
             assert_eq!(status_of(&wrapped) as u8, code);
         }
         assert_eq!(status_of(&anyhow::anyhow!("plain")), ExitStatus::Failed);
+    }
+
+    #[test]
+    fn errors_of_files_map_by_whose_fault_they_are() {
+        let io = |kind| FormatError::io("a.ply", std::io::Error::from(kind));
+        let invalid = FormatError::invalid("a.ply", "line 3", "no end").with_remedy("export again");
+        assert_eq!(explain(&anyhow::Error::from(invalid)).help.as_deref(), Some("export again"));
+        for (error, status) in [
+            (FormatError::invalid("a.ply", "line 3", "no end"), ExitStatus::BadInput),
+            (FormatError::not_supported("a.ply", "", "version 9"), ExitStatus::BadInput),
+            (io(std::io::ErrorKind::NotFound), ExitStatus::BadInput),
+            (io(std::io::ErrorKind::StorageFull), ExitStatus::Failed),
+        ] {
+            assert_eq!(status_of(&anyhow::Error::from(error).context("reading")), status);
+        }
     }
 
     #[test]
