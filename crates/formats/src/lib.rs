@@ -1,1 +1,22 @@
-//! motes-formats
+//! Files and scene types: the on-disk contract of motes.
+//!
+//! Every layout is described in `docs/formats`. Readers trust nothing: a malformed file ends in
+//! one [`FormatError`] that names the file, the place and the cause, and no number in a file
+//! decides how much memory is taken. Writers go through [`atomic::write_atomic`], so a product is
+//! whole or absent.
+
+pub mod atomic;
+pub mod camera_path;
+pub mod capture;
+pub mod colmap;
+pub mod documents;
+pub mod error;
+pub mod exr_aov;
+pub mod images;
+pub mod metrics;
+pub mod ply;
+pub mod run_record;
+pub mod tensors;
+pub mod transforms;
+
+pub use error::{FormatError, Result};

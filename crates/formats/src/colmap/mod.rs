@@ -258,4 +258,4 @@ pub fn fuzz_one(data: &[u8]) -> bool {
 }
 
 #[cfg(test)]
-mod tests {}
+mod tests;

@@ -146,4 +146,4 @@ pub fn fuzz_one(data: &[u8]) -> bool {
 }
 
 #[cfg(test)]
-mod tests {}
+mod tests;

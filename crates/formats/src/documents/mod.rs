@@ -1,0 +1,177 @@
+//! What all JSON documents share: the two opening keys, the versioning rule, the layout of text,
+//! the schemas.
+//!
+//! A document starts with `"format": "motes/NAME"` and `"version": "MAJOR.MINOR"`. An unknown
+//! major version is an error. A newer minor version may have keys that this program does not
+//! know: they are ignored and reported.
+
+mod pretty;
+
+use std::io::Read;
+use std::path::Path;
+
+use schemars::{JsonSchema, schema_for};
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use crate::atomic::write_atomic;
+use crate::error::{FormatError, Result, quoted};
+
+pub use pretty::to_pretty_json;
+
+/// Documents larger than this are refused before they are parsed: a capture of 100 000 views has
+/// some 50 MB.
+const MAX_BYTES: u64 = 1 << 30;
+
+/// A kind of JSON document.
+pub trait Document: Serialize + DeserializeOwned + JsonSchema {
+    /// The value of `format`.
+    const FORMAT: &'static str;
+    /// Major version that this program reads and writes.
+    const MAJOR: u32;
+    /// Newest minor version that this program knows.
+    const MINOR: u32;
+
+    /// The value of `version` that is written.
+    fn version() -> String {
+        format!("{}.{}", Self::MAJOR, Self::MINOR)
+    }
+}
+
+/// A document and what a reader should know about it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parsed<T> {
+    /// The document.
+    pub document: T,
+    /// Sentences about keys that were ignored.
+    pub warnings: Vec<String>,
+}
+
+/// Reads a document.
+///
+/// # Errors
+/// The file cannot be read, is not JSON, is another document or of another major version, or
+/// lacks a key or holds a value of another type.
+pub fn read_document<T: Document>(path: &Path) -> Result<Parsed<T>> {
+    let io = |error| FormatError::io(path, error);
+    if path.is_dir() {
+        let cause = format!("this is a folder, not a {} document", T::FORMAT);
+        return Err(FormatError::invalid(path, "", cause));
+    }
+    let file = std::fs::File::open(path).map_err(io)?;
+    let mut bytes = Vec::new();
+    file.take(MAX_BYTES + 1).read_to_end(&mut bytes).map_err(io)?;
+    if bytes.len() as u64 > MAX_BYTES {
+        let cause = format!("the document has more than {MAX_BYTES} bytes");
+        return Err(FormatError::not_supported(path, "", cause));
+    }
+    parse_document(&bytes, path)
+}
+
+/// Parses a document that is in memory; `name` stands for the file in errors.
+///
+/// # Errors
+/// As [`read_document`].
+pub fn parse_document<T: Document>(bytes: &[u8], name: &Path) -> Result<Parsed<T>> {
+    #[derive(Deserialize)]
+    struct Opening {
+        format: Option<Value>,
+        version: Option<Value>,
+    }
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    if bytes.trim_ascii().is_empty() {
+        return Err(FormatError::invalid(name, "byte 0", "the file is empty"));
+    }
+    let opening: Opening =
+        serde_json::from_slice(bytes).map_err(|error| json_error(name, &error))?;
+    if opening.format != Some(Value::from(T::FORMAT)) {
+        let found = opening.format.map_or("is missing".into(), |found| format!("is {found}"));
+        let cause = format!("the key \"format\" {found}, this is no {} document", T::FORMAT);
+        return Err(FormatError::invalid(name, "format", cause));
+    }
+    let minor = check_version::<T>(opening.version.as_ref(), name)?;
+    let mut unknown = Vec::new();
+    let mut deserializer = serde_json::Deserializer::from_slice(bytes);
+    let document: T = serde_ignored::deserialize(&mut deserializer, |key| {
+        if unknown.len() < 5 {
+            unknown.push(quoted(key.to_string()));
+        }
+    })
+    .map_err(|error| json_error(name, &error))?;
+    deserializer.end().map_err(|error| json_error(name, &error))?;
+    let mut warnings = Vec::new();
+    if !unknown.is_empty() {
+        let why = if minor > T::MINOR { " of a newer version" } else { "" };
+        warnings.push(format!(
+            "unknown keys{why} in {} were ignored: {}",
+            name.display(),
+            unknown.join(", ")
+        ));
+    }
+    Ok(Parsed { document, warnings })
+}
+
+/// The minor version, when the major one is ours.
+fn check_version<T: Document>(version: Option<&Value>, path: &Path) -> Result<u32> {
+    let parts = version.and_then(Value::as_str).and_then(|text| text.split_once('.'));
+    let numbers = parts.and_then(|(a, b)| Some((a.parse::<u32>().ok()?, b.parse::<u32>().ok()?)));
+    let Some((major, minor)) = numbers else {
+        let found = version.map_or("missing".into(), Value::to_string);
+        let cause = format!("the key \"version\" must be like \"{}\", it is {found}", T::version());
+        return Err(FormatError::invalid(path, "version", cause));
+    };
+    if major == T::MAJOR {
+        return Ok(minor);
+    }
+    let cause = format!("version {major}.{minor} of {} is not known", T::FORMAT);
+    let remedy = if major > T::MAJOR {
+        format!("use motes {major} or newer, or write the file again with this version")
+    } else {
+        "write the file again with this version".to_owned()
+    };
+    Err(FormatError::not_supported(path, "version", cause).with_remedy(remedy))
+}
+
+/// Writes a document with two spaces of indentation and a line break at the end.
+///
+/// # Errors
+/// Writing fails.
+pub fn write_document<T: Document>(path: &Path, document: &T) -> Result<()> {
+    let text = to_pretty_json(document);
+    write_atomic(path, |writer| writer.write_all(text.as_bytes()))
+}
+
+fn json_error(path: &Path, error: &serde_json::Error) -> FormatError {
+    let place = format!("line {} column {}", error.line(), error.column());
+    let text = error.to_string();
+    let cause = text.split(" at line ").next().unwrap_or(&text).to_owned();
+    let cause = match error.classify() {
+        serde_json::error::Category::Syntax => format!("not JSON: {cause}"),
+        serde_json::error::Category::Eof => format!("the document ends early: {cause}"),
+        _ => cause,
+    };
+    FormatError::invalid(path, place, cause)
+}
+
+/// The JSON Schema of every document, by the name of its schema file: `NAME-vMAJOR`.
+pub fn all_schemas() -> Vec<(String, Value)> {
+    vec![
+        schema::<crate::capture::CaptureDocument>(),
+        schema::<crate::camera_path::CameraPathDocument>(),
+        schema::<crate::metrics::MetricsDocument>(),
+        schema::<crate::run_record::RunRecord>(),
+    ]
+}
+
+fn schema<T: Document>() -> (String, Value) {
+    let name = T::FORMAT.trim_start_matches("motes/");
+    let mut schema = schema_for!(T).to_value();
+    schema["$id"] = Value::from(format!("{}-v{}", T::FORMAT, T::MAJOR));
+    schema["properties"]["format"]["const"] = Value::from(T::FORMAT);
+    schema["properties"]["version"]["pattern"] = Value::from(format!("^{}\\.[0-9]+$", T::MAJOR));
+    (format!("{name}-v{}", T::MAJOR), schema)
+}
+
+#[cfg(test)]
+mod tests;

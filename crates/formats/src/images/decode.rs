@@ -1,0 +1,195 @@
+//! Reading image files without trusting their headers.
+
+use std::io::Cursor;
+use std::path::Path;
+
+use image::metadata::Orientation;
+use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits};
+use motes_scene::ImageU8;
+
+use super::convert::{to_mask, to_rgb_or_rgba};
+use crate::error::{FormatError, Result};
+
+/// Larger images are refused: 500 megapixels are 2 GB when decoded.
+const MAX_PIXELS: u64 = 500_000_000;
+/// What a decoder may hold: the largest allowed image with 16 bits a channel.
+const MAX_DECODER_BYTES: u64 = 8 * MAX_PIXELS;
+/// No photo compresses better than this; deflate, the best of the codecs on flat images, reaches
+/// 1032.
+const MAX_COMPRESSION: u64 = 1200;
+/// Decoded size that is granted to a file of any length.
+const GRANTED_BYTES: u64 = 48 << 20;
+
+/// Reads an image as stored: 3 channels, or 4 when the file has alpha. Grey and palette images
+/// become RGB.
+///
+/// # Errors
+/// The file cannot be read, is of no known format or damaged, has more than 500 megapixels, or
+/// promises far more pixels than its length can hold.
+pub fn read_image(path: &Path) -> Result<ImageU8> {
+    decode(path, false).map(to_rgb_or_rgba)
+}
+
+/// [`read_image`], turned and mirrored as the EXIF orientation says.
+///
+/// # Errors
+/// As [`read_image`].
+pub fn read_image_upright(path: &Path) -> Result<ImageU8> {
+    decode(path, true).map(to_rgb_or_rgba)
+}
+
+/// Decodes an image that is in memory, as stored; `name` stands for the file in errors.
+///
+/// # Errors
+/// As [`read_image`].
+pub fn read_image_from(bytes: &[u8], name: &Path) -> Result<ImageU8> {
+    decode_bytes(bytes, name, false).map(to_rgb_or_rgba)
+}
+
+/// Reads a mask as stored: 1 channel, 0 = ignore. Colours become luminance, which alpha
+/// multiplies.
+///
+/// # Errors
+/// As [`read_image`].
+pub fn read_mask(path: &Path) -> Result<ImageU8> {
+    decode(path, false).map(to_mask)
+}
+
+/// [`read_mask`], turned and mirrored as the EXIF orientation says.
+///
+/// # Errors
+/// As [`read_image`].
+pub fn read_mask_upright(path: &Path) -> Result<ImageU8> {
+    decode(path, true).map(to_mask)
+}
+
+/// Width and height as stored, without decoding the pixels.
+///
+/// # Errors
+/// As [`read_image`], as far as the header tells.
+pub fn image_dimensions(path: &Path) -> Result<(usize, usize)> {
+    let bytes = read_bytes(path)?;
+    let (width, height) = decoder(&bytes, path)?.dimensions();
+    Ok((width as usize, height as usize))
+}
+
+/// Width and height after the EXIF orientation.
+///
+/// # Errors
+/// As [`image_dimensions`].
+pub fn image_dimensions_upright(path: &Path) -> Result<(usize, usize)> {
+    let bytes = read_bytes(path)?;
+    let mut decoder = decoder(&bytes, path)?;
+    let (width, height) = decoder.dimensions();
+    let turned = matches!(
+        orientation(&mut decoder),
+        Orientation::Rotate90
+            | Orientation::Rotate270
+            | Orientation::Rotate90FlipH
+            | Orientation::Rotate270FlipH
+    );
+    let (width, height) = (width as usize, height as usize);
+    Ok(if turned { (height, width) } else { (width, height) })
+}
+
+fn read_bytes(path: &Path) -> Result<Vec<u8>> {
+    if path.is_dir() {
+        return Err(FormatError::invalid(path, "", "this is a folder, not an image"));
+    }
+    std::fs::read(path).map_err(|error| FormatError::io(path, error))
+}
+
+fn decode(path: &Path, upright: bool) -> Result<DynamicImage> {
+    decode_bytes(&read_bytes(path)?, path, upright)
+}
+
+fn decode_bytes(bytes: &[u8], path: &Path, upright: bool) -> Result<DynamicImage> {
+    let mut decoder = decoder(bytes, path)?;
+    let orientation = orientation(&mut decoder);
+    let mut image =
+        DynamicImage::from_decoder(decoder).map_err(|error| image_error(path, error))?;
+    if upright {
+        image.apply_orientation(orientation);
+    }
+    Ok(image)
+}
+
+/// Damaged EXIF data is no reason to refuse a photo: other programs show it as stored.
+fn orientation(decoder: &mut impl ImageDecoder) -> Orientation {
+    decoder.orientation().unwrap_or(Orientation::NoTransforms)
+}
+
+/// A decoder whose header passed the checks.
+fn decoder<'b>(bytes: &'b [u8], path: &Path) -> Result<impl ImageDecoder + 'b> {
+    if bytes.is_empty() {
+        return Err(FormatError::invalid(path, "byte 0", "the file is empty"));
+    }
+    let mut reader = ImageReader::new(Cursor::new(bytes))
+        .with_guessed_format()
+        .map_err(|error| FormatError::io(path, error))?;
+    match reader.format() {
+        Some(ImageFormat::Jpeg) if !jpeg_has_end(bytes) => {
+            return Err(FormatError::invalid(path, "end of file", "the JPEG file ends early")
+                .with_remedy("the file is incomplete: copy it again"));
+        }
+        // Recognised by chance in arbitrary bytes, and no camera writes it.
+        Some(ImageFormat::Tga) | None => {
+            return Err(FormatError::invalid(path, "byte 0", "not an image of a known format")
+                .with_remedy("PNG, JPEG, TIFF, WebP, BMP, PNM and HDR are read; HEIC and raw files must be converted first"));
+        }
+        Some(_) => {}
+    }
+    let mut limits = Limits::no_limits();
+    limits.max_alloc = Some(MAX_DECODER_BYTES);
+    reader.limits(limits);
+    let decoder = reader.into_decoder().map_err(|error| image_error(path, error))?;
+    let (width, height) = decoder.dimensions();
+    let pixels = u64::from(width) * u64::from(height);
+    let size = format!("{width} x {height} pixels");
+    if pixels == 0 {
+        return Err(FormatError::invalid(path, "image header", format!("the image has {size}")));
+    }
+    if pixels > MAX_PIXELS {
+        let cause =
+            format!("{size} are more than the {} megapixels that are read", MAX_PIXELS / 1_000_000);
+        return Err(FormatError::not_supported(path, "image header", cause)
+            .with_remedy("make the image smaller first"));
+    }
+    if decoder.total_bytes() > GRANTED_BYTES + MAX_COMPRESSION * bytes.len() as u64 {
+        let cause = format!("the header promises {size}, which {} bytes cannot hold", bytes.len());
+        return Err(FormatError::invalid(path, "image header", cause));
+    }
+    Ok(decoder)
+}
+
+fn image_error(path: &Path, error: ImageError) -> FormatError {
+    let text = error.to_string();
+    match error {
+        ImageError::Unsupported(_) => FormatError::not_supported(path, "image data", text)
+            .with_remedy("convert the image to PNG or to an 8-bit RGB JPEG"),
+        ImageError::Limits(_) => FormatError::not_supported(path, "image header", text)
+            .with_remedy("make the image smaller first"),
+        ImageError::IoError(source) => FormatError::io(path, source),
+        _ => FormatError::invalid(path, "image data", text)
+            .with_remedy("the file is damaged: copy it again"),
+    }
+}
+
+/// Whether the image data of a JPEG file is closed by an end marker. The decoder fills what is
+/// missing with grey and says nothing, and a fit would then learn the grey.
+fn jpeg_has_end(bytes: &[u8]) -> bool {
+    // Marker segments up to the first scan: a thumbnail inside them has end markers of its own.
+    let mut at = 2;
+    while let Some(&[0xff, marker, high, low]) = bytes.get(at..at + 4) {
+        match marker {
+            0xff => at += 1,
+            0xda => {
+                let scans = &bytes[at..];
+                return scans.windows(2).any(|pair| pair == [0xff, 0xd9]);
+            }
+            _ => at += 2 + usize::from(u16::from_be_bytes([high, low])).max(2),
+        }
+    }
+    // No scan at all: the decoder says what is wrong.
+    true
+}

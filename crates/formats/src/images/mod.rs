@@ -1,0 +1,18 @@
+//! Photos and masks: PNG, JPEG, TIFF, WebP, BMP, PNM and Radiance files, told apart by their
+//! content, not by their suffix.
+//!
+//! Everything becomes 8-bit, sRGB-encoded, with straight alpha. Samples of 16 bits are rounded,
+//! floating-point samples are taken as linear and encoded. Colour profiles are ignored.
+
+mod convert;
+mod decode;
+mod encode;
+
+pub use decode::{
+    image_dimensions, image_dimensions_upright, read_image, read_image_from, read_image_upright,
+    read_mask, read_mask_upright,
+};
+pub use encode::{encode_jpeg, encode_png, write_png};
+
+#[cfg(test)]
+mod tests;

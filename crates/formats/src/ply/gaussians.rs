@@ -1,0 +1,84 @@
+//! Reading Gaussians.
+
+use std::io::{BufRead, BufReader, Read};
+use std::path::Path;
+
+use motes_scene::{ColumnValues, Gaussians};
+
+use super::plan::Plan;
+use super::{RenderMode, open, read_vertices, reserved_rows};
+use crate::error::Result;
+
+/// Gaussians and what else their file says.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GaussianFile {
+    /// The Gaussians.
+    pub gaussians: Gaussians,
+    /// Header comments in order, without the word `comment`.
+    pub comments: Vec<String>,
+    /// The render mode, when a comment tells.
+    pub render_mode: Option<RenderMode>,
+}
+
+/// Reads Gaussians from a PLY file: see [`open_gaussians`], which also returns the comments.
+///
+/// # Errors
+/// As [`open_gaussians`].
+pub fn read_gaussians(path: &Path) -> Result<Gaussians> {
+    open_gaussians(path).map(|file| file.gaussians)
+}
+
+/// Reads Gaussians and header comments from a PLY file.
+///
+/// Values are taken as they are: NaN and infinity pass, see [`Gaussians::invalid_rows`]. Normals
+/// that are all zero are dropped (the writer adds them again), all other columns that have no
+/// place in [`Gaussians`] arrive in [`Gaussians::extra`]. Columns of `half` arrive as f32, list
+/// columns are left out.
+///
+/// # Errors
+/// The file cannot be read, is no PLY file or ends early, has data after its last row, lacks a
+/// column, or has a number of `f_rest` columns that belongs to no SH degree.
+pub fn open_gaussians(path: &Path) -> Result<GaussianFile> {
+    let (mut reader, bytes) = open(path)?;
+    read_file(&mut reader, path, bytes)
+}
+
+/// Reads Gaussians from a stream; `name` stands for the file in errors.
+///
+/// # Errors
+/// As [`open_gaussians`].
+pub fn read_gaussians_from(reader: impl Read, name: &Path) -> Result<GaussianFile> {
+    read_file(&mut BufReader::with_capacity(1 << 18, reader), name, None)
+}
+
+fn read_file(reader: &mut dyn BufRead, path: &Path, bytes: Option<u64>) -> Result<GaussianFile> {
+    let ((_, mut gaussians), header) = read_vertices(
+        reader,
+        path,
+        bytes,
+        |header, element| {
+            let plan = Plan::new(header, element, path)?;
+            let gaussians = plan.gaussians(reserved_rows(element, bytes));
+            Ok((plan, gaussians))
+        },
+        |(plan, gaussians), rows, big_endian| {
+            plan.append(rows, big_endian, gaussians);
+            Ok(())
+        },
+    )?;
+    drop_zero_normals(&mut gaussians);
+    let render_mode = RenderMode::from_comments(&header.comments);
+    Ok(GaussianFile { gaussians, comments: header.comments, render_mode })
+}
+
+/// 3DGS writes normals but never sets them.
+fn drop_zero_normals(gaussians: &mut Gaussians) {
+    let is_normal = |name: &str| ["nx", "ny", "nz"].contains(&name);
+    let zero = gaussians.extra.iter().filter(|column| {
+        is_normal(&column.name)
+            && matches!(&column.values, ColumnValues::F32(v) if v.iter().all(|x| x.to_bits() == 0))
+    });
+    if zero.count() == 3 {
+        gaussians.extra.retain(|column| !is_normal(&column.name));
+    }
+}

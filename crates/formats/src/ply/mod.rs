@@ -1,0 +1,114 @@
+//! PLY files: Gaussians in the layout that every splat program reads, and coloured points.
+//!
+//! `docs/formats/gaussians-ply.md` is normative. Columns are found by name, in any order, any
+//! scalar type, in ascii and both binary encodings; columns that motes does not know are carried
+//! through in their type and order.
+
+mod gaussians;
+mod header;
+mod plan;
+mod points;
+mod rows;
+mod scalar;
+mod write;
+
+use std::fs::File;
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+
+use crate::error::{FormatError, Result};
+
+pub use gaussians::{GaussianFile, open_gaussians, read_gaussians, read_gaussians_from};
+pub use points::{read_points, read_points_from, write_points, write_points_to};
+pub use write::{PlyWriteOptions, write_gaussians, write_gaussians_to};
+
+/// `colour = 0.5 + SH_C0 * f_dc` at degree 0.
+const SH_C0: f32 = motes_math::sh::SH_C0 as f32;
+
+/// Third log scale of a flat Gaussian (2DGS, a file without `scale_2`), relative to the smaller of
+/// the other two: its thickness is a thousandth of its smaller radius. Relative, because the size
+/// of a scene is not known, and finite, so that stages may fit it further.
+pub const FLAT_LOG_RATIO: f32 = -6.907_755;
+
+/// How the opacities and scales of a file were meant to be splatted: the comment
+/// `SplatRenderMode`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RenderMode {
+    /// With a constant 2D dilation, as 3DGS does.
+    Default,
+    /// With the 2D Mip filter, which keeps the energy of small splats (Mip-Splatting).
+    Mip,
+}
+
+impl RenderMode {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Default => "default",
+            Self::Mip => "mip",
+        }
+    }
+
+    /// From the comments of a file; `antialiased 1` is Postshot's word for it.
+    fn from_comments(comments: &[String]) -> Option<Self> {
+        comments.iter().find_map(|comment| {
+            let (key, value) = comment.split_once([' ', ':'])?;
+            match (key, value.trim_matches([' ', ':'])) {
+                ("SplatRenderMode", "default") | ("antialiased", "0") => Some(Self::Default),
+                ("SplatRenderMode", "mip") | ("antialiased", "1") => Some(Self::Mip),
+                _ => None,
+            }
+        })
+    }
+}
+
+/// Opens a file for [`rows::Body`]: the reader and the size, when it has one.
+fn open(path: &Path) -> Result<(BufReader<File>, Option<u64>)> {
+    let io = |error| FormatError::io(path, error);
+    let file = File::open(path).map_err(io)?;
+    let metadata = file.metadata().map_err(io)?;
+    if metadata.is_dir() {
+        return Err(FormatError::invalid(path, "", "this is a folder, not a PLY file"));
+    }
+    let size = metadata.is_file().then_some(metadata.len());
+    Ok((BufReader::with_capacity(1 << 18, file), size))
+}
+
+/// Parses the header and reads the rows of `vertex`; elements before it are passed over.
+fn read_vertices<T>(
+    reader: &mut dyn BufRead,
+    path: &Path,
+    file_bytes: Option<u64>,
+    prepare: impl FnOnce(&header::Header, &header::Element) -> Result<T>,
+    mut append: impl FnMut(&mut T, &[u8], bool) -> Result<()>,
+) -> Result<(T, header::Header)> {
+    let header = header::parse(reader, path)?;
+    let Some(at) = header.elements.iter().position(|element| element.name == "vertex") else {
+        return Err(FormatError::invalid(path, "ply header", "there is no element vertex"));
+    };
+    let vertex = &header.elements[at];
+    if vertex.count > u64::from(u32::MAX) {
+        let place = format!("ply header line {}", vertex.line);
+        let cause = format!("{} rows are more than the 2^32 - 1 that fit", vertex.count);
+        return Err(FormatError::invalid(path, place, cause));
+    }
+    let mut body = rows::Body::new(reader, path, &header, file_bytes)?;
+    let mut result = prepare(&header, vertex)?;
+    for element in &header.elements[..at] {
+        body.skip(element)?;
+    }
+    let big_endian = body.is_big_endian();
+    body.read(vertex, &mut |rows| append(&mut result, rows, big_endian))?;
+    if header.elements[at + 1..].iter().all(|element| element.count == 0) {
+        body.end()?;
+    }
+    Ok((result, header))
+}
+
+/// Rows to make room for: all of them when the file is known to be large enough.
+fn reserved_rows(element: &header::Element, file_bytes: Option<u64>) -> usize {
+    let unproven = 1 << 12;
+    if file_bytes.is_some() { element.count as usize } else { element.count.min(unproven) as usize }
+}
+
+#[cfg(test)]
+mod tests;

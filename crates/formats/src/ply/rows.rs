@@ -1,0 +1,265 @@
+//! The body of a PLY file as blocks of packed rows.
+//!
+//! Whatever the encoding, a row arrives as the bytes of its scalar properties one after another:
+//! text is converted to little-endian bytes, list properties are left out.
+
+use std::io::{BufRead, Read};
+use std::path::Path;
+
+use super::header::{Element, Header, PropertyKind};
+use super::scalar::{Encoding, Scalar};
+use crate::error::{FormatError, Result, quoted};
+
+/// Bytes of a block: small enough to stay in the second-level cache while it is transposed.
+const BLOCK_BYTES: usize = 1 << 18;
+/// Bytes of an ascii row, list included.
+const MAX_LINE_BYTES: u64 = 1 << 24;
+
+/// Position of a scalar property in a packed row.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Field {
+    pub(crate) offset: usize,
+    pub(crate) scalar: Scalar,
+}
+
+/// Bytes of a packed row.
+pub(crate) fn packed_row_bytes(element: &Element) -> usize {
+    fields(element).map(|(_, field)| field.scalar.size()).sum()
+}
+
+/// The scalar properties of an element with their positions.
+pub(crate) fn fields(element: &Element) -> impl Iterator<Item = (&str, Field)> {
+    let mut offset = 0;
+    element.properties.iter().filter_map(move |property| match property.kind {
+        PropertyKind::List { .. } => None,
+        PropertyKind::Scalar(scalar) => {
+            let field = Field { offset, scalar };
+            offset += scalar.size();
+            Some((property.name.as_str(), field))
+        }
+    })
+}
+
+/// Reads the elements of a body in their order.
+pub(crate) struct Body<'a> {
+    reader: &'a mut dyn BufRead,
+    path: &'a Path,
+    encoding: Encoding,
+    /// Offset in the file of the next byte.
+    byte: u64,
+    /// Lines before the next byte; only counted in ascii files.
+    line: usize,
+}
+
+impl<'a> Body<'a> {
+    /// `reader` stands behind the header. With `file_bytes`, the size of the whole file, a header
+    /// that promises more rows than fit is refused before anything is allocated.
+    pub(crate) fn new(
+        reader: &'a mut dyn BufRead,
+        path: &'a Path,
+        header: &Header,
+        file_bytes: Option<u64>,
+    ) -> Result<Self> {
+        let mut least = u128::from(header.bytes);
+        for element in &header.elements {
+            let row = u128::from(element.least_row_bytes(header.encoding));
+            least += u128::from(element.count) * row;
+            // The last row of a text file may lack its line end.
+            if file_bytes.is_some_and(|size| least > u128::from(size) + 1) {
+                let (name, count) = (quoted(&element.name), element.count);
+                let cause = format!(
+                    "the header promises {count} rows of element {name}, at least {least} bytes in all, but the file has {}",
+                    file_bytes.unwrap_or_default()
+                );
+                let place = format!("ply header line {}", element.line);
+                return Err(FormatError::invalid(path, place, cause).with_remedy(
+                    "the file is incomplete, or its header was damaged: copy or export it again",
+                ));
+            }
+        }
+        let (encoding, byte, line) = (header.encoding, header.bytes, header.lines);
+        Ok(Self { reader, path, encoding, byte, line })
+    }
+
+    /// Whether packed rows hold big-endian values.
+    pub(crate) fn is_big_endian(&self) -> bool {
+        self.encoding == Encoding::BigEndian
+    }
+
+    /// Hands all rows of the next element to `take_block`, some thousand at a time.
+    pub(crate) fn read(
+        &mut self,
+        element: &Element,
+        take_block: &mut dyn FnMut(&[u8]) -> Result<()>,
+    ) -> Result<()> {
+        let row_bytes = packed_row_bytes(element);
+        let rows_per_block = (BLOCK_BYTES / row_bytes.max(1)).max(1) as u64;
+        let mut block = Vec::new();
+        let mut row = 0;
+        while row < element.count {
+            let rows = rows_per_block.min(element.count - row);
+            block.clear();
+            if self.encoding == Encoding::Ascii {
+                for i in row..row + rows {
+                    self.text_row(element, i, &mut block)?;
+                }
+            } else if element.fixed_row_bytes().is_some() {
+                self.exact(rows as usize * row_bytes, &mut block, element, row)?;
+            } else {
+                for i in row..row + rows {
+                    self.binary_row(element, i, &mut block)?;
+                }
+            }
+            take_block(&block)?;
+            row += rows;
+        }
+        Ok(())
+    }
+
+    /// Passes over the next element.
+    pub(crate) fn skip(&mut self, element: &Element) -> Result<()> {
+        if element.properties.is_empty() {
+            return Ok(());
+        }
+        match element.fixed_row_bytes() {
+            Some(size) if self.encoding != Encoding::Ascii => {
+                let bytes = u128::from(element.count) * size as u128;
+                self.pass_over(bytes, element, 0)
+            }
+            _ => self.read(element, &mut |_| Ok(())),
+        }
+    }
+
+    /// Fails unless nothing but white space follows: more data means that the header does not
+    /// describe the body, and then the values read are wrong too.
+    pub(crate) fn end(&mut self) -> Result<()> {
+        loop {
+            let rest = self.reader.fill_buf().map_err(|error| FormatError::io(self.path, error))?;
+            if rest.is_empty() {
+                return Ok(());
+            }
+            if let Some(at) = rest.iter().position(|b| !b.is_ascii_whitespace() && *b != 0) {
+                let place = format!("byte {}", self.byte + at as u64);
+                let cause = "there is data after the last row: header and body do not match";
+                return Err(FormatError::invalid(self.path, place, cause).with_remedy(
+                    "a binary file that was copied in text mode looks like this; copy it again",
+                ));
+            }
+            let passed = rest.len();
+            self.byte += passed as u64;
+            self.reader.consume(passed);
+        }
+    }
+
+    fn text_row(&mut self, element: &Element, row: u64, block: &mut Vec<u8>) -> Result<()> {
+        let mut text = Vec::new();
+        while text.trim_ascii().is_empty() {
+            text.clear();
+            let mut limited = (&mut *self.reader).take(MAX_LINE_BYTES);
+            let read = limited
+                .read_until(b'\n', &mut text)
+                .map_err(|error| FormatError::io(self.path, error))?;
+            if read == 0 {
+                return Err(self.ends_early(element, row));
+            }
+            self.byte += read as u64;
+            self.line += 1;
+        }
+        let fault = |cause: String| {
+            Err(FormatError::invalid(self.path, format!("line {}", self.line), cause))
+        };
+        let Ok(text) = std::str::from_utf8(&text) else {
+            return fault("binary data in a PLY file that says it is ascii".into());
+        };
+        let mut tokens = text.split_ascii_whitespace();
+        let expected = element.properties.len();
+        for property in &element.properties {
+            let mut value = |scalar: Scalar, bytes: &mut Vec<u8>| {
+                let Some(token) = tokens.next() else {
+                    return Err(format!("the row ends before its {expected} properties do"));
+                };
+                let problem =
+                    || format!("property {} is {}", quoted(&property.name), quoted(token));
+                scalar.encode_text(token, bytes).ok_or_else(problem)
+            };
+            let outcome = match property.kind {
+                PropertyKind::Scalar(scalar) => value(scalar, block),
+                PropertyKind::List { count, item } => (|| {
+                    let mut bytes = Vec::new();
+                    value(count, &mut bytes)?;
+                    let length = count.decode(&bytes, false);
+                    let mut i = 0.0;
+                    while i < length {
+                        bytes.clear();
+                        value(item, &mut bytes)?;
+                        i += 1.0;
+                    }
+                    Ok(())
+                })(),
+            };
+            if let Err(cause) = outcome {
+                return fault(cause);
+            }
+        }
+        if tokens.next().is_some() {
+            return fault(format!("the row has more values than its {expected} properties take"));
+        }
+        Ok(())
+    }
+
+    fn binary_row(&mut self, element: &Element, row: u64, block: &mut Vec<u8>) -> Result<()> {
+        for property in &element.properties {
+            match property.kind {
+                PropertyKind::Scalar(scalar) => self.exact(scalar.size(), block, element, row)?,
+                PropertyKind::List { count, item } => {
+                    let mut bytes = Vec::with_capacity(8);
+                    self.exact(count.size(), &mut bytes, element, row)?;
+                    let length = count.decode(&bytes, self.is_big_endian());
+                    if length < 0.0 {
+                        let place = format!("byte {}", self.byte - count.size() as u64);
+                        let cause = format!("list {} has {length} items", quoted(&property.name));
+                        return Err(FormatError::invalid(self.path, place, cause));
+                    }
+                    self.pass_over(length as u128 * item.size() as u128, element, row)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Appends the next `bytes` bytes to `block`, which never grows beyond a block and a row.
+    fn exact(
+        &mut self,
+        bytes: usize,
+        block: &mut Vec<u8>,
+        element: &Element,
+        row: u64,
+    ) -> Result<()> {
+        let read = (&mut *self.reader)
+            .take(bytes as u64)
+            .read_to_end(block)
+            .map_err(|error| FormatError::io(self.path, error))?;
+        self.byte += read as u64;
+        if read < bytes {
+            let whole = read / packed_row_bytes(element).max(1);
+            return Err(self.ends_early(element, row + whole as u64));
+        }
+        Ok(())
+    }
+
+    fn pass_over(&mut self, bytes: u128, element: &Element, row: u64) -> Result<()> {
+        let wanted = u64::try_from(bytes).unwrap_or(u64::MAX);
+        let mut limited = (&mut *self.reader).take(wanted);
+        let passed = std::io::copy(&mut limited, &mut std::io::sink())
+            .map_err(|error| FormatError::io(self.path, error))?;
+        self.byte += passed;
+        if passed < wanted { Err(self.ends_early(element, row)) } else { Ok(()) }
+    }
+
+    fn ends_early(&self, element: &Element, row: u64) -> FormatError {
+        let (name, count) = (quoted(&element.name), element.count);
+        let cause = format!("the file ends in row {row} of the {count} rows of element {name}");
+        FormatError::invalid(self.path, format!("byte {}", self.byte), cause)
+            .with_remedy("the file is incomplete: copy or export it again")
+    }
+}

@@ -1,0 +1,204 @@
+//! Writing Gaussians in INRIA's column order.
+
+use std::io::Write;
+use std::path::Path;
+
+use motes_scene::{ColumnValues, ExtraColumn, Gaussians};
+
+use super::RenderMode;
+use crate::atomic::{write_checked, write_error};
+use crate::error::{FormatError, Result, quoted};
+
+/// Rows that are packed before they are written.
+const ROWS_PER_BLOCK: usize = 1024;
+
+/// What goes into the header beside the columns.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PlyWriteOptions {
+    /// Written as `comment SplatRenderMode`, for viewers that can do both.
+    pub render_mode: Option<RenderMode>,
+    /// Further comments, one line each.
+    pub comments: Vec<String>,
+}
+
+/// Writes Gaussians as a binary little-endian PLY: `x y z nx ny nz f_dc_* f_rest_* opacity scale_*
+/// rot_*`, then the extra columns. `f_rest` is channel-major. Normals are zero unless `nx`, `ny`
+/// or `nz` are among the extra columns.
+///
+/// # Errors
+/// Writing fails, or an extra column has a name that a PLY file cannot hold or that a standard
+/// column has.
+///
+/// # Panics
+/// When the arrays are not [consistent](Gaussians::is_consistent).
+pub fn write_gaussians(
+    path: &Path,
+    gaussians: &Gaussians,
+    options: &PlyWriteOptions,
+) -> Result<()> {
+    write_checked(path, |writer| write_to(writer, gaussians, options, path))
+}
+
+/// Writes Gaussians to a stream; `name` stands for the file in errors.
+///
+/// # Errors
+/// As [`write_gaussians`].
+///
+/// # Panics
+/// As [`write_gaussians`].
+pub fn write_gaussians_to(
+    mut writer: impl Write,
+    gaussians: &Gaussians,
+    options: &PlyWriteOptions,
+    name: &Path,
+) -> Result<()> {
+    write_to(&mut writer, gaussians, options, name)
+}
+
+fn write_to(
+    writer: &mut dyn Write,
+    gaussians: &Gaussians,
+    options: &PlyWriteOptions,
+    path: &Path,
+) -> Result<()> {
+    assert!(gaussians.is_consistent(), "arrays of different lengths");
+    let refused = |error| write_error(path, error);
+    let columns = Columns::new(gaussians, path)?;
+    writer.write_all(columns.header(gaussians, options).as_bytes()).map_err(refused)?;
+    let mut block = Vec::new();
+    for start in (0..gaussians.len()).step_by(ROWS_PER_BLOCK) {
+        block.clear();
+        for row in start..gaussians.len().min(start + ROWS_PER_BLOCK) {
+            columns.append_row(gaussians, row, &mut block);
+        }
+        writer.write_all(&block).map_err(refused)?;
+    }
+    Ok(())
+}
+
+/// The extra columns, normals apart.
+struct Columns<'g> {
+    normals: [Option<&'g ExtraColumn>; 3],
+    others: Vec<&'g ExtraColumn>,
+}
+
+const NORMALS: [&str; 3] = ["nx", "ny", "nz"];
+
+impl<'g> Columns<'g> {
+    fn new(gaussians: &'g Gaussians, path: &Path) -> Result<Self> {
+        let extra = &gaussians.extra;
+        for (i, column) in extra.iter().enumerate() {
+            let name = &column.name;
+            let spelled =
+                !name.is_empty() && name.chars().all(|c| !c.is_whitespace() && !c.is_control());
+            if !spelled {
+                let cause = format!("a PLY column cannot have the name {}", quoted(name));
+                return Err(FormatError::invalid(path, "extra columns", cause));
+            }
+            let twice = extra[..i].iter().any(|other| other.name == *name);
+            if twice || is_standard(name) {
+                let cause = format!("the column name {} is used twice", quoted(name));
+                return Err(FormatError::invalid(path, "extra columns", cause));
+            }
+        }
+        let normals = NORMALS.map(|name| extra.iter().find(|column| column.name == name));
+        let others = extra.iter().filter(|c| !NORMALS.contains(&c.name.as_str())).collect();
+        Ok(Self { normals, others })
+    }
+
+    fn header(&self, gaussians: &Gaussians, options: &PlyWriteOptions) -> String {
+        let mut text = String::from("ply\nformat binary_little_endian 1.0\n");
+        text.push_str("comment motes format motes/gaussians 1.0\n");
+        text.push_str(&format!("comment SH degree: {}\n", gaussians.sh_degree));
+        if let Some(mode) = options.render_mode {
+            text.push_str(&format!("comment SplatRenderMode: {}\n", mode.name()));
+        }
+        for comment in &options.comments {
+            // A line break would start a header line of its own.
+            let line = comment.replace(char::is_control, " ");
+            text.push_str(&format!("comment {line}\n"));
+        }
+        text.push_str(&format!("element vertex {}\n", gaussians.len()));
+        let mut property = |kind: &str, name: &str| {
+            text.push_str(&format!("property {kind} {name}\n"));
+        };
+        ["x", "y", "z"].iter().for_each(|name| property("float", name));
+        for (column, name) in self.normals.iter().zip(NORMALS) {
+            property(column.map_or("float", |column| type_name(&column.values)), name);
+        }
+        (0..3).for_each(|i| property("float", &format!("f_dc_{i}")));
+        let rest = 3 * (gaussians.sh_coefficients() - 1);
+        (0..rest).for_each(|i| property("float", &format!("f_rest_{i}")));
+        property("float", "opacity");
+        (0..3).for_each(|i| property("float", &format!("scale_{i}")));
+        (0..4).for_each(|i| property("float", &format!("rot_{i}")));
+        for column in &self.others {
+            property(type_name(&column.values), &column.name);
+        }
+        text.push_str("end_header\n");
+        text
+    }
+
+    fn append_row(&self, gaussians: &Gaussians, i: usize, bytes: &mut Vec<u8>) {
+        let append = |bytes: &mut Vec<u8>, values: &[f32]| {
+            values.iter().for_each(|value| bytes.extend_from_slice(&value.to_le_bytes()));
+        };
+        append(bytes, &gaussians.means[i]);
+        for column in self.normals {
+            match column {
+                Some(column) => append_value(&column.values, i, bytes),
+                None => append(bytes, &[0.0]),
+            }
+        }
+        let sh = gaussians.sh_of(i);
+        append(bytes, &sh[..3]);
+        for channel in 0..3 {
+            for rgb in sh[3..].chunks_exact(3) {
+                append(bytes, &[rgb[channel]]);
+            }
+        }
+        append(bytes, &[gaussians.opacity_logits[i]]);
+        append(bytes, &gaussians.log_scales[i]);
+        append(bytes, &gaussians.rotations[i]);
+        for column in &self.others {
+            append_value(&column.values, i, bytes);
+        }
+    }
+}
+
+/// Whether [`Columns::header`] writes a column of this name itself, or a reader would take it for
+/// one that it does.
+fn is_standard(name: &str) -> bool {
+    let numbered = |prefix: &str| {
+        name.strip_prefix(prefix)
+            .is_some_and(|n| !n.is_empty() && n.bytes().all(|b| b.is_ascii_digit()))
+    };
+    ["x", "y", "z", "opacity"].contains(&name)
+        || ["f_dc_", "f_rest_", "scale_", "rot_"].into_iter().any(numbered)
+}
+
+fn type_name(values: &ColumnValues) -> &'static str {
+    match values {
+        ColumnValues::I8(_) => "char",
+        ColumnValues::U8(_) => "uchar",
+        ColumnValues::I16(_) => "short",
+        ColumnValues::U16(_) => "ushort",
+        ColumnValues::I32(_) => "int",
+        ColumnValues::U32(_) => "uint",
+        ColumnValues::F32(_) => "float",
+        ColumnValues::F64(_) => "double",
+    }
+}
+
+fn append_value(values: &ColumnValues, i: usize, bytes: &mut Vec<u8>) {
+    match values {
+        ColumnValues::I8(v) => bytes.extend(v[i].to_le_bytes()),
+        ColumnValues::U8(v) => bytes.push(v[i]),
+        ColumnValues::I16(v) => bytes.extend(v[i].to_le_bytes()),
+        ColumnValues::U16(v) => bytes.extend(v[i].to_le_bytes()),
+        ColumnValues::I32(v) => bytes.extend(v[i].to_le_bytes()),
+        ColumnValues::U32(v) => bytes.extend(v[i].to_le_bytes()),
+        ColumnValues::F32(v) => bytes.extend(v[i].to_le_bytes()),
+        ColumnValues::F64(v) => bytes.extend(v[i].to_le_bytes()),
+    }
+}
