@@ -1,2 +1,59 @@
-//! Repository checks.
-fn main() {}
+//! Checks and generators of this repository: `cargo xtask tidy|schemas|licenses|man|completions`.
+
+mod generate;
+mod licenses;
+mod metadata;
+mod schemas;
+mod tidy;
+
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+const USAGE: &str = "\
+cargo xtask TASK
+
+  tidy         layers, file lengths, schemas, links, names of stages, paths of machines
+  schemas      write docs/formats/schema/ from the code
+  licenses     compare the licences of all dependencies with deny.toml
+  man          write the manual pages of the built stages to target/man/
+  completions  write the shell completions of the built stages to target/completions/
+";
+
+fn main() -> ExitCode {
+    let tasks: Vec<String> = std::env::args().skip(1).collect();
+    if tasks.is_empty() || tasks.iter().any(|task| task == "help" || task == "--help") {
+        say(USAGE.trim_end());
+        return if tasks.is_empty() { ExitCode::from(2) } else { ExitCode::SUCCESS };
+    }
+    let root = root();
+    for task in &tasks {
+        let result = match task.as_str() {
+            "tidy" => tidy::run(&root),
+            "schemas" => schemas::write(&root),
+            "licenses" | "licences" => licenses::run(&root),
+            "man" => generate::man(&root),
+            "completions" => generate::completions(&root),
+            _ => {
+                say(&format!("xtask: no task \"{task}\"\n{USAGE}"));
+                return ExitCode::from(2);
+            }
+        };
+        if let Err(error) = result {
+            say(&format!("xtask {task}: {error:#}"));
+            return ExitCode::FAILURE;
+        }
+    }
+    ExitCode::SUCCESS
+}
+
+/// The workspace: the folder above this package.
+fn root() -> PathBuf {
+    let package = std::env::var_os("CARGO_MANIFEST_DIR").map(PathBuf::from);
+    let package = package.unwrap_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")));
+    package.parent().unwrap_or(Path::new(".")).to_owned()
+}
+
+fn say(text: &str) {
+    let _ = writeln!(std::io::stderr(), "{text}");
+}

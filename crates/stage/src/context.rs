@@ -5,9 +5,10 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Instant, SystemTime};
 
+use motes_formats::run_record::RunInput;
+
 use crate::error::Explanation;
 use crate::progress::Display;
-use crate::provenance::Input;
 use crate::stdout::Stdout;
 use crate::{CommonArgs, Progress, StageError, fingerprint, interrupt};
 
@@ -23,7 +24,7 @@ pub struct Context {
 
 #[derive(Debug, Default)]
 pub(crate) struct State {
-    pub(crate) inputs: Vec<Input>,
+    pub(crate) inputs: Vec<RunInput>,
     pub(crate) outputs: Vec<PathBuf>,
     pub(crate) warnings: Vec<String>,
     pub(crate) gates_missed: Vec<String>,
@@ -131,7 +132,8 @@ impl Context {
     /// [`StageError::BadInput`] when it is missing or cannot be read.
     pub fn input(&self, role: &str, path: impl AsRef<Path>) -> anyhow::Result<()> {
         let path = path.as_ref();
-        let mut input = Input { role: role.to_owned(), path: path.to_owned(), sha256: None };
+        let shown = path.to_string_lossy().into_owned();
+        let mut input = RunInput { role: role.to_owned(), path: shown, sha256: None };
         if path != Path::new("-") {
             let failed = |e: io::Error| {
                 let shown = path.display();

@@ -3,22 +3,17 @@
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-use anyhow::Context as _;
+use motes_formats::documents::{Document as _, write_document};
+use motes_formats::run_record::RunRecord;
 use serde::Serialize;
 use serde_json::Value;
 
+use crate::run::GIT_REVISION;
 use crate::{Context, clock, resources};
-
-/// An input of this run.
-#[derive(Clone, Debug, Serialize)]
-pub(crate) struct Input {
-    pub(crate) role: String,
-    pub(crate) path: PathBuf,
-    pub(crate) sha256: Option<String>,
-}
 
 /// `a/b.ply` to `a/b.ply.run.json`; a folder's record lies beside the folder.
 pub(crate) fn record_path(output: &Path) -> PathBuf {
+    // Going through components drops a trailing slash.
     let mut name: OsString = output.components().collect::<PathBuf>().into();
     name.push(".run.json");
     name.into()
@@ -32,29 +27,59 @@ pub(crate) fn write<A: Serialize, R: Serialize>(
     report: &R,
 ) -> anyhow::Result<()> {
     let state = context.lock();
-    let Some(product) = state.outputs.iter().find(|path| *path != Path::new("-")) else {
+    let Some(product) = state.outputs.iter().find(|path| has_record(path)) else {
         return Ok(());
     };
     // A path that is not Unicode has no JSON spelling; argv still shows it.
     let config = serde_json::to_value(args).unwrap_or(Value::Null);
-    let record = serde_json::json!({
-        "format": "motes/run",
-        "version": "1.0",
-        "tool": context.program,
-        "argv": arguments.iter().map(|a| a.to_string_lossy()).collect::<Vec<_>>(),
-        "seed": config.get("seed").and_then(Value::as_u64),
-        "config": config,
-        "threads": context.threads(),
-        "inputs": state.inputs,
-        "outputs": state.outputs.iter().map(|p| p.to_string_lossy()).collect::<Vec<_>>(),
-        "warnings": state.warnings,
-        "start": clock::rfc3339(context.started),
-        "wall_s": context.elapsed_seconds(),
-        "cpu_s": resources::cpu_seconds(),
-        "peak_memory_bytes": resources::peak_memory_bytes(),
-        "report": serde_json::to_value(report)?,
-    });
-    let path = record_path(product);
-    std::fs::write(&path, record.to_string())
-        .with_context(|| format!("cannot write the run record: {}", path.display()))
+    let record = RunRecord {
+        format: RunRecord::FORMAT.to_owned(),
+        version: RunRecord::version(),
+        tool: context.program.clone(),
+        tool_version: Some(env!("CARGO_PKG_VERSION").to_owned()),
+        git: GIT_REVISION.map(str::to_owned),
+        argv: arguments.iter().map(|argument| argument.to_string_lossy().into_owned()).collect(),
+        seed: config.get("seed").and_then(Value::as_u64),
+        config,
+        threads: context.threads() as u64,
+        inputs: state.inputs.clone(),
+        outputs: state.outputs.iter().map(|path| path.to_string_lossy().into_owned()).collect(),
+        warnings: state.warnings.clone(),
+        start: clock::rfc3339(context.started),
+        wall_s: context.elapsed_seconds(),
+        cpu_s: resources::cpu_seconds(),
+        peak_memory_bytes: resources::peak_memory_bytes(),
+        report: serde_json::to_value(report)?,
+    };
+    Ok(write_document(&record_path(product), &record)?)
+}
+
+/// Standard output and devices keep no files beside them.
+fn has_record(output: &Path) -> bool {
+    output != Path::new("-")
+        && std::fs::metadata(output).is_ok_and(|meta| meta.is_file() || meta.is_dir())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_record_lies_beside_its_product() {
+        for (output, record) in
+            [("a/b.ply", "a/b.ply.run.json"), ("renders/", "renders.run.json"), ("b", "b.run.json")]
+        {
+            assert_eq!(record_path(Path::new(output)), Path::new(record));
+        }
+    }
+
+    #[test]
+    fn only_products_on_disk_have_one() {
+        let dir = tempfile::tempdir().unwrap();
+        assert!(has_record(dir.path()));
+        assert!(!has_record(Path::new("-")));
+        assert!(!has_record(&dir.path().join("never written")));
+        #[cfg(unix)]
+        assert!(!has_record(Path::new("/dev/null")));
+    }
 }

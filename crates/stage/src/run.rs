@@ -21,13 +21,14 @@ use crate::{
 /// Set by the dispatcher, so that usage lines show what the user typed.
 pub const INVOKED_AS_VARIABLE: &str = "MOTES_INVOKED_AS";
 
-/// `0.1.0`, with the commit when the build was told it (`make install` does).
-pub(crate) static VERSION: LazyLock<String> = LazyLock::new(|| {
+/// The commit, when the build was told it: `make install` does. Other builds are not, so that a
+/// commit does not rebuild every stage.
+pub(crate) const GIT_REVISION: Option<&str> = option_env!("MOTES_GIT_REVISION");
+
+/// `0.1.0`, or `0.1.0 (commit)`.
+static VERSION: LazyLock<String> = LazyLock::new(|| {
     let version = env!("CARGO_PKG_VERSION");
-    match option_env!("MOTES_GIT_REVISION") {
-        Some(revision) if !revision.is_empty() => format!("{version} ({revision})"),
-        _ => version.to_owned(),
-    }
+    GIT_REVISION.map_or_else(|| version.to_owned(), |commit| format!("{version} ({commit})"))
 });
 
 /// Runs a stage: parses arguments, prepares logging, threads and interruption, calls `run`,

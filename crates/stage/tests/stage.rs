@@ -73,6 +73,7 @@ fn a_run_makes_product_and_record_and_keeps_stdout_empty() {
 
     let record = std::fs::read(bench.path("out/j.txt.run.json")).unwrap();
     let record: Value = serde_json::from_slice(&record).unwrap();
+    assert_eq!((&record["format"], &record["version"]), (&"motes/run".into(), &"1.0".into()));
     assert_eq!(record["seed"], 7);
     assert_eq!(record["threads"], 2);
     assert_eq!(record["inputs"][0]["role"], "input");

@@ -1,0 +1,94 @@
+//! Manual pages and completions, asked from the built stages.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use anyhow::{Context as _, bail, ensure};
+
+pub(crate) fn man(root: &Path) -> anyhow::Result<()> {
+    let folder = root.join("target/man");
+    for stage in built_stages(root)? {
+        let page = ask(&stage, "man")?;
+        save(&folder.join(format!("motes-{}.1", name(&stage))), &page)?;
+    }
+    crate::say("man: wrote target/man/");
+    Ok(())
+}
+
+pub(crate) fn completions(root: &Path) -> anyhow::Result<()> {
+    let folder = root.join("target/completions");
+    for stage in built_stages(root)? {
+        let name = name(&stage);
+        for (shell, file) in [
+            ("bash", format!("{name}.bash")),
+            ("zsh", format!("_{name}")),
+            ("fish", format!("{name}.fish")),
+        ] {
+            save(&folder.join(shell).join(file), &ask(&stage, shell)?)?;
+        }
+    }
+    crate::say("completions: wrote target/completions/");
+    Ok(())
+}
+
+/// Names of the stages that the workspace builds: one per file in `stages/src/bin`.
+pub(crate) fn stage_names(root: &Path) -> Vec<String> {
+    let Ok(entries) = std::fs::read_dir(root.join("crates/stages/src/bin")) else {
+        return Vec::new();
+    };
+    let mut names: Vec<String> = entries
+        .filter_map(|entry| {
+            let path = entry.ok()?.path();
+            let is_stage = path.is_dir() || path.extension().is_some_and(|e| e == "rs");
+            is_stage.then(|| path.file_stem()?.to_str().map(str::to_owned))?
+        })
+        .collect();
+    names.sort();
+    names
+}
+
+fn built_stages(root: &Path) -> anyhow::Result<Vec<PathBuf>> {
+    let names = stage_names(root);
+    ensure!(!names.is_empty(), "there is no stage in crates/stages/src/bin");
+    let folder = root.join("target/release");
+    let paths = names.iter().map(|n| folder.join(format!("{n}{}", std::env::consts::EXE_SUFFIX)));
+    let paths: Vec<PathBuf> = paths.collect();
+    match paths.iter().find(|path| !path.exists()) {
+        Some(missing) => bail!("run `make` first: it builds {}", missing.display()),
+        None => Ok(paths),
+    }
+}
+
+fn name(stage: &Path) -> String {
+    stage.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+fn ask(stage: &Path, what: &str) -> anyhow::Result<Vec<u8>> {
+    let output = Command::new(stage).args(["--generate", what]).output()?;
+    let shown = stage.display();
+    ensure!(output.status.success() && !output.stdout.is_empty(), "no {what} from {shown}");
+    Ok(output.stdout)
+}
+
+fn save(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
+    std::fs::create_dir_all(path.parent().unwrap_or(Path::new(".")))?;
+    std::fs::write(path, bytes).with_context(|| path.display().to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stages_are_the_files_of_the_bin_folder() {
+        let dir = tempfile::tempdir().unwrap();
+        assert!(built_stages(dir.path()).is_err());
+        let bin = dir.path().join("crates/stages/src/bin");
+        std::fs::create_dir_all(bin.join("render")).unwrap();
+        std::fs::write(bin.join("evaluate.rs"), "").unwrap();
+        std::fs::write(bin.join("notes.txt"), "").unwrap();
+        assert_eq!(stage_names(dir.path()), ["evaluate", "render"]);
+        let error = built_stages(dir.path()).unwrap_err().to_string();
+        assert!(error.contains("run `make` first"), "{error}");
+    }
+}

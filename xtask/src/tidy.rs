@@ -1,0 +1,115 @@
+//! Rules that no compiler checks. One file per rule; each takes text and returns problems, so
+//! that its tests can show it failing.
+
+mod layers;
+mod length;
+mod links;
+mod machine_paths;
+mod placeholders;
+mod shell;
+mod stage_words;
+
+use std::fmt;
+use std::path::Path;
+use std::process::Command;
+
+use anyhow::bail;
+
+use crate::{generate, metadata, schemas};
+
+/// A broken rule.
+#[derive(Debug, PartialEq, Eq)]
+pub(crate) struct Problem {
+    fails: bool,
+    file: String,
+    line: usize,
+    text: String,
+}
+
+impl Problem {
+    /// A problem that fails the check. Lines count from 1; 0 is the whole file.
+    pub(crate) fn error(file: impl Into<String>, line: usize, text: impl Into<String>) -> Self {
+        Self { fails: true, file: file.into(), line, text: text.into() }
+    }
+
+    /// A problem that is only said.
+    pub(crate) fn warning(file: impl Into<String>, line: usize, text: impl Into<String>) -> Self {
+        Self { fails: false, ..Self::error(file, line, text) }
+    }
+}
+
+impl fmt::Display for Problem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let kind = if self.fails { "" } else { "warning: " };
+        match self.line {
+            0 => write!(f, "{kind}{}: {}", self.file, self.text),
+            line => write!(f, "{kind}{}:{line}: {}", self.file, self.text),
+        }
+    }
+}
+
+/// A text file of the repository.
+#[derive(Debug)]
+pub(crate) struct Source {
+    /// Path from the root, with `/`.
+    pub(crate) path: String,
+    pub(crate) text: String,
+}
+
+pub(crate) fn run(root: &Path) -> anyhow::Result<()> {
+    let sources = sources(root)?;
+    let stages = generate::stage_names(root);
+    let mut problems = schemas::stale(root);
+    let architecture = sources.iter().find(|s| s.path == "docs/ARCHITECTURE.md");
+    match architecture {
+        Some(table) => {
+            problems.extend(layers::check(&table.text, &metadata::read(root, false)?));
+        }
+        None => problems.push(Problem::error("docs/ARCHITECTURE.md", 0, "is missing")),
+    }
+    for source in &sources {
+        problems.extend(length::check(source));
+        problems.extend(placeholders::check(source));
+        problems.extend(machine_paths::check(source));
+        problems.extend(stage_words::check(source, &stages));
+        problems.extend(links::check(source, &|path| root.join(path).exists()));
+    }
+    for stage in &stages {
+        let named = |s: &&Source| s.path == "README.md" && s.text.contains(&format!("`{stage}`"));
+        if !sources.iter().any(|s| named(&s)) {
+            problems.push(Problem::error(
+                "README.md",
+                0,
+                format!("does not name the stage {stage}"),
+            ));
+        }
+    }
+    for problem in &problems {
+        crate::say(&problem.to_string());
+    }
+    let failed = problems.iter().filter(|p| p.fails).count();
+    if failed > 0 {
+        bail!("{failed} problems");
+    }
+    crate::say(&format!("tidy: {}", length::summary(&sources)));
+    Ok(())
+}
+
+/// All text files that git knows or would add.
+fn sources(root: &Path) -> anyhow::Result<Vec<Source>> {
+    let listing = ["ls-files", "-z", "--cached", "--others", "--exclude-standard"];
+    let output = Command::new("git").current_dir(root).args(listing).output()?;
+    if !output.status.success() {
+        bail!("git ls-files failed: {}", String::from_utf8_lossy(&output.stderr).trim());
+    }
+    let names = String::from_utf8_lossy(&output.stdout).into_owned();
+    let mut paths: Vec<&str> = names.split('\0').filter(|path| !path.is_empty()).collect();
+    paths.sort_unstable();
+    paths.dedup();
+    let read = |path: &&str| {
+        // Pictures and deliberately broken files are not text; a deleted one is not there.
+        let text = std::fs::read_to_string(root.join(path)).ok().filter(|t| !t.contains('\0'))?;
+        Some(Source { path: (*path).to_owned(), text })
+    };
+    Ok(paths.iter().filter_map(read).collect())
+}

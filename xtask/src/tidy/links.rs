@@ -1,0 +1,109 @@
+//! Links between documents lead somewhere.
+
+use super::{Problem, Source};
+
+pub(super) fn check(source: &Source, exists: &dyn Fn(&str) -> bool) -> Vec<Problem> {
+    if !source.path.ends_with(".md") {
+        return Vec::new();
+    }
+    let folder = source.path.rsplit_once('/').map_or("", |(folder, _)| folder);
+    let mut problems = Vec::new();
+    let mut in_block = false;
+    for (i, line) in source.text.lines().enumerate() {
+        if line.trim_start().starts_with("```") {
+            in_block = !in_block;
+        } else if !in_block {
+            for target in targets(line) {
+                if let Some(text) = problem(folder, target, &source.text, exists) {
+                    problems.push(Problem::error(&source.path, i + 1, text));
+                }
+            }
+        }
+    }
+    problems
+}
+
+fn problem(
+    folder: &str,
+    target: &str,
+    own_text: &str,
+    exists: &dyn Fn(&str) -> bool,
+) -> Option<String> {
+    if target.contains("://") || target.starts_with("mailto:") {
+        return None;
+    }
+    let (path, anchor) = target.split_once('#').unwrap_or((target, ""));
+    if path.is_empty() {
+        let known = own_text.lines().any(|line| slug(line).is_some_and(|slug| slug == anchor));
+        return (!known).then(|| format!("no heading for the link #{anchor}"));
+    }
+    match resolve(folder, path) {
+        Some(resolved) if exists(&resolved) => None,
+        _ => Some(format!("the link leads nowhere: {path}")),
+    }
+}
+
+/// Targets of `[text](target)` outside code spans.
+fn targets(line: &str) -> Vec<&str> {
+    let mut found = Vec::new();
+    for prose in line.split('`').step_by(2) {
+        let mut rest = prose;
+        while let Some((_, after)) = rest.split_once("](") {
+            let Some((target, tail)) = after.split_once(')') else { break };
+            found.push(target.split_whitespace().next().unwrap_or_default());
+            rest = tail;
+        }
+    }
+    // A link text in backticks splits the link: `[`a`](b)` starts the next prose with `](`.
+    found
+}
+
+fn resolve(folder: &str, path: &str) -> Option<String> {
+    let mut parts: Vec<&str> = if path.starts_with('/') {
+        return None;
+    } else {
+        folder.split('/').filter(|part| !part.is_empty()).collect()
+    };
+    for part in path.split('/') {
+        match part {
+            "" | "." => {}
+            ".." => {
+                parts.pop()?;
+            }
+            part => parts.push(part),
+        }
+    }
+    Some(parts.join("/"))
+}
+
+/// The anchor of a heading, as forges make it.
+fn slug(line: &str) -> Option<String> {
+    let title = line.strip_prefix('#')?.trim_start_matches('#').trim();
+    let kept = title.chars().filter(|c| c.is_alphanumeric() || matches!(c, ' ' | '-' | '_'));
+    Some(kept.collect::<String>().to_lowercase().replace(' ', "-"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lines(text: &str) -> Vec<usize> {
+        let source = Source { path: "docs/a.md".into(), text: text.into() };
+        let exists = |path: &str| ["README.md", "docs/b.md", "docs/formats"].contains(&path);
+        check(&source, &exists).into_iter().map(|problem| problem.line).collect()
+    }
+
+    #[test]
+    fn good_links_pass() {
+        let text = "# A title, here\n[r](../README.md) ![b](b.md#x) [f](formats/) [`b`](b.md)\n\
+                    [w](https://example.org) [h](#a-title-here)\n```\n[x](no.md)\n```\n`[x](no.md)`\n";
+        assert!(lines(text).is_empty());
+    }
+
+    #[test]
+    fn dead_links_fail() {
+        let text =
+            "[a](c.md)\n[b](b.md) and [c](../x)\n[d](#nothing)\n[e](../../up)\n[`f`](no.md)\n";
+        assert_eq!(lines(text), [1, 2, 3, 4, 5]);
+    }
+}
