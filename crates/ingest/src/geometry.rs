@@ -10,39 +10,37 @@ const GRID: usize = 8;
 /// Track entries looked at per point: the widest angle hardly changes past this many.
 const TRACK_LIMIT: usize = 32;
 
-/// Mean distance in pixels between where points were seen and where the cameras say they are,
-/// over all observations; `None` without observations. Pixels are those of the source's model.
+/// Mean over points of the mean distance, in pixels, between where the photos saw the point and
+/// where the cameras say it is: COLMAP's statistic, computed anew with our cameras. Pixels are
+/// those of the source's model. Falls back to the source's own numbers when it has no keypoints;
+/// `None` when it has neither.
 pub(crate) fn mean_reprojection_error(gathered: &Gathered) -> Option<f64> {
-    let per_photo: Vec<(f64, usize)> =
+    let per_photo: Vec<Vec<(usize, f64)>> =
         gathered.photos.par_iter().map(|photo| reprojection_errors(photo, gathered)).collect();
-    let (sum, count) = per_photo.iter().fold((0.0, 0), |(s, n), (ds, dn)| (s + ds, n + dn));
-    if count > 0 {
-        return Some(sum / count as f64);
+    let mut sums = vec![(0.0, 0u32); gathered.points.len()];
+    for (point, error) in per_photo.into_iter().flatten() {
+        sums[point].0 += error;
+        sums[point].1 += 1;
     }
-    // No keypoints in the source: its own numbers, weighted by track length.
-    let weighted = |point: &crate::gathered::Point| {
-        let length = point.track.len() as f64;
-        Some((point.error? * length, length))
-    };
-    let (sum, weight) = gathered
-        .points
-        .iter()
-        .filter_map(weighted)
-        .fold((0.0, 0.0), |(s, n), (ds, dn)| (s + ds, n + dn));
-    (weight > 0.0).then(|| sum / weight)
+    let mut means: Vec<f64> =
+        sums.iter().filter(|(_, n)| *n > 0).map(|(sum, n)| sum / f64::from(*n)).collect();
+    if means.is_empty() {
+        means = gathered.points.iter().filter_map(|point| point.error).collect();
+    }
+    (!means.is_empty()).then(|| means.iter().sum::<f64>() / means.len() as f64)
 }
 
-fn reprojection_errors(photo: &Photo, gathered: &Gathered) -> (f64, usize) {
+fn reprojection_errors(photo: &Photo, gathered: &Gathered) -> Vec<(usize, f64)> {
     let camera = photo.lens.camera(0, 0);
     if camera.width == 0 {
-        return (0.0, 0);
+        return Vec::new();
     }
-    let errors = photo.observations.iter().filter_map(|(pixel, point)| {
+    let error = |(pixel, point): &([f64; 2], usize)| {
         let in_camera = photo.camera_from_world.transform_point(gathered.points[*point].position);
         let projected = camera.pixel_from_direction(in_camera)?;
-        Some(projected.distance(glam::DVec2::from_array(*pixel)))
-    });
-    errors.fold((0.0, 0), |(sum, count), error| (sum + error, count + 1))
+        Some((*point, projected.distance(glam::DVec2::from_array(*pixel))))
+    };
+    photo.observations.iter().filter_map(error).collect()
 }
 
 /// Median over points of the widest angle, degrees, between two rays that see the point; `None`
@@ -63,6 +61,12 @@ pub(crate) fn median_parallax_degrees(gathered: &Gathered) -> Option<f64> {
     };
     let angles: Vec<f64> = gathered.points.par_iter().filter_map(angle).collect();
     median(angles)
+}
+
+/// The widest angle between two of some unit vectors, degrees; `None` for fewer than two.
+pub(crate) fn widest_angle_degrees(rays: &[DVec3]) -> Option<f64> {
+    let pairs = rays.iter().enumerate().flat_map(|(i, a)| rays[i + 1..].iter().map(|b| a.dot(*b)));
+    pairs.reduce(f64::min).map(|cosine| cosine.clamp(-1.0, 1.0).acos().to_degrees())
 }
 
 /// Share of the cells of an 8 x 8 grid over a photo that hold a keypoint with a 3D point.

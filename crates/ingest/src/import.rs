@@ -1,10 +1,10 @@
 //! The import itself: gather, split, rebase, resample, write.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 use motes_formats::capture::write_capture;
-use motes_formats::images::image_dimensions;
+use motes_formats::images::{image_dimensions, image_dimensions_upright};
 use motes_scene::{Camera, Capture, Pose, SparsePoints, Split, View};
 
 use crate::error::{IngestError, Result};
@@ -15,6 +15,7 @@ use crate::photos_out::{Job, run, unique_stems};
 use crate::plan::{Kind, Plans};
 use crate::progress::Progress;
 use crate::report::ImportReport;
+use crate::sfm::{self, SfmOptions};
 use crate::source::Source;
 use crate::{from_colmap, from_transforms, geometry, origin, panorama, split};
 
@@ -41,6 +42,40 @@ pub fn import(
     write(gathered, output, options, progress)
 }
 
+/// Imports photos without poses: finds the poses by structure from motion, then imports as
+/// [`import`] does.
+///
+/// # Errors
+/// As [`import`]; the photos do not allow it ([`IngestError::BadInput`] says what to do); no
+/// program for structure from motion was found, or it failed ([`IngestError::Failed`]).
+pub fn import_photos(
+    photos: &Path,
+    output: &Path,
+    options: &ImportOptions,
+    sfm_options: &SfmOptions,
+    progress: &dyn Progress,
+) -> Result<ImportReport> {
+    let temporary;
+    let workspace = match &sfm_options.sfm_workspace {
+        Some(folder) => folder.as_path(),
+        None => {
+            temporary = tempfile::Builder::new().prefix("motes-sfm-").tempdir().map_err(|error| {
+                IngestError::Failed {
+                    cause: format!("cannot make a temporary folder ({error})"),
+                    remedy: "give a folder with --sfm-workspace".into(),
+                }
+            })?;
+            temporary.path()
+        }
+    };
+    // Inverted masks would hide the subject from the solver; it does without masks then.
+    let masks = options.masks.as_deref().filter(|_| !options.invert_masks);
+    let (gathered, sfm_report) = sfm::gather(photos, workspace, masks, sfm_options, progress)?;
+    let mut report = write(gathered, output, options, progress)?;
+    report.sfm = Some(sfm_report);
+    Ok(report)
+}
+
 /// Turns what a source delivered into a capture on disk.
 pub(crate) fn write(
     mut gathered: Gathered,
@@ -62,6 +97,7 @@ pub(crate) fn write(
     }
     gathered.warnings.append(&mut plans.warnings);
     let masks = masks_of(&gathered, options)?;
+    protect_sources(&gathered, &masks, output)?;
 
     let kept: Vec<usize> = (0..gathered.photos.len()).filter(|&i| splits[i].is_some()).collect();
     let mut names = Vec::new();
@@ -120,30 +156,54 @@ pub(crate) fn write(
 }
 
 /// The plan of a photo; decides whether its pixels must be turned upright.
+///
+/// COLMAP ignores EXIF orientation, so poses belong to the pixels as stored. Only when those do
+/// not fit the camera and the upright ones do, the poses were made from upright copies.
 fn plan_for(photo: &mut Photo, plans: &mut Plans, warnings: &mut Vec<String>) -> Result<usize> {
-    let dimensions = image_dimensions(&photo.path)?;
-    let (width, height) = (dimensions.0, dimensions.1);
-    let camera = photo.lens.camera(width, height);
-    let refuse = |cause: String| {
-        IngestError::bad_input(
-            format!("{cause}: {}", photo.path.display()),
-            "give the photos that the poses were made from (any size, but not cropped or turned)",
-        )
+    let stored = image_dimensions(&photo.path)?;
+    let upright = image_dimensions_upright(&photo.path)?;
+    let (width, height) = if photo.upright { upright } else { stored };
+    let cause = match plans.plan_for(&photo.lens.camera(width, height), width, height) {
+        Ok(plan) => return Ok(plan),
+        Err(cause) => cause,
     };
-    match plans.plan_for(&camera, width, height) {
-        Ok(plan) => Ok(plan),
-        Err(cause) => {
-            let _ = &warnings;
-            Err(refuse(cause))
+    if !photo.upright && upright != stored {
+        let camera = photo.lens.camera(upright.0, upright.1);
+        if let Ok(plan) = plans.plan_for(&camera, upright.0, upright.1) {
+            photo.upright = true;
+            warnings.push(format!(
+                "{} was turned by its EXIF orientation: only so it fits its camera",
+                photo.name
+            ));
+            return Ok(plan);
         }
     }
+    Err(IngestError::bad_input(
+        format!("{cause}: {}", photo.path.display()),
+        "give the photos that the poses were made from (any size, but not cropped or turned)",
+    ))
+}
+
+/// Refuses an output whose `images` or `masks` folder holds a source file: writing there would
+/// destroy it.
+fn protect_sources(gathered: &Gathered, masks: &[Option<PathBuf>], output: &Path) -> Result<()> {
+    let targets: Vec<PathBuf> =
+        ["images", "masks"].iter().filter_map(|name| output.join(name).canonicalize().ok()).collect();
+    let sources = gathered.photos.iter().map(|photo| &photo.path).chain(masks.iter().flatten());
+    for source in sources.filter_map(|path| path.canonicalize().ok()) {
+        if targets.iter().any(|target| source.starts_with(target)) {
+            let cause = format!("the output would overwrite this photo or mask: {}", source.display());
+            return Err(IngestError::usage(cause, "write the capture to another folder with -o"));
+        }
+    }
+    Ok(())
 }
 
 /// The mask file of every photo.
 fn masks_of(
     gathered: &Gathered,
     options: &ImportOptions,
-) -> Result<Vec<Option<std::path::PathBuf>>> {
+) -> Result<Vec<Option<PathBuf>>> {
     let Some(folder) = &options.masks else {
         return Ok(gathered.photos.iter().map(|photo| photo.mask.clone()).collect());
     };
@@ -212,6 +272,7 @@ fn report(gathered: &Gathered, capture: &Capture) -> ImportReport {
         point_bounds: geometry::robust_bounds(
             capture.points.positions.iter().map(|p| glam::Vec3::from_array(*p).as_dvec3()),
         ),
+        sfm: None,
         resampling: RESAMPLING.into(),
         notes: gathered.notes.clone(),
         warnings: gathered.warnings.clone(),

@@ -20,14 +20,16 @@ mod photos_out;
 mod plan;
 mod progress;
 mod report;
+mod sfm;
 mod source;
 mod split;
 mod undistort;
 mod warp;
 
 pub use error::{IngestError, Result};
-pub use import::import;
+pub use import::{import, import_photos};
 pub use options::ImportOptions;
 pub use progress::{Progress, Silent};
 pub use report::ImportReport;
+pub use sfm::{CameraSharing, Matcher, SfmOptions, SfmReport, SfmTool};
 pub use source::{ImportInput, Source};

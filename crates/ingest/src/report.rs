@@ -4,6 +4,8 @@ use std::fmt;
 
 use serde::Serialize;
 
+use crate::sfm::SfmReport;
+
 /// Numbers and sentences about a finished import.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct ImportReport {
@@ -39,6 +41,8 @@ pub struct ImportReport {
     pub camera_bounds: Option<[[f64; 3]; 2]>,
     /// Lowest and highest point per axis without the outermost 2 %, world units.
     pub point_bounds: Option<[[f64; 3]; 2]>,
+    /// How poses were found, when this import found them.
+    pub sfm: Option<SfmReport>,
     /// How pixels were made.
     pub resampling: String,
     /// Facts worth knowing.

@@ -1,0 +1,106 @@
+//! What the user can choose about structure from motion.
+
+use std::path::PathBuf;
+
+use clap::ValueEnum;
+use serde::{Deserialize, Serialize};
+
+/// Which program finds the poses.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum SfmTool {
+    /// pycolmap when a Python has it, else the colmap command
+    #[default]
+    Auto,
+    /// The Python package pycolmap
+    Pycolmap,
+    /// The command colmap on PATH
+    Colmap,
+}
+
+/// Which photos share one camera.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum CameraSharing {
+    /// One camera for all photos of one size: the photos were taken without zooming
+    #[default]
+    One,
+    /// One camera for each size, EXIF camera and EXIF focal length
+    Exif,
+    /// One camera for each photo
+    Each,
+}
+
+/// Which photos are compared.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Matcher {
+    /// Exhaustive up to 60 photos, else sequential
+    #[default]
+    Auto,
+    /// Every photo with every other
+    Exhaustive,
+    /// Neighbours in name order: frames of a video
+    Sequential,
+}
+
+/// How poses are found for photos without poses.
+#[derive(Clone, Debug, PartialEq, clap::Args, Serialize, Deserialize)]
+#[serde(default, rename_all = "kebab-case")]
+#[command(next_help_heading = "Structure from motion (with --photos)")]
+pub struct SfmOptions {
+    /// Program that finds the camera poses
+    #[arg(long, value_enum, default_value_t, value_name = "TOOL")]
+    pub sfm: SfmTool,
+
+    /// Focal length in pixels of the photos as given, if EXIF does not know it or is wrong
+    #[arg(long, value_name = "PIXELS", value_parser = positive)]
+    pub focal: Option<f64>,
+
+    /// COLMAP's name of the lens model to solve for
+    #[arg(long, value_name = "NAME", default_value = "SIMPLE_RADIAL")]
+    pub camera_model: String,
+
+    /// Which photos share one camera
+    #[arg(long, value_enum, default_value_t, value_name = "HOW")]
+    pub share_camera: CameraSharing,
+
+    /// Which photos are compared with each other
+    #[arg(long, value_enum, default_value_t, value_name = "HOW")]
+    pub matcher: Matcher,
+
+    /// Python that has pycolmap (default: .venv/bin/python here or beside this program, or in a
+    /// folder above either, then python3)
+    #[arg(long, value_name = "FILE", env = "MOTES_PYTHON")]
+    pub python: Option<PathBuf>,
+
+    /// Seed of the solver's random numbers
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u32,
+
+    /// Keep the solver's database and models in this folder (default: a temporary one)
+    #[arg(long, value_name = "DIR")]
+    pub sfm_workspace: Option<PathBuf>,
+}
+
+impl Default for SfmOptions {
+    fn default() -> Self {
+        Self {
+            sfm: SfmTool::Auto,
+            focal: None,
+            camera_model: "SIMPLE_RADIAL".into(),
+            share_camera: CameraSharing::One,
+            matcher: Matcher::Auto,
+            python: None,
+            seed: 0,
+            sfm_workspace: None,
+        }
+    }
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
+        _ => Err("this is not a positive number of pixels".into()),
+    }
+}

@@ -1,0 +1,204 @@
+//! pycolmap through the driver script that this program carries.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use serde::Deserialize;
+use serde_json::Value;
+
+use super::options::{CameraSharing, Matcher};
+use super::process::{Line, run};
+use super::{FocalPrior, Request, SfmReport, Solution};
+use crate::error::{IngestError, Result};
+use crate::progress::Progress;
+
+const DRIVER: &str = include_str!("pycolmap_driver.py");
+
+/// Warnings of the driver that this program words itself.
+const RESTATED: [&str; 4] =
+    ["exif_orientation", "not_all_registered", "several_models", "focal_moved"];
+
+#[derive(Deserialize)]
+#[serde(tag = "event", rename_all = "lowercase")]
+enum Event {
+    Progress { phase: String, done: usize, total: usize },
+    Warning { code: String, message: String },
+    Result(Box<Outcome>),
+    Error { code: String, message: String, remedy: String },
+}
+
+#[derive(Deserialize)]
+struct Outcome {
+    models: Vec<Model>,
+    photos: usize,
+    focal_prior_px: Option<f64>,
+    focal_prior_source: String,
+    focal_px: f64,
+    verified_pairs: u64,
+    pycolmap: String,
+    seconds: f64,
+}
+
+#[derive(Deserialize)]
+struct Model {
+    path: PathBuf,
+    registered: usize,
+    mean_reprojection_error_px: Option<f64>,
+    median_triangulation_angle_deg: Option<f64>,
+    cameras: Vec<ModelCamera>,
+}
+
+#[derive(Deserialize)]
+struct ModelCamera {
+    width: u64,
+    height: u64,
+    photos: u64,
+}
+
+/// Runs the driver.
+pub(super) fn solve(python: &Path, request: &Request<'_>, progress: &dyn Progress) -> Result<Solution> {
+    std::fs::create_dir_all(request.workspace).map_err(|e| cannot_write(request.workspace, &e))?;
+    let script = request.workspace.join("pycolmap_driver.py");
+    std::fs::write(&script, DRIVER).map_err(|e| cannot_write(&script, &e))?;
+    let mut command = Command::new(python);
+    command.arg(&script).args(arguments(request)).env("PYTHONDONTWRITEBYTECODE", "1");
+    let (mut warnings, mut outcome, mut error) = (Vec::new(), None, None);
+    let mut phase_now = String::new();
+    let ended = run(&mut command, progress, &mut |line| {
+        let Line::Out(text) = line else { return };
+        match serde_json::from_str(text) {
+            Ok(Event::Progress { phase, done, total }) => {
+                if phase != phase_now {
+                    progress.begin(&phase, total);
+                    phase_now = phase;
+                }
+                progress.advance_to(done);
+            }
+            Ok(Event::Warning { code, message }) => {
+                if !RESTATED.contains(&code.as_str()) {
+                    warnings.push(message);
+                }
+            }
+            Ok(Event::Result(result)) => outcome = Some(result),
+            Ok(Event::Error { code, message, remedy }) => error = Some((code, message, remedy)),
+            Err(_) => {
+                // A newer driver may say more; only an unreadable result matters, and then there
+                // is none.
+                let event: Option<Value> = serde_json::from_str(text).ok();
+                tracing::debug!("pycolmap driver: {event:?} {text}");
+            }
+        }
+    })?;
+    match (outcome, error) {
+        (Some(outcome), None) if ended.status.success() => Ok(solution(*outcome, warnings)),
+        (_, Some((code, message, remedy))) => Err(error_of(&code, message, remedy)),
+        _ => {
+            let last = ended.last_words.last().cloned().unwrap_or_default();
+            Err(IngestError::Failed {
+                cause: format!("pycolmap ended without a result ({}): {last}", ended.status),
+                remedy: "run again with -v to see its log, or use --sfm colmap".into(),
+            })
+        }
+    }
+}
+
+fn arguments(request: &Request<'_>) -> Vec<std::ffi::OsString> {
+    let options = request.options;
+    let mut list: Vec<std::ffi::OsString> = Vec::new();
+    let mut add = |flag: &str, value: &dyn AsRef<std::ffi::OsStr>| {
+        list.push(flag.into());
+        list.push(value.as_ref().into());
+    };
+    add("--photos", &request.photos);
+    add("--workspace", &request.workspace);
+    add("--seed", &options.seed.to_string());
+    add("--camera-model", &options.camera_model);
+    add("--threads", &request.threads.max(1).to_string());
+    match options.share_camera {
+        CameraSharing::One => add("--single-camera", &"true"),
+        CameraSharing::Each => add("--single-camera", &"false"),
+        CameraSharing::Exif => {}
+    }
+    match options.matcher {
+        Matcher::Auto => {}
+        Matcher::Exhaustive => add("--matcher", &"exhaustive"),
+        Matcher::Sequential => add("--matcher", &"sequential"),
+    }
+    if let Some(masks) = request.masks {
+        add("--masks", &masks);
+    }
+    match request.focal_prior {
+        FocalPrior::Pixels(focal) => add("--focal-px", &focal.to_string()),
+        FocalPrior::Exif => list.push("--focal-from-exif".into()),
+    }
+    list
+}
+
+fn solution(outcome: Outcome, warnings: Vec<String>) -> Solution {
+    let best = &outcome.models[0];
+    let main = best.cameras.iter().max_by_key(|camera| camera.photos);
+    let report = SfmReport {
+        tool: format!("pycolmap {}", outcome.pycolmap),
+        focal_prior_px: outcome.focal_prior_px,
+        focal_prior_source: outcome.focal_prior_source,
+        focal_px: outcome.focal_px,
+        mean_reprojection_error_px: best.mean_reprojection_error_px,
+        verified_pairs: Some(outcome.verified_pairs),
+        seconds: outcome.seconds,
+        attempts: Vec::new(),
+    };
+    Solution {
+        registered: best.registered,
+        photos: outcome.photos,
+        long_side: main.map_or(0.0, |camera| camera.width.max(camera.height) as f64),
+        median_parallax_degrees: best.median_triangulation_angle_deg,
+        models: outcome.models.into_iter().map(|model| model.path).collect(),
+        report,
+        warnings,
+    }
+}
+
+fn error_of(code: &str, cause: String, remedy: String) -> IngestError {
+    match code {
+        "bad_usage" => IngestError::Usage { cause, remedy },
+        "no_photos" | "too_few_photos" | "bad_photo" | "bad_mask" | "too_few_features"
+        | "too_few_matches" | "no_model" => IngestError::BadInput { cause, remedy },
+        _ => IngestError::Failed { cause, remedy },
+    }
+}
+
+pub(super) fn cannot_write(path: &Path, error: &std::io::Error) -> IngestError {
+    IngestError::Failed {
+        cause: format!("cannot write ({error}): {}", path.display()),
+        remedy: "choose a folder on a disk with free space".into(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_result_line_is_understood() {
+        let line = r#"{"event":"result","models":[{"path":"/w/sparse/0","registered":3,"points":9,
+            "mean_reprojection_error_px":0.5,"mean_track_length":2.5,"median_triangulation_angle_deg":12.0,
+            "cameras":[{"id":1,"model":"SIMPLE_RADIAL","width":640,"height":480,"params":[1.0],"focal_px":512.0,
+            "focal_prior_px":null,"focal_prior_source":"none","photos":3}]}],"photos":4,"failed":["d.jpg"],
+            "focal_prior_px":null,"focal_prior_source":"none","focal_px":512.0,"matcher":"exhaustive",
+            "verified_pairs":5,"features":9,"pycolmap":"4.2.1","seed":0,"seconds":1.5,"cpu_seconds":2.0}"#;
+        let Ok(Event::Result(outcome)) = serde_json::from_str(line) else { panic!() };
+        let solution = solution(*outcome, vec!["x".into()]);
+        assert_eq!((solution.registered, solution.photos, solution.long_side), (3, 4, 640.0));
+        assert_eq!(solution.report.tool, "pycolmap 4.2.1");
+        assert_eq!(solution.models, [PathBuf::from("/w/sparse/0")]);
+    }
+
+    #[test]
+    fn causes_decide_the_kind_of_error() {
+        let kind = |code: &str| error_of(code, String::new(), String::new());
+        assert!(matches!(kind("too_few_matches"), IngestError::BadInput { .. }));
+        assert!(matches!(kind("bad_usage"), IngestError::Usage { .. }));
+        assert!(matches!(kind("no_pycolmap"), IngestError::Failed { .. }));
+        assert!(matches!(kind("a later code"), IngestError::Failed { .. }));
+    }
+}

@@ -1,0 +1,156 @@
+//! Photos, a COLMAP model or a `transforms.json` in; an undistorted capture out.
+//!
+//! Writes `OUT/capture.json`, `OUT/images/`, `OUT/masks/` and the start points. Example:
+//! `import-colmap project -o capture --max-resolution 1024 --test-every 8`. Exit codes: 0 done,
+//! 1 failed (no program for structure from motion, a file cannot be written), 2 usage or the
+//! output exists, 3 bad input data (also: photos that do not allow poses), 130 interrupted.
+//! Manual: `docs/stages/import-colmap.md`.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::Mutex;
+
+use motes_formats::FormatError;
+use motes_ingest::{
+    ImportInput, ImportOptions, ImportReport, IngestError, SfmOptions, Source, import, import_photos,
+};
+use motes_stage::{CommonArgs, Context, HasCommon, StageError};
+use serde::Serialize;
+
+const EXAMPLES: &str = "\
+Examples:
+  Photos without poses (COLMAP finds them; the photos should overlap by two thirds):
+    import-colmap --photos my-photos -o capture --max-resolution 1024 --test-every 8
+  A COLMAP project (images/ and sparse/0/, sparse/, or the model files beside the photos):
+    import-colmap project -o capture --max-resolution 1024
+  A model and photos in different places:
+    import-colmap --model project/sparse/1 --images photos -o capture
+  A nerfstudio or NeRF-synthetic folder, or one file of it:
+    import-colmap lego -o capture
+    import-colmap garden/transforms.json -o capture --test-every 8
+
+Then: train-splat --capture capture/capture.json -o gaussians.ply
+Exit codes: 0 done, 1 failed, 2 usage or output exists, 3 bad input data, 130 interrupted";
+
+/// Turn photos, a COLMAP model or a transforms.json into an undistorted capture
+#[derive(clap::Parser, Serialize)]
+#[command(name = "import-colmap", after_help = EXAMPLES)]
+struct Args {
+    /// COLMAP project, folder with transforms*.json, such a file, or (with --photos) a folder of
+    /// photos
+    #[arg(required_unless_present_any = ["photos", "model"])]
+    input: Option<PathBuf>,
+
+    /// Find camera poses for these photos first (without DIR: for those in INPUT)
+    #[arg(long, value_name = "DIR", num_args = 0..=1, conflicts_with_all = ["model", "images"])]
+    photos: Option<Option<PathBuf>>,
+
+    /// Folder of a COLMAP model
+    #[arg(long, value_name = "DIR", conflicts_with = "input")]
+    model: Option<PathBuf>,
+
+    /// Folder that the model's image names refer to
+    #[arg(long, value_name = "DIR")]
+    images: Option<PathBuf>,
+
+    /// Folder to write; the product is capture.json in it
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+
+    #[command(flatten)]
+    #[serde(flatten)]
+    options: ImportOptions,
+
+    #[command(flatten)]
+    #[serde(flatten)]
+    sfm: SfmOptions,
+
+    #[command(flatten)]
+    #[serde(flatten)]
+    common: CommonArgs,
+}
+
+impl HasCommon for Args {
+    fn common(&self) -> &CommonArgs {
+        &self.common
+    }
+}
+
+/// Shows the phases of an import as progress of the stage.
+struct Shown<'a> {
+    context: &'a Context,
+    current: Mutex<Option<motes_stage::Progress>>,
+}
+
+impl motes_ingest::Progress for Shown<'_> {
+    fn begin(&self, phase: &str, total: usize) {
+        if let Ok(mut current) = self.current.lock() {
+            *current = None;
+            *current = Some(self.context.progress(phase, total as u64));
+        }
+    }
+
+    fn advance_to(&self, done: usize) {
+        if let Ok(current) = self.current.lock()
+            && let Some(progress) = current.as_ref()
+        {
+            progress.set(done as u64);
+        }
+    }
+
+    fn interrupted(&self) -> bool {
+        self.context.interrupted()
+    }
+}
+
+fn run(args: &Args, context: &Context) -> anyhow::Result<ImportReport> {
+    let shown = Shown { context, current: Mutex::new(None) };
+    let photos = match &args.photos {
+        Some(given) => Some(given.as_ref().or(args.input.as_ref()).ok_or_else(|| {
+            StageError::usage("--photos has no folder").help("give --photos DIR, or INPUT --photos")
+        })?),
+        None => None,
+    };
+    if let (Some(photos), Some(Some(_)), Some(input)) = (photos, &args.photos, &args.input) {
+        let text = format!("both {} and {} are given as photos", photos.display(), input.display());
+        return Err(StageError::usage(text).help("give the folder once").into());
+    }
+    context.output(args.output.join("capture.json"))?;
+    let report = if let Some(photos) = photos {
+        context.input("photos", photos)?;
+        context.stop_if_dry_run()?;
+        import_photos(photos, &args.output, &args.options, &args.sfm, &shown)
+    } else {
+        let (input, model, images) = (args.input.clone(), args.model.clone(), args.images.clone());
+        for (role, path) in [("input", &input), ("model", &model), ("images", &images)] {
+            path.as_ref().map_or(Ok(()), |path| context.input(role, path))?;
+        }
+        let source = Source::recognise(&ImportInput { input, model, images }).map_err(to_stage)?;
+        context.stop_if_dry_run()?;
+        import(&source, &args.output, &args.options, &shown)
+    };
+    let report = report.map_err(to_stage)?;
+    report.warnings.iter().for_each(|warning| context.warn(warning.clone()));
+    Ok(report)
+}
+
+/// The exit code that each kind of error stands for.
+fn to_stage(error: IngestError) -> anyhow::Error {
+    let text = error.to_string();
+    match error {
+        IngestError::BadInput { remedy, .. } => StageError::bad_input(text).help(remedy).into(),
+        IngestError::Usage { remedy, .. } => StageError::usage(text).help(remedy).into(),
+        IngestError::Failed { remedy, .. } => anyhow::anyhow!("{text}\nhelp: {remedy}"),
+        IngestError::Interrupted => StageError::interrupted("interrupted; there is no capture").into(),
+        IngestError::Format(FormatError::Io { ref source, .. })
+            if source.kind() != std::io::ErrorKind::NotFound =>
+        {
+            error.into()
+        }
+        IngestError::Format(_) => StageError::bad_input(text).into(),
+    }
+}
+
+fn main() -> ExitCode {
+    motes_stage::main(run)
+}
