@@ -31,7 +31,7 @@ pub(crate) fn write<A: Serialize, R: Serialize>(
         return Ok(());
     };
     // A path that is not Unicode has no JSON spelling; argv still shows it.
-    let config = serde_json::to_value(args).unwrap_or(Value::Null);
+    let config = to_value(args).unwrap_or(Value::Null);
     let record = RunRecord {
         format: RunRecord::FORMAT.to_owned(),
         version: RunRecord::version(),
@@ -49,9 +49,15 @@ pub(crate) fn write<A: Serialize, R: Serialize>(
         wall_s: context.elapsed_seconds(),
         cpu_s: resources::cpu_seconds(),
         peak_memory_bytes: resources::peak_memory_bytes(),
-        report: serde_json::to_value(report)?,
+        report: to_value(report)?,
     };
     Ok(write_document(&record_path(product), &record)?)
+}
+
+/// Through text, so that single-precision numbers keep their short form: 0.005, not
+/// 0.004999999888241291.
+fn to_value<T: Serialize>(value: &T) -> serde_json::Result<Value> {
+    serde_json::from_str(&serde_json::to_string(value)?)
 }
 
 /// Standard output and devices keep no files beside them.
@@ -71,6 +77,11 @@ mod tests {
         {
             assert_eq!(record_path(Path::new(output)), Path::new(record));
         }
+    }
+
+    #[test]
+    fn single_precision_stays_short() {
+        assert_eq!(to_value(&[0.005f32, f32::NAN]).unwrap().to_string(), "[0.005,null]");
     }
 
     #[test]

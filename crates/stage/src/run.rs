@@ -168,16 +168,17 @@ fn finish<A: Serialize, R: Serialize + Display>(
 
 /// Report to stdout as JSON, to stderr as an event or as text.
 fn show<R: Serialize + Display>(report: &R, context: &Context) -> Result<(), ExitStatus> {
-    let value = serde_json::to_value(report)
+    let text = serde_json::to_string(report)
         .map_err(|error| fail(&context.program, &anyhow::Error::from(error)))?;
     if context.common.json {
-        match print_or_fail(&context.program, &format!("{value}\n")) {
+        match print_or_fail(&context.program, &format!("{text}\n")) {
             ExitStatus::Done => {}
             status => return Err(status),
         }
     }
     if context.common.progress == ProgressMode::Json {
-        log::event(&json!({ "event": "report", "report": value }));
+        let report: Value = serde_json::from_str(&text).unwrap_or(Value::Null);
+        log::event(&json!({ "event": "report", "report": report }));
     } else if !context.common.quiet && !context.common.json {
         log::print(report.to_string().trim_end());
     }

@@ -1,0 +1,87 @@
+# What people type. Programs are built by cargo; Python serves COLMAP's bindings only.
+
+CARGO  ?= cargo
+PYTHON ?= python3
+PREFIX ?= /usr/local
+PRESET ?= balanced
+PHOTOS ?=
+
+BIN  := $(CURDIR)/target/release
+VENV := $(CURDIR)/.venv
+
+# In CI the lock file is the law; while developing, cargo may extend it.
+LOCKED := $(if $(CI),--locked)
+
+.DELETE_ON_ERROR:
+.PHONY: build setup test fmt tidy licenses clippy doc unit lab lab-ci schemas install uninstall clean help
+
+build: ## build the stages and the dispatcher into target/release (the default)
+	$(CARGO) build --release $(LOCKED) -p motes -p motes-stages
+
+setup: $(VENV)/.ready ## make the private Python environment .venv for COLMAP (pycolmap)
+
+$(VENV)/.ready: requirements.txt scripts/setup-venv
+	PYTHON='$(PYTHON)' scripts/setup-venv '$(VENV)' requirements.txt
+	@touch '$@'
+
+test: fmt tidy licenses clippy doc unit ## run every check, the cheap ones first
+
+fmt:
+	$(CARGO) fmt --all --check
+
+tidy:
+	$(CARGO) run --quiet --release $(LOCKED) -p xtask -- tidy
+
+licenses:
+	$(CARGO) run --quiet --release $(LOCKED) -p xtask -- licenses
+
+clippy:
+	$(CARGO) clippy --workspace --all-targets --release $(LOCKED) -- -D warnings
+
+doc:
+	RUSTDOCFLAGS='-D warnings' $(CARGO) doc --workspace --no-deps --release $(LOCKED)
+
+unit:
+	$(CARGO) test --workspace --release $(LOCKED)
+
+# The folder is made absolute here, because the recipe below changes folders.
+define run-lab
+	@photos='$(PHOTOS)'; \
+	if [ -n "$$photos" ]; then \
+	    photos=$$(cd "$$photos" 2>/dev/null && pwd) || \
+	        { echo "make: no such folder of photos: $(PHOTOS)" >&2; exit 3; }; \
+	fi; \
+	$(MAKE) -C pipelines/lab BIN='$(BIN)' PHOTOS="$$photos" PRESET='$(1)'
+endef
+
+lab: setup build ## photos to a report page; PHOTOS=dir takes yours, PRESET=draft is quicker
+	$(call run-lab,$(PRESET))
+
+lab-ci: setup build
+	$(call run-lab,draft)
+
+schemas: ## write docs/formats/schema from the code
+	$(CARGO) run --quiet --release -p xtask -- schemas
+
+# Only `motes` goes on PATH: `export` and `edit` would collide with the shell and other programs.
+install: ## install to PREFIX (default /usr/local); DESTDIR stages a package
+	MOTES_GIT_REVISION="$$(git rev-parse --short HEAD 2>/dev/null)" \
+	    $(CARGO) build --release $(LOCKED) -p motes -p motes-stages
+	$(CARGO) run --quiet --release -p xtask -- man
+	install -d '$(DESTDIR)$(PREFIX)/bin' '$(DESTDIR)$(PREFIX)/libexec/motes' '$(DESTDIR)$(PREFIX)/share/man/man1'
+	install -m 755 '$(BIN)/motes' '$(DESTDIR)$(PREFIX)/bin/'
+	for stage in $$(MOTES_STAGE_PATH= PATH=/nowhere '$(BIN)/motes' list); do \
+	    install -m 755 "$(BIN)/$$stage" '$(DESTDIR)$(PREFIX)/libexec/motes/' || exit 1; \
+	done
+	install -m 644 target/man/*.1 '$(DESTDIR)$(PREFIX)/share/man/man1/'
+
+uninstall: ## remove what install wrote
+	rm -rf '$(DESTDIR)$(PREFIX)/libexec/motes'
+	rm -f '$(DESTDIR)$(PREFIX)/bin/motes' '$(DESTDIR)$(PREFIX)/share/man/man1/'motes-*.1
+
+clean: ## remove build products and the Python environment
+	$(CARGO) clean
+	rm -rf '$(VENV)' build
+
+help: ## print this list
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
