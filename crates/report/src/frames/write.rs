@@ -1,0 +1,71 @@
+//! Writing rendered frames.
+
+use std::path::{Path, PathBuf};
+
+use motes_formats::Result;
+use motes_formats::camera_path::CameraPath;
+use motes_formats::exr_aov::write_exr;
+use motes_formats::images::write_png;
+use motes_raster::Rendering;
+
+use super::{DepthRange, Frame, FrameFiles, depth_range, exr_channels, numbered, preview};
+
+/// Text attributes of every EXR: what its values mean.
+const EXR_ATTRIBUTES: [(&str, &str); 4] = [
+    ("colorSpace", "linear Rec.709 / sRGB primaries, decoded from the sRGB-encoded rendering"),
+    ("depthUnit", "world units along the camera z axis (panoramas: along the ray); 0 = nothing"),
+    ("normalSpace", "world"),
+    ("software", concat!("motes ", env!("CARGO_PKG_VERSION"))),
+];
+
+/// Writes frames to a folder.
+#[derive(Debug)]
+pub struct FrameWriter {
+    folder: PathBuf,
+    files: FrameFiles,
+    depth_range: Option<DepthRange>,
+}
+
+impl FrameWriter {
+    /// For a folder; `depth_range` scales depth previews, otherwise the first frame does, so that
+    /// the colours of a video do not flicker.
+    pub fn new(folder: &Path, files: FrameFiles, depth_range: Option<DepthRange>) -> Self {
+        Self { folder: folder.to_owned(), files, depth_range }
+    }
+
+    /// Whether depth and normals must be rendered.
+    pub fn needs_aovs(&self) -> bool {
+        self.files.need_aovs()
+    }
+
+    /// Writes the files of one frame: `name.png`, `name.exr`, `name.depth.png` and so on.
+    ///
+    /// # Errors
+    /// When a file cannot be written.
+    pub fn write(&mut self, name: &str, rendering: &Rendering) -> Result<()> {
+        let path = |suffix: &str| self.folder.join(format!("{name}.{suffix}"));
+        if self.files.png {
+            write_png(&path("png"), &rendering.color.to_u8())?;
+        }
+        if self.files.exr {
+            let attributes = EXR_ATTRIBUTES.map(|(k, v)| (k.to_owned(), v.to_owned()));
+            let (width, height) = (rendering.color.width, rendering.color.height);
+            write_exr(&path("exr"), width, height, &exr_channels(rendering), &attributes)?;
+        }
+        self.depth_range = self.depth_range.or_else(|| depth_range(rendering));
+        let range = self.depth_range.unwrap_or(DepthRange { near: 0.0, far: 1.0 });
+        for &aov in &self.files.previews {
+            if let Some(picture) = preview(rendering, aov, range) {
+                write_png(&path(&format!("{}.png", aov.name())), &picture)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The frames of a camera path document, numbered.
+pub fn path_frames(path: &CameraPath) -> Vec<Frame> {
+    let frame =
+        |(i, &(camera, camera_from_world))| Frame { name: numbered(i), camera, camera_from_world };
+    path.frames.iter().enumerate().map(frame).collect()
+}

@@ -1,0 +1,157 @@
+//! Score Gaussians, or the renders of any program, against the photos of a capture.
+//!
+//! Inputs: a capture (`motes/capture` 1.x); Gaussians (PLY) or folders of pictures named after
+//! views. Outputs, each on request: JSON on stdout, `motes/metrics` 1.x, an HTML page, renders.
+//!
+//! ```text
+//! evaluate --capture OUT/capture.json --gaussians gaussians.ply --split test --json
+//! evaluate --capture OUT/capture.json --gaussians gaussians.ply --require 'psnr>=25'
+//! ```
+//!
+//! Exit codes: 0 done, 1 failed, 2 usage or would overwrite, 3 bad input, 4 a `--require` bound is
+//! not met, 130 interrupted. Manual: `docs/stages/evaluate.md`.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Parser;
+use motes_formats::atomic::write_atomic;
+use motes_formats::capture::read_capture;
+use motes_formats::documents::write_document;
+use motes_formats::images::write_png;
+use motes_report::evaluation::{
+    Contestant, Course, EvaluationOptions, EvaluationReport, Results, protocol, protocol_words,
+};
+use motes_report::lpips::Lpips;
+use motes_report::model::Model;
+use motes_report::pages::{EvaluationPage, PictureChoice};
+use motes_report::score::GateMetric;
+use motes_stage::{CommonArgs, Context, HasCommon, OrBadInput as _, StageError};
+use serde::Serialize;
+
+/// Score Gaussians, or the renders of any program, against the photos of a capture
+#[derive(Parser, Debug, Serialize)]
+#[command(name = "evaluate")]
+struct Args {
+    /// Capture with the photos
+    #[arg(long, value_name = "FILE")]
+    capture: PathBuf,
+
+    /// Gaussians to render and score (PLY); may repeat, for example for several seeds
+    #[arg(long, value_name = "FILE", required_unless_present = "renders")]
+    gaussians: Vec<PathBuf>,
+
+    /// Folder of renders of any program, named after the views; may repeat
+    #[arg(long, value_name = "DIR", conflicts_with = "gaussians")]
+    renders: Vec<PathBuf>,
+
+    /// Folders of renders to score beside the Gaussians; may repeat
+    #[arg(long, value_name = "DIR")]
+    also_renders: Vec<PathBuf>,
+
+    #[command(flatten)]
+    #[serde(flatten)]
+    options: EvaluationOptions,
+
+    /// Write scores and protocol as a motes/metrics document
+    #[arg(long, value_name = "FILE.json")]
+    metrics: Option<PathBuf>,
+
+    /// Write a self-contained HTML page
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
+
+    /// Views whose pictures go into the page at most, evenly spread
+    #[arg(long, value_name = "N", default_value_t = 24)]
+    report_views: usize,
+
+    /// Save the renders of the first model as PNG
+    #[arg(long, value_name = "DIR")]
+    save_renders: Option<PathBuf>,
+
+    #[command(flatten)]
+    #[serde(flatten)]
+    common: CommonArgs,
+}
+
+impl HasCommon for Args {
+    fn common(&self) -> &CommonArgs {
+        &self.common
+    }
+}
+
+fn main() -> ExitCode {
+    motes_stage::main(run)
+}
+
+fn run(args: &Args, context: &Context) -> anyhow::Result<EvaluationReport> {
+    let options = &args.options;
+    for output in [&args.metrics, &args.report, &args.save_renders].into_iter().flatten() {
+        context.output(output)?;
+    }
+    if options.requires(GateMetric::Lpips) && options.lpips_weights.is_none() {
+        return Err(StageError::usage("--require lpips needs --lpips-weights").into());
+    }
+    context.input("capture", &args.capture)?;
+    let capture = read_capture(&args.capture)?;
+    let splits = options.splits();
+    let course = Course::new(&args.capture, &capture, &splits).or_bad_input()?;
+    let contestants = load_contestants(args, context)?;
+    let lpips = match &options.lpips_weights {
+        None => None,
+        Some(path) => {
+            context.input("lpips-weights", path)?;
+            Some(Lpips::load(path, options.lpips_net, options.lpips_range)?)
+        }
+    };
+    context.stop_if_dry_run()?;
+
+    let progress = context.progress("scoring", (course.len() * contestants.len()) as u64);
+    let mut pictures = PictureChoice::new(course.count_of(options.split), args.report_views);
+    let mut results = Results { split: options.split, models: Vec::new() };
+    for (i, contestant) in contestants.iter().enumerate() {
+        let scores = course.run(contestant, options, lpips.as_ref(), |view| {
+            context.check_interrupted()?;
+            if let (Some(folder), 0) = (&args.save_renders, i) {
+                write_png(&folder.join(format!("{}.png", view.stem)), view.render)?;
+            }
+            if args.report.is_some() && i == 0 && options.split.includes(view.split) {
+                pictures.offer(view.name, view.photo, view.render);
+            }
+            progress.inc(1);
+            anyhow::Ok(())
+        })?;
+        results.models.push(scores);
+    }
+    drop(progress);
+
+    let protocol = protocol(options, lpips.as_ref(), course.common_size());
+    if let Some(path) = &args.report {
+        let protocol = protocol_words(&protocol);
+        let models = results.models.clone();
+        let page = EvaluationPage { models, splits, pictures, training: Vec::new(), protocol };
+        write_atomic(path, |writer| writer.write_all(page.to_html().as_bytes()))?;
+    }
+    let document = results.to_document(protocol);
+    if let Some(path) = &args.metrics {
+        write_document(path, &document)?;
+    }
+    for gate in results.check(&options.require).iter().filter(|gate| !gate.met) {
+        context.gate_not_met(gate.sentence());
+    }
+    Ok(EvaluationReport(document))
+}
+
+fn load_contestants(args: &Args, context: &Context) -> anyhow::Result<Vec<Contestant>> {
+    let mut contestants = Vec::new();
+    for path in &args.gaussians {
+        context.input("gaussians", path)?;
+        let model = Model::load(path, args.options.antialias)?;
+        contestants.push(Contestant::Model(path.clone(), model));
+    }
+    for folder in args.renders.iter().chain(&args.also_renders) {
+        context.input("renders", folder)?;
+        contestants.push(Contestant::Folder(folder.clone()));
+    }
+    Ok(contestants)
+}

@@ -1,0 +1,170 @@
+//! Render Gaussians as pictures: views of a capture, poses between them, orbits, camera paths.
+//!
+//! Inputs: Gaussians (PLY); a capture (`motes/capture` 1.x) or a camera path
+//! (`motes/camera-path` 1.x). Output: a folder of PNG or multi-channel EXR files.
+//!
+//! ```text
+//! render --capture OUT/capture.json --gaussians gaussians.ply --split test -o renders/
+//! render --capture OUT/capture.json --gaussians gaussians.ply --between a.jpg b.jpg -o half/
+//! ```
+//!
+//! Exit codes: 0 done, 1 failed, 2 usage or would overwrite, 3 bad input, 130 interrupted.
+//! Manual: `docs/stages/render.md`.
+
+use std::fmt;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use anyhow::Context as _;
+use clap::Parser;
+use motes_formats::camera_path::read_camera_path;
+use motes_formats::capture::read_capture;
+use motes_report::frames::{
+    BetweenOptions, Frame, FrameFiles, FrameFormat, FrameLook, FrameSelection, FrameSize,
+    FrameWriter, VideoOptions, ffmpeg_exists, numbered, path_frames, plan_frames, run_ffmpeg,
+    shell_words,
+};
+use motes_report::model::Model;
+use motes_stage::{CommonArgs, Context, HasCommon, OrBadInput as _, StageError};
+use serde::Serialize;
+
+/// Render Gaussians as pictures: views of a capture, poses between them, orbits, camera paths
+#[derive(Parser, Debug, Serialize)]
+#[command(name = "render")]
+struct Args {
+    /// Gaussians to render (PLY)
+    #[arg(long, value_name = "FILE")]
+    gaussians: PathBuf,
+
+    /// Capture that gives cameras and poses
+    #[arg(long, value_name = "FILE", required_unless_present = "path")]
+    capture: Option<PathBuf>,
+
+    /// Folder for the pictures
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+
+    #[command(flatten)]
+    #[serde(flatten)]
+    selection: FrameSelection,
+
+    #[command(flatten)]
+    #[serde(flatten)]
+    between: BetweenOptions,
+
+    #[command(flatten)]
+    #[serde(flatten)]
+    look: FrameLook,
+
+    #[command(flatten)]
+    #[serde(flatten)]
+    size: FrameSize,
+
+    #[command(flatten)]
+    #[serde(flatten)]
+    format: FrameFormat,
+
+    #[command(flatten)]
+    #[serde(flatten)]
+    video: VideoOptions,
+
+    #[command(flatten)]
+    #[serde(flatten)]
+    common: CommonArgs,
+}
+
+impl HasCommon for Args {
+    fn common(&self) -> &CommonArgs {
+        &self.common
+    }
+}
+
+/// What was rendered.
+#[derive(Serialize)]
+struct Report {
+    pictures: usize,
+    gaussians: usize,
+    output: PathBuf,
+    seconds_per_picture: f64,
+    /// Makes a video of numbered pictures.
+    video_command: Option<String>,
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (pictures, gaussians) = (self.pictures, self.gaussians);
+        let (seconds, folder) = (self.seconds_per_picture, self.output.display());
+        writeln!(f, "{pictures} pictures of {gaussians} Gaussians, {seconds:.2} s each: {folder}")?;
+        let Some(command) = &self.video_command else { return Ok(()) };
+        writeln!(f, "to make a video: {command}")
+    }
+}
+
+fn main() -> ExitCode {
+    motes_stage::main(run)
+}
+
+fn run(args: &Args, context: &Context) -> anyhow::Result<Report> {
+    let output = context.output(&args.output)?;
+    let files = FrameFiles::new(&args.format);
+    if let Some(video) = &args.video.video {
+        context.output(video)?;
+        if !files.png {
+            return Err(StageError::usage("--video is made of PNG files, not of EXR").into());
+        }
+        if !ffmpeg_exists() {
+            return Err(StageError::usage("--video needs ffmpeg, which cannot be run here")
+                .help("install ffmpeg, or take --video-frames and make the video elsewhere")
+                .into());
+        }
+    }
+    let frames = load_frames(args, context)?;
+    context.input("gaussians", &args.gaussians)?;
+    let model = Model::load(&args.gaussians, args.look.antialias)?;
+    context.stop_if_dry_run()?;
+
+    let mut writer = FrameWriter::new(&output, files, args.format.depth_range);
+    let progress = context.progress("rendering", frames.len() as u64);
+    let before = context.elapsed_seconds();
+    for frame in &frames {
+        context.check_interrupted()?;
+        let rendering = args.look.render(&model, frame, &args.size, writer.needs_aovs());
+        writer.write(&frame.name, &rendering)?;
+        progress.inc(1);
+    }
+    drop(progress);
+    let seconds = context.elapsed_seconds() - before;
+    let command = args.video.command(&output);
+    if args.video.video.is_some() {
+        run_ffmpeg(&command).context("cannot make the video")?;
+    }
+    let is_video = frames.len() > 1 && frames.iter().zip(0..).all(|(f, i)| f.name == numbered(i));
+    Ok(Report {
+        pictures: frames.len(),
+        gaussians: model.gaussians.len(),
+        output,
+        seconds_per_picture: seconds / frames.len().max(1) as f64,
+        video_command: is_video.then(|| shell_words(&command)),
+    })
+}
+
+fn load_frames(args: &Args, context: &Context) -> anyhow::Result<Vec<Frame>> {
+    let mut frames = if let Some(path) = &args.selection.path {
+        context.input("path", path)?;
+        path_frames(&read_camera_path(path)?)
+    } else {
+        let source = args.selection.source(&args.between);
+        let (Some(capture), Some(source)) = (&args.capture, source) else {
+            return Err(StageError::usage("nothing to render was chosen").into());
+        };
+        context.input("capture", capture)?;
+        plan_frames(&read_capture(capture)?, &source).or_bad_input()?
+    };
+    for (i, frame) in frames.iter_mut().enumerate() {
+        frame.camera = args.size.apply(&frame.camera);
+        if args.video.numbers_frames() {
+            frame.name = numbered(i);
+        }
+    }
+    Ok(frames)
+}
