@@ -76,12 +76,12 @@ fn main() -> ExitCode {
 }
 
 fn run(args: &Args, context: &Context) -> anyhow::Result<Report> {
+    let output = context.output(&args.output)?;
     let mut texts = Vec::new();
     for input in &args.inputs {
         context.input("input", input)?;
         texts.push(std::fs::read_to_string(input).or_bad_input()?);
     }
-    let output = context.output(&args.output)?;
     context.stop_if_dry_run()?;
     if texts.concat().is_empty() {
         context.warn("all inputs are empty");

@@ -28,6 +28,8 @@ pub(crate) struct State {
     pub(crate) outputs: Vec<PathBuf>,
     pub(crate) warnings: Vec<String>,
     pub(crate) gates_missed: Vec<String>,
+    /// Folders that were not there before, outermost first.
+    made_folders: Vec<PathBuf>,
 }
 
 /// Returned by [`Context::stop_if_dry_run`]; ends the stage with exit code 0.
@@ -57,8 +59,9 @@ impl Context {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Claims a path for an output before any work. Makes its folder; the first claimed path is
-    /// the product that the run record lies beside. `-` is standard output and passes unchanged.
+    /// Claims a path for an output before any work. Makes its folder (and takes it
+    /// away again when the stage fails and left it empty); the first claimed path is the product
+    /// that the run record lies beside. `-` is standard output and passes unchanged.
     ///
     /// # Errors
     /// [`StageError::Usage`] when something is there already (a file, or a folder that is not
@@ -115,6 +118,9 @@ impl Context {
             return Ok(());
         }
         let shown = folder.display();
+        let missing = |f: &&Path| !f.as_os_str().is_empty() && !f.exists();
+        let made: Vec<&Path> = folder.ancestors().take_while(missing).collect();
+        self.lock().made_folders.extend(made.iter().rev().map(PathBuf::from));
         std::fs::create_dir_all(folder)
             .map_err(|e| anyhow::anyhow!("cannot make the output folder ({e}): {shown}"))?;
         // Better now than after an hour of work.
@@ -123,6 +129,14 @@ impl Context {
             .tempfile_in(folder)
             .map_err(|e| anyhow::anyhow!("cannot write to the output folder ({e}): {shown}"))?;
         Ok(())
+    }
+
+    /// After a failure: removes the folders that [`Self::output`] made and nothing was put into.
+    pub(crate) fn remove_empty_folders(&self) {
+        for folder in self.lock().made_folders.drain(..).rev() {
+            // One that is not empty stays, which is what this call does with it.
+            let _ = std::fs::remove_dir(folder);
+        }
     }
 
     /// Declares an input: checks that it is there and notes its SHA-256 for the run record.

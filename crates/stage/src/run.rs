@@ -86,7 +86,10 @@ where
         Ok(report) => finish(&args, &report, &context, arguments),
         Err(error) if error.is::<DryRun>() => dry_run_done(&context),
         Err(_) if stdout::reader_is_gone() => ExitStatus::Done,
-        Err(error) => fail(program, &error),
+        Err(error) => {
+            context.remove_empty_folders();
+            fail(program, &error)
+        }
     }
 }
 

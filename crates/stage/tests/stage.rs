@@ -163,7 +163,7 @@ fn bad_input_exits_3() {
     let expected = "motes demo-stage: input: no such file or folder: none.txt\n";
     assert_eq!(stderr(&missing), expected);
     std::fs::write(bench.path("b.txt"), [0xff, 0xfe]).unwrap();
-    assert_eq!(code(&bench.run(&["b.txt", "-o", "j.txt"])), 3);
+    assert_eq!(code(&bench.run(&["b.txt", "-o", "new/folder/j.txt"])), 3);
     assert_eq!(bench.files(), ["a.txt", "b.txt"]);
 }
 
