@@ -17,6 +17,7 @@ const KNOWN: &[(&str, &str)] = &[
     ("export", "Output"),
     ("render", "Output"),
     ("evaluate", "Measure"),
+    ("lab-report", "Measure"),
 ];
 
 /// A stage that can run.

@@ -119,17 +119,26 @@ fn append(
         value => vec![value],
     };
     let flag = argument.get_long().map(|long| format!("--{long}"));
-    for value in values {
-        let text = match value {
-            Value::String(text) => text.clone(),
-            Value::Number(number) => number.to_string(),
-            Value::Bool(on) => on.to_string(),
-            _ => {
-                let id = argument.get_id();
-                let shown = path.display();
-                return Err(StageError::bad_input(format!("option \"{id}\" is nested: {shown}")));
-            }
-        };
+    let texts = values.into_iter().map(|value| match value {
+        Value::String(text) => Ok(text.clone()),
+        Value::Number(number) => Ok(number.to_string()),
+        Value::Bool(on) => Ok(on.to_string()),
+        _ => {
+            let (id, shown) = (argument.get_id(), path.display());
+            Err(StageError::bad_input(format!("option \"{id}\" is nested: {shown}")))
+        }
+    });
+    let texts = texts.collect::<Result<Vec<String>, StageError>>()?;
+    // An option of two values (`--between A B`) is one flag per pair.
+    let width = argument.get_num_args().map_or(1, |count| count.min_values());
+    if let (Some(flag), true) = (&flag, width > 1) {
+        for group in texts.chunks(width) {
+            extra.push((true, flag.into()));
+            extra.extend(group.iter().map(|text| (true, text.into())));
+        }
+        return Ok(());
+    }
+    for text in texts {
         match (argument.get_action(), &flag) {
             (ArgAction::SetTrue, Some(flag)) if text == "true" => {
                 extra.push((true, flag.into()));

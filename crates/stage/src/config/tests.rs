@@ -16,6 +16,8 @@ struct Args {
     require: Vec<String>,
     #[arg(short, long, action = ArgAction::Count)]
     verbose: u8,
+    #[arg(long, num_args = 2)]
+    between: Vec<String>,
 }
 
 fn parse(config: &str, line: &[&str]) -> Result<Args, String> {
@@ -32,7 +34,8 @@ fn parse(config: &str, line: &[&str]) -> Result<Args, String> {
 fn a_file_can_give_every_kind_of_option() {
     let args = parse(
         r#"{"input": "in.ply", "output": "o.ply", "sh-degree": 1, "random_background": true,
-            "require": ["psnr>=1", "ssim>=0"], "verbose": 2}"#,
+            "require": ["psnr>=1", "ssim>=0"], "verbose": 2,
+            "between": ["a.jpg", "b c.jpg"]}"#,
         &[],
     )
     .unwrap();
@@ -43,6 +46,7 @@ fn a_file_can_give_every_kind_of_option() {
         random_background: true,
         require: vec!["psnr>=1".into(), "ssim>=0".into()],
         verbose: 2,
+        between: vec!["a.jpg".into(), "b c.jpg".into()],
     };
     assert_eq!(args, expected);
 }

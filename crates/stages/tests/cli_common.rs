@@ -1,0 +1,314 @@
+//! What every stage of the suite does alike: help, names of flags, exit codes, what goes to
+//! stdout, what is left on disk after a failure.
+//!
+//! Stages are found in `src/bin`. A new one joins with a line in [`line_of`]; what only it does
+//! belongs into `cli_<stage>.rs`.
+#![expect(clippy::unwrap_used, reason = "a test that cannot prepare its files has failed")]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+
+use motes_formats::ply::{PlyWriteOptions, write_gaussians};
+use serde_json::Value;
+
+/// A complete command line with these inputs, and the product that it would write.
+fn line_of(stage: &str) -> (&'static [&'static str], &'static str) {
+    match stage {
+        "import-colmap" => (&["model", "-o", "out"], "out/capture.json"),
+        "train-splat" => (&["--capture", "capture.json", "-o", "out.ply"], "out.ply"),
+        "render" => {
+            let line = &[
+                "--capture",
+                "capture.json",
+                "--gaussians",
+                "g.ply",
+                "-o",
+                "out/renders",
+                "--between",
+                "view_01.png",
+                "view_02.png",
+            ];
+            (line, "out/renders")
+        }
+        "evaluate" => {
+            let line =
+                &["--capture", "capture.json", "--gaussians", "g.ply", "--metrics", "m.json"];
+            (line, "m.json")
+        }
+        "lab-report" => (&["run", "-o", "page.html"], "page.html"),
+        new => panic!("{new} needs a line here"),
+    }
+}
+
+fn stages() -> Vec<String> {
+    let sources = fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("src/bin")).unwrap();
+    let paths = sources.map(|entry| entry.unwrap().path());
+    let mut names: Vec<String> =
+        paths.map(|path| path.file_stem().unwrap().to_str().unwrap().to_owned()).collect();
+    names.sort();
+    assert!(names.len() >= 3, "{names:?}");
+    names
+}
+
+/// A folder for one stage, and the way to run it there.
+struct Bench {
+    dir: tempfile::TempDir,
+    stage: String,
+}
+
+impl Bench {
+    fn of(stage: &str) -> Self {
+        Self { dir: tempfile::tempdir().unwrap(), stage: stage.to_owned() }
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.dir.path().join(name)
+    }
+
+    fn command(&self, arguments: &[&str]) -> Command {
+        // Cargo builds the binaries of this package before its tests, into the folder above.
+        let here = std::env::current_exe().unwrap();
+        let folder = here.parent().unwrap().parent().unwrap();
+        let mut command =
+            Command::new(folder.join(format!("{}{}", self.stage, std::env::consts::EXE_SUFFIX)));
+        command.current_dir(self.dir.path()).args(arguments).stdin(Stdio::null());
+        for variable in ["MOTES_THREADS", "MOTES_LOG", "MOTES_INVOKED_AS", "MOTES_PYTHON"] {
+            command.env_remove(variable);
+        }
+        command
+    }
+
+    fn run(&self, arguments: &[&str]) -> Output {
+        self.command(arguments).output().unwrap()
+    }
+
+    /// Every path below the folder.
+    fn files(&self) -> Vec<PathBuf> {
+        fn walk(folder: &Path, found: &mut Vec<PathBuf>) {
+            for entry in fs::read_dir(folder).unwrap() {
+                let path = entry.unwrap().path();
+                if path.is_dir() {
+                    walk(&path, found);
+                }
+                found.push(path);
+            }
+        }
+        let mut found = Vec::new();
+        walk(self.dir.path(), &mut found);
+        found.sort();
+        found
+    }
+
+    fn put(&self, name: &str, bytes: &[u8]) {
+        fs::create_dir_all(self.path(name).parent().unwrap()).unwrap();
+        fs::write(self.path(name), bytes).unwrap();
+    }
+
+    /// Inputs of the right names that hold nothing sensible.
+    fn put_garbage(&self) {
+        self.put("capture.json", b"{\"format\": \"motes/capture\", \"version\": \"1.0\", \"cam");
+        self.put("g.ply", b"ply\nformat binary_little_endian 1.0\nelement vertex 99999999999\n");
+        self.put("run/capture/capture.json", b"[]");
+        self.put("run/metrics.json", b"{");
+        self.put("model/cameras.txt", b"1 PINHOLE many 48 1 1 1 1\n");
+        self.put("model/images.txt", b"");
+        self.put("model/points3D.txt", b"");
+    }
+
+    /// A capture of the tiny model and some Gaussians.
+    fn put_inputs(&self) {
+        let line = ["-o", self.dir.path().to_str().unwrap(), "-w", "--test-every", "4"];
+        let import = Self::of("import-colmap");
+        let output = import.run(&[&[tiny().to_str().unwrap()], &line[..]].concat());
+        assert!(output.status.success(), "{}", stderr(&output));
+        let gaussians = motes_testkit::random_gaussians(1, 20, 1);
+        write_gaussians(&self.path("g.ply"), &gaussians, &PlyWriteOptions::default()).unwrap();
+    }
+}
+
+fn tiny() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../testdata/captures/tiny")
+}
+
+fn stdout(output: &Output) -> &str {
+    std::str::from_utf8(&output.stdout).unwrap()
+}
+
+fn stderr(output: &Output) -> &str {
+    std::str::from_utf8(&output.stderr).unwrap()
+}
+
+#[track_caller]
+fn assert_fails(output: &Output, stage: &str, code: i32) {
+    let said = stderr(output);
+    assert_eq!((output.status.code(), stdout(output)), (Some(code), ""), "{stage}: {said}");
+    let voice = format!("motes {stage}: ");
+    assert!(said.lines().any(|line| line.starts_with(&voice)), "{stage}: {said}");
+    assert!(!said.contains("internal error"), "{stage}: {said}");
+}
+
+#[test]
+fn help_is_complete_and_on_stdout() {
+    for stage in stages() {
+        let output = Bench::of(&stage).run(&["--help"]);
+        assert_eq!((output.status.code(), stderr(&output)), (Some(0), ""), "{stage}");
+        let help = stdout(&output);
+        for flag in ["overwrite", "threads", "quiet", "progress", "json", "dry-run", "config"] {
+            assert!(help.contains(&format!("--{flag}")), "{stage} has no --{flag}");
+        }
+        assert!(help.contains(&format!("Usage: {stage}")), "{stage}: {help}");
+        let flags = help.split("--").skip(1).map(|rest| {
+            rest.split(|c: char| !(c.is_alphanumeric() || c == '-' || c == '_')).next().unwrap()
+        });
+        for flag in flags {
+            let kebab = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
+            assert!(flag.chars().all(kebab), "{stage}: --{flag} is not kebab-case");
+        }
+    }
+}
+
+#[test]
+fn the_stage_knows_its_name_and_says_one_line_about_itself() {
+    for stage in stages() {
+        let bench = Bench::of(&stage);
+        let version = bench.run(&["--version"]);
+        assert!(stdout(&version).starts_with(&format!("{stage} 0.")), "{}", stdout(&version));
+        let summary = bench.run(&["--summary"]);
+        let line = stdout(&summary).trim_end();
+        assert!((15..=100).contains(&line.len()) && !line.ends_with('.'), "{stage}: {line:?}");
+        assert_eq!(line.lines().count(), 1, "{stage}: {line:?}");
+    }
+}
+
+#[test]
+fn manual_and_completions_are_generated() {
+    for stage in stages() {
+        for what in ["man", "bash", "zsh", "fish"] {
+            let output = Bench::of(&stage).run(&["--generate", what]);
+            assert!(output.status.success() && stdout(&output).contains(&stage), "{stage} {what}");
+        }
+    }
+}
+
+#[test]
+fn a_wrong_command_line_exits_2() {
+    for stage in stages() {
+        let bench = Bench::of(&stage);
+        let (line, _) = line_of(&stage);
+        for arguments in [&[][..], &[line, &["--no-such-flag"]].concat()] {
+            assert_fails(&bench.run(arguments), &stage, 2);
+        }
+        assert!(bench.files().is_empty(), "{stage} left {:?}", bench.files());
+    }
+}
+
+#[test]
+fn missing_inputs_exit_3_and_leave_nothing() {
+    for stage in stages() {
+        let bench = Bench::of(&stage);
+        assert_fails(&bench.run(line_of(&stage).0), &stage, 3);
+        assert!(bench.files().is_empty(), "{stage} left {:?}", bench.files());
+    }
+}
+
+#[test]
+fn broken_inputs_exit_3_and_leave_nothing() {
+    for stage in stages() {
+        let bench = Bench::of(&stage);
+        bench.put_garbage();
+        let before = bench.files();
+        assert_fails(&bench.run(line_of(&stage).0), &stage, 3);
+        assert_eq!(bench.files(), before, "{stage}");
+    }
+}
+
+#[test]
+fn an_existing_product_is_refused_and_kept() {
+    for stage in stages() {
+        let bench = Bench::of(&stage);
+        bench.put_garbage();
+        let (line, product) = line_of(&stage);
+        let mine = if stage == "render" { "out/renders/mine.png" } else { product };
+        bench.put(mine, b"mine");
+        let output = bench.run(line);
+        assert_fails(&output, &stage, 2);
+        assert!(stderr(&output).contains("help: choose another path or pass --overwrite"));
+        assert_eq!(fs::read(bench.path(mine)).unwrap(), b"mine", "{stage}");
+    }
+}
+
+#[test]
+fn a_dumped_config_is_a_fixed_point() {
+    for stage in stages() {
+        let bench = Bench::of(&stage);
+        let (line, _) = line_of(&stage);
+        let dump = bench.run(&[line, &["--dump-config"]].concat());
+        assert!(dump.status.success(), "{stage}: {}", stderr(&dump));
+        let options: Value = serde_json::from_str(stdout(&dump)).unwrap();
+        assert!(options.as_object().unwrap().len() > 8, "{stage}: {options}");
+        bench.put("config.json", &dump.stdout);
+        let again = bench.run(&["--config", "config.json", "--dump-config"]);
+        assert_eq!(stdout(&again), stdout(&dump), "{stage}: {}", stderr(&again));
+    }
+}
+
+#[test]
+fn a_dry_run_writes_nothing() {
+    // The inputs of lab-report are whole runs: `make lab` covers them.
+    for stage in stages().into_iter().filter(|stage| stage != "lab-report") {
+        let bench = Bench::of(&stage);
+        bench.put_inputs();
+        let (line, product) = line_of(&stage);
+        let tiny = tiny();
+        let line = match stage.as_str() {
+            "import-colmap" => &[tiny.to_str().unwrap(), "-o", "out"],
+            _ => line,
+        };
+        let before = bench.files();
+        let output = bench.run(&[line, &["--dry-run"]].concat());
+        let said = stderr(&output);
+        assert_eq!((output.status.code(), stdout(&output)), (Some(0), ""), "{stage}: {said}");
+        assert!(said.contains(&format!("motes {stage}: would write {product}")), "{said}");
+        assert_eq!(bench.files(), before, "{stage}");
+    }
+}
+
+#[test]
+fn stdout_is_the_report_and_only_when_asked() {
+    for stage in ["render", "evaluate"] {
+        let bench = Bench::of(stage);
+        bench.put_inputs();
+        let (line, product) = line_of(stage);
+        let output = bench.run(line);
+        assert_eq!((output.status.code(), stdout(&output)), (Some(0), ""), "{}", stderr(&output));
+        let record = fs::read(bench.path(&format!("{product}.run.json"))).unwrap();
+        let record: Value = serde_json::from_slice(&record).unwrap();
+        assert_eq!(record["tool"], format!("motes {stage}"));
+
+        let output = bench.run(&[line, &["-w", "--json", "--no-provenance"]].concat());
+        let report: Value = serde_json::from_str(stdout(&output)).unwrap();
+        assert!(report.is_object(), "{report}");
+        let output = bench.run(&[line, &["-w", "-q"]].concat());
+        assert_eq!((stdout(&output), stderr(&output)), ("", ""));
+    }
+}
+
+#[test]
+fn a_reader_that_leaves_is_no_failure() {
+    for stage in stages() {
+        let bench = Bench::of(&stage);
+        let mut lines = vec![vec!["--help"]];
+        if stage == "evaluate" {
+            bench.put_inputs();
+            lines.push([line_of(&stage).0, &["--json", "-q"]].concat());
+        }
+        for line in lines {
+            let mut child =
+                bench.command(&line).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+            drop(child.stdout.take());
+            let output = child.wait_with_output().unwrap();
+            assert_eq!((output.status.code(), stderr(&output)), (Some(0), ""), "{stage} {line:?}");
+        }
+    }
+}
