@@ -185,7 +185,8 @@ fn points_from_models(
         .zip(&centers)
         .map(|((image, _), center)| image.camera_from_world.center_in_world().distance(*center))
         .fold(0.0, f64::max);
-    if pairs.is_empty() || !(apart <= SAME_FRAME * extent.max(1e-9)) {
+    let same_world = apart <= SAME_FRAME * extent.max(1e-9);
+    if pairs.is_empty() || !same_world {
         gathered.warnings.push(format!(
             "the model in {} is in another world than the transforms; its points were not used and \
              training starts from random points",

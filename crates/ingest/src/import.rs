@@ -59,12 +59,13 @@ pub fn import_photos(
     let workspace = match &sfm_options.sfm_workspace {
         Some(folder) => folder.as_path(),
         None => {
-            temporary = tempfile::Builder::new().prefix("motes-sfm-").tempdir().map_err(|error| {
-                IngestError::Failed {
-                    cause: format!("cannot make a temporary folder ({error})"),
-                    remedy: "give a folder with --sfm-workspace".into(),
-                }
-            })?;
+            temporary =
+                tempfile::Builder::new().prefix("motes-sfm-").tempdir().map_err(|error| {
+                    IngestError::Failed {
+                        cause: format!("cannot make a temporary folder ({error})"),
+                        remedy: "give a folder with --sfm-workspace".into(),
+                    }
+                })?;
             temporary.path()
         }
     };
@@ -105,7 +106,7 @@ pub(crate) fn write(
         let name = &gathered.photos[i].name;
         match plans.plans[plan_of[i]].kind {
             Kind::Panorama => {
-                names.extend((0..panorama::CROPS).map(|c| panorama::crop_name(name, c)))
+                names.extend((0..panorama::CROPS).map(|c| panorama::crop_name(name, c)));
             }
             _ => names.push(name.clone()),
         }
@@ -187,12 +188,15 @@ fn plan_for(photo: &mut Photo, plans: &mut Plans, warnings: &mut Vec<String>) ->
 /// Refuses an output whose `images` or `masks` folder holds a source file: writing there would
 /// destroy it.
 fn protect_sources(gathered: &Gathered, masks: &[Option<PathBuf>], output: &Path) -> Result<()> {
-    let targets: Vec<PathBuf> =
-        ["images", "masks"].iter().filter_map(|name| output.join(name).canonicalize().ok()).collect();
+    let targets: Vec<PathBuf> = ["images", "masks"]
+        .iter()
+        .filter_map(|name| output.join(name).canonicalize().ok())
+        .collect();
     let sources = gathered.photos.iter().map(|photo| &photo.path).chain(masks.iter().flatten());
     for source in sources.filter_map(|path| path.canonicalize().ok()) {
         if targets.iter().any(|target| source.starts_with(target)) {
-            let cause = format!("the output would overwrite this photo or mask: {}", source.display());
+            let cause =
+                format!("the output would overwrite this photo or mask: {}", source.display());
             return Err(IngestError::usage(cause, "write the capture to another folder with -o"));
         }
     }
@@ -200,10 +204,7 @@ fn protect_sources(gathered: &Gathered, masks: &[Option<PathBuf>], output: &Path
 }
 
 /// The mask file of every photo.
-fn masks_of(
-    gathered: &Gathered,
-    options: &ImportOptions,
-) -> Result<Vec<Option<PathBuf>>> {
+fn masks_of(gathered: &Gathered, options: &ImportOptions) -> Result<Vec<Option<PathBuf>>> {
     let Some(folder) = &options.masks else {
         return Ok(gathered.photos.iter().map(|photo| photo.mask.clone()).collect());
     };

@@ -40,9 +40,8 @@ pub(crate) fn assign(
         }
         return Ok(photos.iter().map(|photo| Some(photo.split.unwrap_or(Split::Train))).collect());
     }
-    let every = options.test_every.map_or(usize::MAX, |n| n as usize);
-    let split =
-        |i: usize| if every != usize::MAX && i % every == 0 { Split::Test } else { Split::Train };
+    let held_out = |i: usize| options.test_every.is_some_and(|n| i.is_multiple_of(n as usize));
+    let split = |i: usize| if held_out(i) { Split::Test } else { Split::Train };
     Ok((0..photos.len()).map(|i| Some(split(i))).collect())
 }
 

@@ -47,7 +47,7 @@ impl Intrinsics {
             value => Ok(value),
         };
         let angle = |name: &str, get: fn(&IntrinsicKeys) -> Option<f64>| match pick(get) {
-            Some(value) if !(value > 1e-6 && value < 3.14) => {
+            Some(value) if !(value > 1e-6 && value < std::f64::consts::PI) => {
                 Err(format!("{name} is {value}, which is not a field of view in radians"))
             }
             value => Ok(value),

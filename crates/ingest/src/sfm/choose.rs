@@ -38,13 +38,18 @@ pub(super) fn tool(options: &SfmOptions) -> Result<Tool> {
         }
         if options.sfm == SfmTool::Pycolmap || options.python.is_some() {
             let tried: Vec<String> = tried.iter().map(|p| p.display().to_string()).collect();
-            return Err(failed(format!("no Python with pycolmap was found (tried {})", tried.join(", "))));
+            return Err(failed(format!(
+                "no Python with pycolmap was found (tried {})",
+                tried.join(", ")
+            )));
         }
     }
     let command = PathBuf::from("colmap");
     match colmap_command::version_of(&command) {
         Some(version) => Ok(Tool::Colmap { command, version }),
-        None if options.sfm == SfmTool::Colmap => Err(failed("there is no colmap command on PATH".into())),
+        None if options.sfm == SfmTool::Colmap => {
+            Err(failed("there is no colmap command on PATH".into()))
+        }
         None => Err(failed("neither a Python with pycolmap nor a colmap command was found".into())),
     }
 }

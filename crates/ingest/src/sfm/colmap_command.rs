@@ -102,7 +102,7 @@ pub(super) fn solve(
         ));
     }
     let workspace = Workspace::make(request.workspace)?;
-    extract(command, request, &workspace, &names, progress)?;
+    let exif_prior = extract(command, request, &workspace, &names, progress)?;
     let exhaustive = match request.options.matcher {
         Matcher::Auto => names.len() <= EXHAUSTIVE_UP_TO,
         Matcher::Exhaustive => true,
@@ -118,7 +118,13 @@ pub(super) fn solve(
              instead of turning on the spot, keep the subject in view, avoid blur and blank, shiny or moving subjects",
         ));
     }
-    describe(version, request, models, names.len(), started.elapsed().as_secs_f64())
+    let mut solution = describe(version, request, models, names.len())?;
+    if solution.report.focal_prior_px.is_none() && exif_prior.is_some() {
+        solution.report.focal_prior_px = exif_prior;
+        solution.report.focal_prior_source = "exif".into();
+    }
+    solution.report.seconds = started.elapsed().as_secs_f64();
+    Ok(solution)
 }
 
 struct Workspace {
@@ -129,7 +135,8 @@ struct Workspace {
 
 impl Workspace {
     fn make(folder: &Path) -> Result<Self> {
-        let failed = |path: &Path, error: &std::io::Error| super::pycolmap::cannot_write(path, error);
+        let failed =
+            |path: &Path, error: &std::io::Error| super::pycolmap::cannot_write(path, error);
         let (database, sparse) = (folder.join("database.db"), folder.join("sparse"));
         for suffix in ["", "-wal", "-shm"] {
             let file = folder.join(format!("database.db{suffix}"));
@@ -174,7 +181,7 @@ fn extract(
     workspace: &Workspace,
     names: &[(String, (usize, usize))],
     progress: &dyn Progress,
-) -> Result<()> {
+) -> Result<Option<f64>> {
     // COLMAP refuses one camera for photos of two sizes, so every size is a run of its own.
     let mut groups: Vec<((usize, usize), Vec<&str>)> = Vec::new();
     let one = request.options.share_camera == CameraSharing::One;
@@ -186,7 +193,7 @@ fn extract(
         }
     }
     progress.begin("features", names.len());
-    let mut done = 0;
+    let (mut done, mut exif_focals) = (0, Vec::new());
     for (index, (size, members)) in groups.iter().enumerate() {
         let list = workspace.folder.join(format!("photos-{index}.txt"));
         std::fs::write(&list, members.join("\n") + "\n")
@@ -215,13 +222,25 @@ fn extract(
                 done += 1;
                 progress.advance_to(done);
             }
+            exif_focals.extend(exif_focal(line));
         })?;
     }
-    Ok(())
+    Ok(median(exif_focals))
+}
+
+/// Focal length of a line such as `Focal Length: 661.28px (Prior)`: COLMAP marks what it took
+/// from EXIF (or was told).
+fn exif_focal(line: &str) -> Option<f64> {
+    let value = line.split_once("Focal Length:")?.1.strip_suffix("(Prior)")?;
+    value.trim().strip_suffix("px")?.parse().ok()
 }
 
 /// Initial parameters that say the focal length: COLMAP then takes it for a prior.
-fn camera_params(request: &Request<'_>, focal: f64, (width, height): (usize, usize)) -> Result<String> {
+fn camera_params(
+    request: &Request<'_>,
+    focal: f64,
+    (width, height): (usize, usize),
+) -> Result<String> {
     let name = &request.options.camera_model;
     let model = motes_scene::CameraModel::from_name(name).filter(|model| model.focal_count() > 0);
     let model = model.ok_or_else(|| {
@@ -322,7 +341,6 @@ fn describe(
     request: &Request<'_>,
     models: Vec<PathBuf>,
     photos: usize,
-    seconds: f64,
 ) -> Result<Solution> {
     let best = read_model(&models[0])?;
     let uses = |id: u32| best.images.iter().filter(|image| image.camera_id == id).count();
@@ -346,7 +364,7 @@ fn describe(
             focal_px: focal,
             mean_reprojection_error_px: mean,
             verified_pairs: None,
-            seconds,
+            seconds: 0.0,
             attempts: Vec::new(),
         },
         warnings: Vec::new(),
@@ -377,6 +395,8 @@ mod tests {
         assert_eq!(counters("I2026 Matching image [5/90]", "Matching "), Some((5, 90)));
         assert_eq!(counters("Matching nonsense [a/b]", "Matching "), None);
         assert_eq!(counters("nothing", "Matching "), None);
+        assert_eq!(exif_focal("  Focal Length:    661.28px (Prior)"), Some(661.28));
+        assert_eq!(exif_focal("  Focal Length:    960.00px"), None);
     }
 
     #[test]

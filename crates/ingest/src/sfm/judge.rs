@@ -52,7 +52,9 @@ pub(super) fn better(first: Solution, second: Result<Solution>, prior: f64) -> R
     match second {
         Err(IngestError::Interrupted) => return Err(IngestError::Interrupted),
         Err(error) => {
-            attempts.push(format!("a second run with a focal length prior of {prior:.0} px failed: {error}"));
+            attempts.push(format!(
+                "a second run with a focal length prior of {prior:.0} px failed: {error}"
+            ));
         }
         Ok(mut second) => {
             if kept.report.focal_prior_px.is_none() {
@@ -80,7 +82,8 @@ fn describe(report: &SfmReport, registered: usize, photos: usize) -> String {
         Some(prior) => format!("focal length prior {prior:.0} px"),
         None => "no focal length prior".into(),
     };
-    let error = report.mean_reprojection_error_px.map_or("unknown".into(), |e| format!("{e:.2} px"));
+    let error =
+        report.mean_reprojection_error_px.map_or("unknown".into(), |e| format!("{e:.2} px"));
     format!(
         "run with {prior}: {registered} of {photos} photos, reprojection error {error}, focal length {:.0} px",
         report.focal_px
@@ -92,7 +95,8 @@ pub(super) fn warnings(solution: &Solution) -> Vec<String> {
     let mut warnings = Vec::new();
     let (registered, photos) = (solution.registered, solution.photos);
     if registered < photos {
-        let weight = if (registered as f64) < FEW_REGISTERED * photos as f64 { "only " } else { "" };
+        let weight =
+            if (registered as f64) < FEW_REGISTERED * photos as f64 { "only " } else { "" };
         warnings.push(format!(
             "{weight}{registered} of {photos} photos have a pose; photos from between the places, with more overlap, \
              would join the others, and blurred photos should go"

@@ -56,7 +56,11 @@ struct ModelCamera {
 }
 
 /// Runs the driver.
-pub(super) fn solve(python: &Path, request: &Request<'_>, progress: &dyn Progress) -> Result<Solution> {
+pub(super) fn solve(
+    python: &Path,
+    request: &Request<'_>,
+    progress: &dyn Progress,
+) -> Result<Solution> {
     std::fs::create_dir_all(request.workspace).map_err(|e| cannot_write(request.workspace, &e))?;
     let script = request.workspace.join("pycolmap_driver.py");
     std::fs::write(&script, DRIVER).map_err(|e| cannot_write(&script, &e))?;

@@ -122,9 +122,7 @@ fn turn(from: &Path, to: &Path, orientation: Orientation) -> Result<()> {
     }
     let rgb = image.to_rgb8();
     let (width, height) = rgb.dimensions();
-    encoder
-        .write_image(&rgb, width, height, image::ExtendedColorType::Rgb8)
-        .map_err(broken)?;
+    encoder.write_image(&rgb, width, height, image::ExtendedColorType::Rgb8).map_err(broken)?;
     std::fs::write(to, bytes).map_err(|error| cannot_write(to, &error))
 }
 

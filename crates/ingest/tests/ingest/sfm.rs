@@ -1,0 +1,160 @@
+//! The path from photos, with a stand-in for the Python that runs the driver: a shell script that
+//! answers as the driver would. The real tools are tried by hand; see `docs/stages/import-colmap.md`.
+
+#![cfg(unix)]
+
+use std::os::unix::fs::PermissionsExt as _;
+use std::path::PathBuf;
+
+use motes_formats::capture::read_capture;
+use motes_ingest::{
+    ImportOptions, ImportReport, IngestError, Result, SfmOptions, Silent, import_photos,
+};
+use motes_scene::{Camera, CameraModel};
+
+use crate::common::Project;
+
+fn project() -> Project {
+    let camera = Camera {
+        model: CameraModel::Pinhole,
+        width: 64,
+        height: 48,
+        params: vec![60.0, 60.0, 32.0, 24.0],
+    };
+    let project = Project::new(camera, &["a.png", "b.png", "c.png"]);
+    project.write_photos();
+    project.write_model_to("solved");
+    project
+}
+
+/// A result line: registered photos, error, focal prior, focal length.
+fn result(registered: usize, error: f64, prior: &str, focal: f64) -> String {
+    format!(
+        r#"{{"event":"result","models":[{{"path":"'"$5"'/sparse/0","registered":{registered},"points":4,"mean_reprojection_error_px":{error},"median_triangulation_angle_deg":20.0,"cameras":[{{"width":64,"height":48,"photos":3}}]}}],"photos":3,"focal_prior_px":{prior},"focal_prior_source":"none","focal_px":{focal},"verified_pairs":3,"pycolmap":"0.0","seconds":1.0}}"#
+    )
+}
+
+/// Makes the stand-in. `body` sees the arguments: $1 the script, $3 the photos, $5 the workspace.
+fn python(project: &Project, body: &str) -> PathBuf {
+    let path = project.path().join("python");
+    let solved = project.path().join("solved");
+    let head = format!(
+        "#!/bin/sh\n[ \"$1\" = -c ] && exit 0\ntest -s \"$1\" || exit 9\nmkdir -p \"$5/sparse\"\ncp -r '{}' \"$5/sparse/0\"\n",
+        solved.display()
+    );
+    std::fs::write(&path, format!("{head}{body}\n")).unwrap();
+    std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o755)).unwrap();
+    path
+}
+
+fn solve(project: &Project, body: &str, focal: Option<f64>) -> Result<ImportReport> {
+    let sfm = SfmOptions { python: Some(python(project, body)), focal, ..SfmOptions::default() };
+    let output = project.output();
+    std::fs::create_dir_all(&output).unwrap();
+    import_photos(&project.path().join("images"), &output, &ImportOptions::default(), &sfm, &Silent)
+}
+
+#[test]
+fn a_good_solution_becomes_a_capture() {
+    let project = project();
+    let body = format!(
+        "echo '{}'\necho noise >&2\necho '{}'",
+        r#"{"event":"progress","phase":"features","done":1,"total":3}"#,
+        result(3, 0.4, "60.0", 60.5)
+    );
+    let report = solve(&project, &body, None).unwrap();
+    assert_eq!((report.registered, report.photos, report.points), (3, 3, 4));
+    let sfm = report.sfm.unwrap();
+    assert_eq!((sfm.tool.as_str(), sfm.focal_px), ("pycolmap 0.0", 60.5));
+    assert!(report.warnings.is_empty(), "{:?}", report.warnings);
+    let capture = read_capture(&project.output().join("capture.json")).unwrap();
+    assert_eq!(capture.views.len(), 3);
+}
+
+#[test]
+fn a_doubtful_solution_is_tried_again_with_a_prior_and_the_better_one_kept() {
+    let project = project();
+    let body = format!(
+        "case \"$*\" in *--focal-px*) echo '{}';; *) echo '{}';; esac",
+        result(3, 0.5, "76.8", 75.0),
+        result(3, 1.3, "null", 40.0)
+    );
+    let report = solve(&project, &body, None).unwrap();
+    let sfm = report.sfm.unwrap();
+    assert_eq!((sfm.focal_px, sfm.focal_prior_source.as_str()), (75.0, "guess"));
+    let told = report.notes.join("\n");
+    assert!(
+        told.contains("no focal length prior") && told.contains("the second was kept"),
+        "{told}"
+    );
+    // With a focal length of the user's there is one run, and its doubts are told.
+    let body = format!("echo '{}'", result(2, 1.3, "60.0", 90.0));
+    let report = solve(&project, &body, Some(60.0)).unwrap();
+    let warnings = report.warnings.join("\n");
+    for part in ["2 of 3 photos have a pose", "1.30 px", "+50 %"] {
+        assert!(warnings.contains(part), "{part}: {warnings}");
+    }
+}
+
+#[test]
+fn failures_keep_the_words_and_the_kind() {
+    let project = project();
+    let error = |body: &str| solve(&project, body, None).unwrap_err();
+    let bad = error(
+        r#"echo '{"event":"error","code":"too_few_matches","message":"No two match.","remedy":"Overlap."}'; exit 1"#,
+    );
+    assert!(
+        matches!(&bad, IngestError::BadInput { cause, remedy } if cause == "No two match." && remedy == "Overlap.")
+    );
+    let crash = error("echo 'segmentation fault' >&2; exit 139");
+    assert!(
+        matches!(&crash, IngestError::Failed { cause, .. } if cause.contains("segmentation fault"))
+    );
+    let silent = error("exit 0");
+    assert!(
+        matches!(&silent, IngestError::Failed { cause, .. } if cause.contains("without a result"))
+    );
+    let output = project.output();
+    let missing =
+        SfmOptions { python: Some(project.path().join("no-python")), ..SfmOptions::default() };
+    let photos = project.path().join("images");
+    let error =
+        import_photos(&photos, &output, &ImportOptions::default(), &missing, &Silent).unwrap_err();
+    assert!(
+        matches!(&error, IngestError::Failed { cause, remedy } if cause.contains("no-python") && remedy.contains("pip install"))
+    );
+}
+
+#[test]
+fn photos_lying_on_their_side_are_solved_and_written_upright() {
+    let project = project();
+    // Portrait photos stored as landscape: orientation 6 says "turn right". The pinhole of the
+    // solved model is 64 x 48, so the stored pixels are 48 x 64.
+    let exif: Vec<u8> =
+        [b"II*\0\x08\0\0\0\x01\0".as_slice(), b"\x12\x01\x03\0\x01\0\0\0\x06\0\0\0", &[0; 4]]
+            .concat();
+    for name in ["a.png", "b.png", "c.png"] {
+        let mut pixels = image::RgbImage::from_pixel(48, 64, image::Rgb([10, 20, 30]));
+        // The top-left corner of the stored photo is at the top right of the upright one.
+        (0..8).for_each(|i| pixels.put_pixel(i % 4, i / 4, image::Rgb([250, 20, 30])));
+        let file = std::fs::File::create(project.path().join("images").join(name)).unwrap();
+        let mut encoder = image::codecs::png::PngEncoder::new(file);
+        image::ImageEncoder::set_exif_metadata(&mut encoder, exif.clone()).unwrap();
+        image::ImageEncoder::write_image(encoder, &pixels, 48, 64, image::ExtendedColorType::Rgb8)
+            .unwrap();
+    }
+    let body = format!(
+        "test \"$3\" != '{}' || exit 7\necho '{}'",
+        project.path().join("images").display(),
+        result(3, 0.4, "60.0", 60.0)
+    );
+    let report = solve(&project, &body, None).unwrap();
+    assert!(
+        report.notes.iter().any(|note| note.contains("3 photos were turned upright")),
+        "{:?}",
+        report.notes
+    );
+    let image = motes_formats::images::read_image(&project.output().join("images/a.png")).unwrap();
+    assert_eq!((image.width, image.height), (64, 48));
+    assert_eq!((image.pixel(63, 0), image.pixel(0, 0)), (&[250, 20, 30][..], &[10, 20, 30][..]));
+}
