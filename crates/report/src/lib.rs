@@ -2,6 +2,7 @@
 //!
 //! - [`score`]: PSNR, SSIM, LPIPS, colour-corrected PSNR of a view; means; bounds.
 //! - [`evaluation`]: contestants against the photos of a capture under a stated protocol.
+//! - [`lab_files`]: the folders of the lab's runs.
 //! - [`lpips`]: the perceptual distance, with the user's own weights.
 //! - [`photos`]: the pictures that are compared.
 //! - [`model`]: Gaussians and how they want to be drawn.
@@ -20,6 +21,7 @@ pub mod error_map;
 pub mod evaluation;
 pub mod frames;
 pub mod html;
+pub mod lab_files;
 pub mod lpips;
 pub mod model;
 pub mod pages;

@@ -43,13 +43,20 @@ pub struct FrameSelection {
 #[command(next_help_heading = "With --between")]
 pub struct BetweenOptions {
     /// Fraction of the way from A to B [default: 0.5]
-    #[arg(long, requires = "between", value_name = "FRACTION", value_parser = parse_fraction)]
+    #[arg(long, value_name = "FRACTION", value_parser = parse_fraction)]
     pub t: Option<f64>,
 
     /// Pictures from A to B, both included, instead of one at --t
-    #[arg(long, requires = "between", conflicts_with = "t", value_name = "N",
+    #[arg(long, conflicts_with = "t", value_name = "N",
         value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub frames: Option<u32>,
+}
+
+impl BetweenOptions {
+    /// Whether any of them was given.
+    pub fn is_given(&self) -> bool {
+        self.t.is_some() || self.frames.is_some()
+    }
 }
 
 fn parse_fraction(text: &str) -> Result<f64, String> {

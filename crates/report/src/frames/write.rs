@@ -15,7 +15,7 @@ const EXR_ATTRIBUTES: [(&str, &str); 4] = [
     ("colorSpace", "linear Rec.709 / sRGB primaries, decoded from the sRGB-encoded rendering"),
     ("depthUnit", "world units along the camera z axis (panoramas: along the ray); 0 = nothing"),
     ("normalSpace", "world"),
-    ("software", concat!("motes ", env!("CARGO_PKG_VERSION"))),
+    ("generator", concat!("motes ", env!("CARGO_PKG_VERSION"))),
 ];
 
 /// Writes frames to a folder.

@@ -150,7 +150,7 @@ impl EvaluationPage {
             for model in &self.models {
                 let Some(scores) = model.mean_of(split) else { continue };
                 all.push(scores);
-                let mut row = vec![Cell::text(&model.name), Cell::text(split.name())];
+                let mut row = vec![Cell::text(short_path(&model.name)), Cell::text(split.name())];
                 row.push(Cell::count(model.rows_of(split).count()));
                 row.extend(score_cells(&scores));
                 row.push(Cell::number(model.gap(), 2));
@@ -185,16 +185,15 @@ impl EvaluationPage {
     }
 
     fn view_plot(&self, model: &ModelScores) -> LinePlot {
-        let series = |&split: &SplitChoice| Series {
-            name: split.name().into(),
-            points: (1u32..)
-                .zip(model.rows_of(split))
-                .map(|(i, row)| (f64::from(i), row.score.psnr))
-                .collect(),
+        let series = |&split: &SplitChoice| {
+            let numbered = (1u32..).zip(&model.rows);
+            let of_split = numbered.filter(|(_, row)| split.includes(row.split));
+            let points = of_split.map(|(i, row)| (f64::from(i), row.score.psnr)).collect();
+            Series { name: split.name().into(), points }
         };
         LinePlot {
             title: "PSNR of every view".into(),
-            x_label: "view, in the order of the table".into(),
+            x_label: "row of the table".into(),
             y_label: "PSNR, dB".into(),
             series: self.splits.iter().map(series).filter(|s| s.points.len() > 1).collect(),
         }
@@ -232,6 +231,12 @@ impl EvaluationPage {
         );
         page.picture(&png_url(&scale_bar(256, 12)), "Colour scale of the error maps", &caption);
     }
+}
+
+/// The last two parts of a path: enough to tell runs apart.
+fn short_path(path: &str) -> &str {
+    let mut slashes = path.rmatch_indices(['/', '\\']).map(|(at, _)| at + 1);
+    slashes.nth(1).map_or(path, |start| &path[start..])
 }
 
 fn score_cells(score: &Scores) -> [Cell; 5] {
@@ -319,6 +324,8 @@ mod tests {
             training: Vec::new(),
             protocol: vec![("masks".into(), "excluded".into())],
         };
+        assert_eq!(short_path("/a/b/c/d.ply"), "c/d.ply");
+        assert_eq!(short_path("c/d.ply"), "c/d.ply");
         let html = page.to_html();
         assert!(html.contains("renders are to 2 photos: views that were held out"));
         assert!(html.contains("seed&lt;0&gt;.ply") && html.contains("standard deviation"));

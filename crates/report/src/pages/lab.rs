@@ -22,6 +22,13 @@ pub struct LabRun {
     pub seconds: Option<f64>,
 }
 
+impl LabRun {
+    /// Train PSNR minus test PSNR, dB.
+    pub fn gap(&self) -> Option<f64> {
+        Some(self.train.psnr? - self.test.psnr?)
+    }
+}
+
 /// One viewpoint and what every run renders there.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LabView {
@@ -49,11 +56,6 @@ pub struct LabPage {
 }
 
 impl LabPage {
-    /// Train PSNR minus test PSNR of a run, dB.
-    fn gap(run: &LabRun) -> Option<f64> {
-        Some(run.train.psnr? - run.test.psnr?)
-    }
-
     /// Test PSNR that the last run lost against the first, dB.
     fn loss(&self) -> Option<f64> {
         Some(self.runs.first()?.test.psnr? - self.runs.last()?.test.psnr?)
@@ -110,7 +112,7 @@ impl LabPage {
                 format!("{} photos", run.photos),
                 format!("train {} dB", decimals(run.train.psnr)),
                 format!("test  {} dB", decimals(run.test.psnr)),
-                format!("gap   {} dB", decimals(Self::gap(run))),
+                format!("gap   {} dB", decimals(run.gap())),
             ],
             cells: self
                 .views
@@ -155,7 +157,7 @@ impl LabPage {
                 Cell::text(run.photos.to_string()),
                 Cell::number(run.train.psnr, 2),
                 Cell::number(run.test.psnr, 2),
-                Cell::number(Self::gap(run), 2),
+                Cell::number(run.gap(), 2),
                 Cell::number(run.test.ssim, 3),
                 run.gaussians.map_or_else(|| Cell::number(None, 0), Cell::count),
                 Cell::number(run.seconds, 0),
@@ -205,7 +207,7 @@ impl LabPage {
         else {
             return vec!["The runs have no held-out scores to compare.".into()];
         };
-        let (Some(first_gap), Some(last_gap)) = (Self::gap(first), Self::gap(last)) else {
+        let (Some(first_gap), Some(last_gap)) = (first.gap(), last.gap()) else {
             return vec!["The runs have no training scores to compare.".into()];
         };
         let mut findings = vec![format!(

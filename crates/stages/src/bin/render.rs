@@ -153,6 +153,10 @@ fn load_frames(args: &Args, context: &Context) -> anyhow::Result<Vec<Frame>> {
         context.input("path", path)?;
         path_frames(&read_camera_path(path)?)
     } else {
+        // clap waives `requires` for flags that exclude each other, so this is said here.
+        if args.between.is_given() && args.selection.between.is_empty() {
+            return Err(StageError::usage("--t and --frames belong to --between").into());
+        }
         let source = args.selection.source(&args.between);
         let (Some(capture), Some(source)) = (&args.capture, source) else {
             return Err(StageError::usage("nothing to render was chosen").into());

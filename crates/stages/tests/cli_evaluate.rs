@@ -1,0 +1,167 @@
+//! The stage `evaluate` as a program: scores, documents, pages, bounds, exit codes.
+
+mod toy_capture;
+
+use std::process::Output;
+
+use motes_formats::images::{read_image, write_png};
+use motes_formats::ply::{PlyWriteOptions, write_gaussians};
+use motes_scene::ImageU8;
+use serde_json::Value;
+use toy_capture::{ToyCapture, assert_code, run, stderr, toy_capture};
+
+fn evaluate(toy: &ToyCapture, arguments: &[&str]) -> Output {
+    let mut all = vec!["--capture", "capture.json", "--no-provenance"];
+    all.extend(arguments);
+    run(env!("CARGO_BIN_EXE_evaluate"), toy.folder.path(), &all)
+}
+
+/// Writes the model with its colours changed by `by`.
+fn write_changed(toy: &ToyCapture, name: &str, by: f32) {
+    let mut changed = toy.gaussians.clone();
+    changed.sh.iter_mut().enumerate().for_each(|(i, v)| *v += by * (i as f32).sin());
+    write_gaussians(&toy.path(name), &changed, &PlyWriteOptions::default()).unwrap();
+}
+
+fn json(output: &Output) -> Value {
+    assert_code(output, 0);
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+#[test]
+fn the_true_model_scores_the_cap_on_every_view() {
+    let toy = toy_capture();
+    let report = json(&evaluate(&toy, &["--gaussians", "true.ply", "--split", "test", "--json"]));
+    assert_eq!(report["format"], "motes/metrics");
+    assert_eq!(report["psnr"], 128.0);
+    assert!(report["ssim"].as_f64().unwrap() > 0.999_999);
+    let psnr_float = report["psnr_float"].as_f64().unwrap();
+    assert!((55.0..70.0).contains(&psnr_float), "8-bit photos: {psnr_float}");
+    let names: Vec<_> = report["views"].as_array().unwrap().iter().map(|v| &v["name"]).collect();
+    assert_eq!(names, ["view_2.png", "view_5.png"]);
+    assert_eq!(report["protocol"]["psnr"]["cap_db"], 128.0);
+    assert!(report["lpips"].is_null());
+    assert!(report["protocol"]["lpips_reason"].as_str().unwrap().contains("--lpips-weights"));
+}
+
+#[test]
+fn the_mean_is_that_of_the_views_and_the_gap_needs_both_splits() {
+    let toy = toy_capture();
+    write_changed(&toy, "changed.ply", 0.2);
+    let report = json(&evaluate(&toy, &["--gaussians", "changed.ply", "--gap", "--json"]));
+    let views = report["views"].as_array().unwrap();
+    assert_eq!(views.len(), 8);
+    let mean = |split: &str| {
+        let of_split = views.iter().filter(|view| view["split"] == split);
+        let psnrs: Vec<f64> = of_split.map(|view| view["psnr"].as_f64().unwrap()).collect();
+        psnrs.iter().sum::<f64>() / psnrs.len() as f64
+    };
+    let psnr = report["psnr"].as_f64().unwrap();
+    assert!((psnr - mean("test")).abs() < 1e-9 && (15.0..40.0).contains(&psnr), "{psnr}");
+    let gap = report["gap"].as_f64().unwrap();
+    assert!((gap - (mean("train") - mean("test"))).abs() < 1e-9);
+    let without = json(&evaluate(&toy, &["--gaussians", "changed.ply", "--json"]));
+    assert!(without["gap"].is_null() && without["train"].is_null());
+}
+
+#[test]
+fn models_of_several_seeds_give_mean_and_spread() {
+    let toy = toy_capture();
+    write_changed(&toy, "a.ply", 0.1);
+    write_changed(&toy, "b.ply", 0.3);
+    let report = json(&evaluate(&toy, &["--gaussians", "a.ply", "--gaussians", "b.ply", "--json"]));
+    let rows = report["seeds"]["rows"].as_array().unwrap();
+    let psnrs: Vec<f64> = rows.iter().map(|row| row["psnr"].as_f64().unwrap()).collect();
+    let mean = (psnrs[0] + psnrs[1]) / 2.0;
+    let deviation = (psnrs[0] - psnrs[1]).abs() / 2f64.sqrt();
+    assert!((report["psnr"].as_f64().unwrap() - mean).abs() < 1e-9);
+    let reported = report["seeds"]["deviation"]["psnr"].as_f64().unwrap();
+    assert!((reported - deviation).abs() < 1e-9 && deviation > 1.0, "{reported} {deviation}");
+}
+
+#[test]
+fn another_programs_renders_score_as_the_model_does() {
+    let toy = toy_capture();
+    write_changed(&toy, "changed.ply", 0.2);
+    let saved = &["--gaussians", "changed.ply", "--save-renders", "saved", "--json"];
+    let model = json(&evaluate(&toy, saved));
+    let folder = json(&evaluate(&toy, &["--renders", "saved", "--json"]));
+    assert_eq!(model["psnr"], folder["psnr"]);
+    assert_eq!(model["ssim"], folder["ssim"]);
+    std::fs::remove_file(toy.path("saved/view_5.png")).unwrap();
+    let missing = evaluate(&toy, &["--renders", "saved"]);
+    assert_code(&missing, 3);
+    assert!(stderr(&missing).contains("view_5.png"), "{}", stderr(&missing));
+}
+
+#[test]
+fn a_missed_bound_is_exit_code_4_with_the_report_still_there() {
+    let toy = toy_capture();
+    write_changed(&toy, "changed.ply", 0.2);
+    let bounds = ["--gaussians", "changed.ply", "--json", "--require"];
+    let missed = evaluate(&toy, &[&bounds[..], &["psnr>=90"]].concat());
+    assert_code(&missed, 4);
+    assert!(stderr(&missed).contains("psnr>=90 not met: psnr is "), "{}", stderr(&missed));
+    let report: Value = serde_json::from_slice(&missed.stdout).unwrap();
+    assert!(report["psnr"].is_number());
+    assert_code(&evaluate(&toy, &[&bounds[..], &["psnr>=10", "--require", "gap<=20"]].concat()), 0);
+    assert_code(&evaluate(&toy, &[&bounds[..], &["psnr>10"]].concat()), 2);
+    assert_code(&evaluate(&toy, &[&bounds[..], &["lpips<=0.1"]].concat()), 2);
+}
+
+#[test]
+fn page_and_metrics_are_written_and_not_replaced() {
+    let toy = toy_capture();
+    write_changed(&toy, "changed.ply", 0.2);
+    let write = ["--gaussians", "changed.ply", "--report", "out/r.html", "--metrics", "out/m.json"];
+    let done = evaluate(&toy, &write);
+    assert_code(&done, 0);
+    assert!(done.stdout.is_empty(), "nothing on stdout without --json");
+    let html = std::fs::read_to_string(toy.path("out/r.html")).unwrap();
+    assert_eq!(html.matches("<figure class=\"compare\">").count(), 2);
+    assert!(html.contains("data:image/jpeg;base64,") && !html.contains("http"));
+    let metrics: Value =
+        serde_json::from_slice(&std::fs::read(toy.path("out/m.json")).unwrap()).unwrap();
+    assert_eq!(metrics["views"].as_array().unwrap().len(), 2);
+    assert_code(&evaluate(&toy, &write), 2);
+    assert_code(&evaluate(&toy, &[&write[..], &["-w"]].concat()), 0);
+}
+
+#[test]
+fn masked_out_pixels_do_not_count() {
+    let mut toy = toy_capture();
+    // The photo of the first test view is spoilt on its left half, which a mask takes out.
+    let photo = toy.path("images/view_2.png");
+    let mut image = read_image(&photo).unwrap();
+    let mut mask = ImageU8::filled(64, 48, 1, 255);
+    for y in 0..48 {
+        for x in 0..32 {
+            image.pixel_mut(x, y).fill(255);
+            mask.pixel_mut(x, y)[0] = 0;
+        }
+    }
+    write_png(&photo, &image).unwrap();
+    let spoilt = json(&evaluate(&toy, &["--gaussians", "true.ply", "--json"]));
+    assert!(spoilt["views"][0]["psnr"].as_f64().unwrap() < 30.0);
+    write_png(&toy.path("mask.png"), &mask).unwrap();
+    toy.capture.views[2].mask = Some("mask.png".into());
+    motes_formats::capture::write_capture(&toy.path("capture.json"), &toy.capture).unwrap();
+    let masked = json(&evaluate(&toy, &["--gaussians", "true.ply", "--json"]));
+    assert_eq!(masked["views"][0]["psnr"], 128.0);
+    assert_eq!(masked["views"][0]["counted_share"], 0.5);
+}
+
+#[test]
+fn bad_input_is_exit_code_3_and_named() {
+    let toy = toy_capture();
+    let output = evaluate(&toy, &["--gaussians", "none.ply"]);
+    assert_code(&output, 3);
+    assert!(stderr(&output).contains("none.ply"));
+    write_png(&toy.path("images/view_5.png"), &ImageU8::filled(8, 8, 3, 0)).unwrap();
+    let output = evaluate(&toy, &["--gaussians", "true.ply"]);
+    assert_code(&output, 3);
+    assert!(stderr(&output).contains("8x8") && stderr(&output).contains("view_5.png"));
+    std::fs::write(toy.path("weights.safetensors"), b"not tensors").unwrap();
+    let weights = ["--gaussians", "true.ply", "--lpips-weights", "weights.safetensors"];
+    assert_code(&evaluate(&toy, &weights), 3);
+}

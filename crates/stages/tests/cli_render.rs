@@ -1,0 +1,191 @@
+//! The stage `render` as a program: views, paths, files, exit codes.
+
+mod toy_capture;
+
+use std::process::Output;
+
+use motes_formats::camera_path::{CameraPathDocument, write_camera_path};
+use motes_formats::exr_aov::read_exr;
+use motes_formats::images::read_image;
+use toy_capture::{ToyCapture, assert_code, run, stderr, toy_capture};
+
+fn render(toy: &ToyCapture, arguments: &[&str]) -> Output {
+    let mut all = vec!["--gaussians", "true.ply", "--no-provenance"];
+    all.extend(arguments);
+    run(env!("CARGO_BIN_EXE_render"), toy.folder.path(), &all)
+}
+
+fn files(toy: &ToyCapture, folder: &str) -> Vec<String> {
+    let entries = std::fs::read_dir(toy.path(folder)).unwrap();
+    let mut names: Vec<String> =
+        entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn views_are_rendered_under_their_names() {
+    let toy = toy_capture();
+    let done = render(&toy, &["--capture", "capture.json", "--split", "test", "-o", "renders/"]);
+    assert_code(&done, 0);
+    assert!(done.stdout.is_empty());
+    assert_eq!(files(&toy, "renders"), ["view_2.png", "view_5.png"]);
+    let (photo, render) = (toy.path("images/view_2.png"), toy.path("renders/view_2.png"));
+    assert_eq!(read_image(&photo).unwrap(), read_image(&render).unwrap());
+}
+
+#[test]
+fn existing_pictures_are_kept() {
+    let toy = toy_capture();
+    std::fs::create_dir(toy.path("out")).unwrap();
+    std::fs::write(toy.path("out/view_2.png"), b"mine").unwrap();
+    let split = ["--capture", "capture.json", "--split", "test", "-o", "out"];
+    assert_code(&render(&toy, &split), 2);
+    assert_eq!(std::fs::read(toy.path("out/view_2.png")).unwrap(), b"mine");
+    assert_eq!(files(&toy, "out").len(), 1, "nothing was rendered");
+    assert_code(&render(&toy, &[&split[..], &["-w"]].concat()), 0);
+    assert_ne!(std::fs::read(toy.path("out/view_2.png")).unwrap(), b"mine");
+}
+
+#[test]
+fn the_ends_of_between_are_the_views() {
+    let toy = toy_capture();
+    let between = |t: &str, folder: &str| {
+        let arguments = [
+            "--capture",
+            "capture.json",
+            "--between",
+            "view_2.png",
+            "view_5.png",
+            "--t",
+            t,
+            "-o",
+            folder,
+        ];
+        assert_code(&render(&toy, &arguments), 0);
+        let name = &files(&toy, folder)[0];
+        read_image(&toy.path(folder).join(name)).unwrap()
+    };
+    let photo = |name: &str| read_image(&toy.path("images").join(name)).unwrap();
+    assert_eq!(between("0", "a"), photo("view_2.png"));
+    assert_eq!(between("1", "b"), photo("view_5.png"));
+    let half = between("0.5", "c");
+    assert!(half != photo("view_2.png") && half != photo("view_5.png"));
+}
+
+#[test]
+fn paths_are_numbered_and_tell_how_to_make_a_video() {
+    let toy = toy_capture();
+    for (path, folder) in [("--orbit", "o"), ("--spiral", "s")] {
+        let done = render(&toy, &["--capture", "capture.json", path, "3", "-o", folder]);
+        assert_code(&done, 0);
+        assert_eq!(files(&toy, folder), ["frame_0000.png", "frame_0001.png", "frame_0002.png"]);
+        assert!(stderr(&done).contains("ffmpeg -y -framerate 30 -i "), "{}", stderr(&done));
+        // What the cameras look at is in the picture.
+        let picture = read_image(&toy.path(folder).join("frame_0001.png")).unwrap();
+        assert!(picture.data.iter().any(|&v| v > 60), "{path}");
+    }
+}
+
+#[test]
+fn a_camera_path_needs_no_capture() {
+    let toy = toy_capture();
+    let camera = toy.capture.cameras[0].as_pinhole().unwrap();
+    let poses = [toy.capture.views[2].camera_from_world];
+    let document = CameraPathDocument::new(&camera, 30.0, &poses);
+    write_camera_path(&toy.path("path.json"), &document).unwrap();
+    assert_code(&render(&toy, &["--path", "path.json", "-o", "out"]), 0);
+    let picture = read_image(&toy.path("out/frame_0000.png")).unwrap();
+    let photo = read_image(&toy.path("images/view_2.png")).unwrap();
+    let far = |(a, b): (&u8, &u8)| a.abs_diff(*b) > 1;
+    assert_eq!(picture.data.iter().zip(&photo.data).filter(|p| far(*p)).count(), 0);
+}
+
+#[test]
+fn sizes_formats_and_aovs() {
+    let toy = toy_capture();
+    let arguments = [
+        "--capture",
+        "capture.json",
+        "--view",
+        "view_0.png",
+        "--width",
+        "32",
+        "--format",
+        "both",
+        "--aov",
+        "depth,normal,alpha",
+        "--background",
+        "white",
+        "-o",
+        "out",
+    ];
+    assert_code(&render(&toy, &arguments), 0);
+    let expected =
+        ["view_0.alpha.png", "view_0.depth.png", "view_0.exr", "view_0.normal.png", "view_0.png"];
+    assert_eq!(files(&toy, "out"), expected);
+    let png = read_image(&toy.path("out/view_0.png")).unwrap();
+    assert_eq!((png.width, png.height), (32, 24));
+    assert_eq!(png.pixel(0, 0), [255; 3], "the corner is background");
+    let (width, height, channels) = read_exr(&toy.path("out/view_0.exr")).unwrap();
+    assert_eq!((width, height), (32, 24));
+    let of = |name: &str| channels.iter().find(|c| c.name == name).unwrap().to_f32();
+    let centre = 12 * 32 + 16;
+    assert!(of("A")[centre] > 0.9 && of("A")[0] < 0.01);
+    let depth = of("depth.Z")[centre];
+    assert!((2.5..5.5).contains(&depth), "the scene is 4.3 away: {depth}");
+    assert!((of("depth_median.Z")[centre] - depth).abs() < 1.0);
+    let length: f32 =
+        ["X", "Y", "Z"].iter().map(|a| of(&format!("normal.{a}"))[centre].powi(2)).sum();
+    assert!((length - 1.0).abs() < 1e-3, "{length}");
+    let encoded = f32::from(png.pixel(16, 12)[0]) / 255.0;
+    let linear = ((encoded + 0.055) / 1.055).powf(2.4);
+    let stored = of("R")[centre];
+    assert!(encoded < 0.05 || (stored - linear).abs() < 0.01, "{stored} {linear}");
+}
+
+#[test]
+fn panoramas_have_their_own_size() {
+    let toy = toy_capture();
+    let arguments = [
+        "--capture",
+        "capture.json",
+        "--view",
+        "view_0.png",
+        "--projection",
+        "equirect",
+        "--width",
+        "64",
+        "-o",
+        "out",
+    ];
+    assert_code(&render(&toy, &arguments), 0);
+    let picture = read_image(&toy.path("out/view_0.png")).unwrap();
+    assert_eq!((picture.width, picture.height), (64, 32));
+}
+
+#[test]
+fn impossible_requests_are_named() {
+    let toy = toy_capture();
+    let capture = ["--capture", "capture.json", "-o", "out"];
+    let with = |more: &[&str]| render(&toy, &[&capture[..], more].concat());
+    let unknown = with(&["--view", "view_9.png"]);
+    assert_code(&unknown, 3);
+    assert!(stderr(&unknown).contains("view_9.png") && stderr(&unknown).contains("view_0.png"));
+    assert_code(&with(&[]), 2);
+    assert_code(&with(&["--orbit", "3", "--split", "test"]), 2);
+    assert_code(&with(&["--between", "view_0.png", "view_1.png", "--t", "1.5"]), 2);
+    assert_code(&with(&["--split", "test", "--t", "0.5"]), 2);
+    assert!(!toy.path("out").exists(), "no folder is left behind");
+}
+
+#[test]
+fn the_report_is_the_only_thing_on_stdout() {
+    let toy = toy_capture();
+    let arguments = ["--capture", "capture.json", "--orbit", "2", "-o", "out", "--json"];
+    let done = render(&toy, &arguments);
+    assert_code(&done, 0);
+    let report: serde_json::Value = serde_json::from_slice(&done.stdout).unwrap();
+    assert_eq!((&report["pictures"], &report["gaussians"]), (&2.into(), &40.into()));
+    assert!(report["video_command"].as_str().unwrap().starts_with("ffmpeg "));
+}
