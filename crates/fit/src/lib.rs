@@ -1,1 +1,27 @@
-//! motes-fit
+//! Fitting Gaussians to a capture: losses, schedules, densification, the optimiser loop.
+//!
+//! [`Trainer`] holds a fit in progress; [`FitState`] is all of it that changes, so a copy is a
+//! checkpoint. Random numbers are keyed by (seed, purpose, step), never drawn from a running
+//! generator, and every sum has a fixed order: the result depends on the seed alone.
+
+mod error;
+mod exposure;
+mod filter3d;
+mod init;
+pub mod loss;
+mod moments;
+mod options;
+mod plan;
+mod refine;
+mod target;
+mod trainer;
+
+pub use error::FitError;
+pub use exposure::Exposures;
+pub use init::scene_extent;
+pub use moments::{MomentColumns, Moments};
+pub use options::{Background, FitOptions, FreezeGroup, Preset, Switch};
+pub use plan::{Plan, Stage};
+pub use refine::{RefineCounts, RefineStats};
+pub use target::{AlphaMode, Target, TrainingImage, TrainingView};
+pub use trainer::{FitState, PhaseSeconds, StepReport, Trainer};

@@ -1,6 +1,9 @@
 //! Pure numerics: no files, no scene types, no thread-pool policy, no hidden randomness.
 
+pub mod adam;
+pub mod knn;
 pub mod metrics;
+pub mod resample;
 pub mod rng;
 pub mod sh;
 pub mod sigmoid;

@@ -1,1 +1,6 @@
-//! Stage binaries live in `src/bin`.
+//! What a stage binary needs beside the libraries and its own page: the session around a fit.
+//!
+//! The binaries are in `src/bin`. Nothing here is shared between them (that belongs into a library
+//! crate) and nothing here computes.
+
+pub mod training;

@@ -44,8 +44,10 @@ mod tests {
             .chunks_exact(3)
             .flat_map(|p| {
                 truth.map(|m| {
-                    (m[0] * f64::from(p[0]) + m[1] * f64::from(p[1]) + m[2] * f64::from(p[2]) + m[3])
-                        as f32
+                    (m[0] * f64::from(p[0])
+                        + m[1] * f64::from(p[1])
+                        + m[2] * f64::from(p[2])
+                        + m[3]) as f32
                 })
             })
             .collect();

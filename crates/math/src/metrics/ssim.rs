@@ -195,8 +195,7 @@ mod tests {
             }
         }
         let direct = (2.0 * m[0] * m[1] + C1) * (2.0 * (m[4] - m[0] * m[1]) + C2)
-            / ((m[0] * m[0] + m[1] * m[1] + C1)
-                * (m[2] - m[0] * m[0] + m[3] - m[1] * m[1] + C2));
+            / ((m[0] * m[0] + m[1] * m[1] + C1) * (m[2] - m[0] * m[0] + m[3] - m[1] * m[1] + C2));
         // An 11×11 crop around the pixel has exactly one valid window: this one.
         let crop = |image: &[f32]| -> Vec<f32> {
             (1..12).flat_map(|y| image[y * w + 2..y * w + 13].to_vec()).collect()

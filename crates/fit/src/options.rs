@@ -1,0 +1,242 @@
+//! Dials of the fit, their defaults and the presets.
+
+use clap::{Args, ValueEnum};
+use serde::{Deserialize, Serialize};
+
+use crate::target::AlphaMode;
+
+/// A point on the measured front of time against quality.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Preset {
+    /// Seconds: a first look, and continuous integration.
+    Draft,
+    /// Minutes: the default.
+    #[default]
+    Balanced,
+    /// As good as it gets.
+    High,
+}
+
+/// When a component that a scene may or may not need is used.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Switch {
+    /// Decided from the capture; the report says how.
+    #[default]
+    Auto,
+    /// Always.
+    On,
+    /// Never.
+    Off,
+}
+
+/// Colour behind the Gaussians while fitting.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Background {
+    /// Random per step when photos have alpha (what is transparent must stay so), else black.
+    #[default]
+    Auto,
+    /// A new colour every step.
+    Random,
+    /// Black.
+    Black,
+    /// White.
+    White,
+}
+
+/// Parameters that a fit may leave alone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum FreezeGroup {
+    /// Centres, scales and rotations, and the number of Gaussians.
+    Geometry,
+    /// Centres, and the number of Gaussians.
+    Means,
+    /// Log scales.
+    Scales,
+    /// Quaternions.
+    Rotations,
+    /// Opacity logits.
+    Opacities,
+    /// All spherical harmonics.
+    Colors,
+}
+
+/// Dials of the fit. `None` means: from the preset, or chosen from the number of views.
+#[derive(Clone, Debug, Args, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", default)]
+pub struct FitOptions {
+    /// Point on the measured speed-quality front
+    #[arg(long, value_enum, default_value_t)]
+    pub preset: Preset,
+    /// Optimiser steps, one view each [default: from the preset]
+    #[arg(short = 'n', long, help_heading = "Schedule", value_name = "STEPS")]
+    pub iterations: Option<u32>,
+    /// Multiplies the preset's number of steps
+    #[arg(long, help_heading = "Schedule", default_value_t = 1.0, value_name = "FACTOR")]
+    pub steps_scale: f64,
+    /// Upper bound of the number of Gaussians [default: from the preset]
+    #[arg(long, visible_aliases = ["max-splats", "cap-max", "max-cap"], help_heading = "Model", value_name = "COUNT")]
+    pub max_gaussians: Option<usize>,
+    /// Degree of the spherical harmonics, 0 to 4 [default: 3; fewer with few views]
+    #[arg(long, help_heading = "Model", value_parser = clap::value_parser!(u8).range(0..=4), value_name = "DEGREE")]
+    pub sh_degree: Option<u8>,
+    /// Resolutions as scale:share of the steps, coarse to fine, e.g. 0.25:0.3,0.5:0.3,1:0.4
+    /// [default: from the preset]
+    #[arg(long, help_heading = "Schedule", value_name = "LIST")]
+    pub resolution_schedule: Option<String>,
+    /// Steps between densifications [default: from the preset]
+    #[arg(long, help_heading = "Densification", value_name = "STEPS")]
+    pub refine_every: Option<u32>,
+    /// Share of the steps after which the number of Gaussians is fixed
+    #[arg(long, help_heading = "Densification", default_value_t = 0.7, value_name = "SHARE")]
+    pub refine_until: f64,
+    /// Gaussians fainter than this are removed
+    #[arg(
+        long,
+        visible_alias = "min-opacity",
+        help_heading = "Densification",
+        default_value_t = 0.005,
+        value_name = "OPACITY"
+    )]
+    pub prune_opacity: f32,
+    /// Weight of 1 - SSIM against the absolute difference
+    #[arg(long, visible_aliases = ["ssim-lambda"], help_heading = "Loss", default_value_t = 0.2, value_name = "WEIGHT")]
+    pub ssim_weight: f32,
+    /// Weight of the mean opacity, which removes what no view needs
+    #[arg(long, visible_alias = "opacity-reg", help_heading = "Loss", value_name = "WEIGHT")]
+    pub opacity_weight: Option<f32>,
+    /// Weight of the mean scale relative to the camera extent
+    #[arg(long, visible_alias = "scale-reg", help_heading = "Loss", value_name = "WEIGHT")]
+    pub scale_weight: Option<f32>,
+    /// Share of Gaussians left out at random at the last step, rising from 0 [default: 0.2 with
+    /// few views, else 0] (DropGaussian)
+    #[arg(long, help_heading = "Few views", value_name = "SHARE")]
+    pub dropout: Option<f32>,
+    /// Longest axis over the middle one is kept below this
+    #[arg(
+        long,
+        visible_alias = "max-gauss-ratio",
+        help_heading = "Few views",
+        value_name = "RATIO"
+    )]
+    pub max_anisotropy: Option<f32>,
+    /// Parameters to leave as they are, for example to refit colours under another light
+    #[arg(long, value_enum, value_delimiter = ',', help_heading = "Start", value_name = "GROUPS")]
+    pub freeze: Vec<FreezeGroup>,
+    /// Per-photo gain and offset of each channel; auto: when the photos' brightness differs
+    #[arg(long, value_enum, default_value_t, help_heading = "Model")]
+    pub exposure: Switch,
+    /// 3D smoothing filter of Mip-Splatting: no Gaussian finer than the photos can show
+    #[arg(long, value_enum, default_value_t, help_heading = "Model")]
+    pub filter_3d: Switch,
+    /// Colour behind the Gaussians
+    #[arg(long, value_enum, default_value_t, help_heading = "Model")]
+    pub background: Background,
+    /// Meaning of an alpha channel in the photos
+    #[arg(long, value_enum, default_value_t, help_heading = "Model")]
+    pub alpha_mode: AlphaMode,
+    /// Learning rate of the centres, times the camera extent; falls to 1 % at the end
+    #[arg(
+        long,
+        visible_alias = "means-lr",
+        help_heading = "Learning rates",
+        default_value_t = 6.4e-4,
+        value_name = "RATE"
+    )]
+    pub lr_means: f64,
+    /// Learning rate of the log scales
+    #[arg(
+        long,
+        visible_alias = "scales-lr",
+        help_heading = "Learning rates",
+        default_value_t = 2e-2,
+        value_name = "RATE"
+    )]
+    pub lr_scales: f64,
+    /// Learning rate of the quaternions
+    #[arg(
+        long,
+        visible_alias = "quats-lr",
+        help_heading = "Learning rates",
+        default_value_t = 4e-3,
+        value_name = "RATE"
+    )]
+    pub lr_rotations: f64,
+    /// Learning rate of the opacity logits
+    #[arg(
+        long,
+        visible_alias = "opacities-lr",
+        help_heading = "Learning rates",
+        default_value_t = 1e-1,
+        value_name = "RATE"
+    )]
+    pub lr_opacities: f64,
+    /// Learning rate of band 0 of the colours
+    #[arg(
+        long,
+        visible_alias = "sh0-lr",
+        help_heading = "Learning rates",
+        default_value_t = 1e-2,
+        value_name = "RATE"
+    )]
+    pub lr_sh0: f64,
+    /// Learning rate of the higher bands
+    #[arg(
+        long,
+        visible_alias = "shn-lr",
+        help_heading = "Learning rates",
+        default_value_t = 5e-4,
+        value_name = "RATE"
+    )]
+    pub lr_sh_rest: f64,
+    /// Share of the rates (other than that of the centres) left at the end
+    #[arg(long, help_heading = "Learning rates", default_value_t = 1.0, value_name = "SHARE")]
+    pub lr_final: f64,
+    /// Opacity of the first Gaussians
+    #[arg(
+        long,
+        visible_alias = "init-opa",
+        help_heading = "Start",
+        default_value_t = 0.3,
+        value_name = "OPACITY"
+    )]
+    pub init_opacity: f32,
+    /// Factor on the distance to the neighbours that sets the first scales
+    #[arg(long, help_heading = "Start", default_value_t = 1.0, value_name = "FACTOR")]
+    pub init_scale: f32,
+    /// Random Gaussians to start with when there are no points
+    #[arg(
+        long,
+        visible_alias = "init-num-pts",
+        help_heading = "Start",
+        default_value_t = 20_000,
+        value_name = "COUNT"
+    )]
+    pub init_random: usize,
+}
+
+impl FitOptions {
+    /// Whether a group is left alone, by its own name or as part of the geometry.
+    pub(crate) fn is_frozen(&self, group: FreezeGroup) -> bool {
+        use FreezeGroup::{Geometry, Means, Rotations, Scales};
+        let by_geometry =
+            matches!(group, Means | Scales | Rotations) && self.freeze.contains(&Geometry);
+        by_geometry || self.freeze.contains(&group)
+    }
+}
+
+impl Default for FitOptions {
+    /// The defaults of the flags: they are written once, in the attributes above.
+    fn default() -> Self {
+        #[derive(clap::Parser)]
+        struct Flags {
+            #[command(flatten)]
+            options: FitOptions,
+        }
+        let Flags { options } = clap::Parser::parse_from(["defaults"]);
+        options
+    }
+}

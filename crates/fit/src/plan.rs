@@ -1,0 +1,133 @@
+//! From options to the numbers of one run: presets, and what the number of views decides.
+
+use serde::Serialize;
+
+use crate::error::FitError;
+use crate::options::{FitOptions, Preset, Switch};
+
+/// One stretch of the resolution schedule.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Stage {
+    /// Factor on the photos' size.
+    pub scale: f64,
+    /// Share of the steps.
+    pub share: f64,
+}
+
+/// Everything about a run that is fixed before the first step.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Plan {
+    /// Optimiser steps.
+    pub iterations: u32,
+    /// Most Gaussians at any time.
+    pub max_gaussians: usize,
+    /// Final SH degree.
+    pub sh_degree: u8,
+    /// Coarse to fine; shares sum to 1.
+    pub stages: Vec<Stage>,
+    /// Steps between refinements.
+    pub refine_every: u32,
+    /// Largest share of dropped Gaussians.
+    pub dropout: f32,
+    /// Bound of longest over middle axis.
+    pub max_anisotropy: f32,
+    /// Weight of the mean opacity.
+    pub opacity_weight: f32,
+    /// Weight of the mean scale over the extent.
+    pub scale_weight: f32,
+    /// Whether the 3D filter is on.
+    pub filter_3d: bool,
+}
+
+/// Below this many views the fit is regularised as a few-view problem.
+const FEW_VIEWS: usize = 40;
+
+impl Plan {
+    /// Resolves options for `views` training photos.
+    pub fn new(options: &FitOptions, views: usize) -> Result<Self, FitError> {
+        let (iterations, max_gaussians, refine_every, schedule) = match options.preset {
+            Preset::Draft => (1000, 30_000, 100, "0.25:0.5,0.5:0.35,1:0.15"),
+            Preset::Balanced => (4000, 60_000, 150, "0.25:0.25,0.5:0.35,1:0.4"),
+            Preset::High => (12000, 150_000, 200, "0.25:0.2,0.5:0.3,1:0.5"),
+        };
+        let iterations = match options.iterations {
+            Some(n) => n,
+            None => (f64::from(iterations) * options.steps_scale).round().max(1.0) as u32,
+        };
+        let few = views < FEW_VIEWS;
+        Ok(Self {
+            iterations,
+            max_gaussians: options.max_gaussians.unwrap_or(max_gaussians),
+            sh_degree: options.sh_degree.unwrap_or(if views < 8 { 1 } else { 3 }),
+            stages: parse_stages(options.resolution_schedule.as_deref().unwrap_or(schedule))?,
+            refine_every: options.refine_every.unwrap_or(refine_every).max(1),
+            dropout: options.dropout.unwrap_or(if few { 0.2 } else { 0.0 }).clamp(0.0, 0.9),
+            max_anisotropy: options.max_anisotropy.unwrap_or(if few { 10.0 } else { 100.0 }),
+            opacity_weight: options.opacity_weight.unwrap_or(0.0),
+            scale_weight: options.scale_weight.unwrap_or(0.0),
+            filter_3d: options.filter_3d != Switch::Off,
+        })
+    }
+
+    /// Index of the stage at `progress` in [0, 1].
+    pub fn stage_at(&self, progress: f64) -> usize {
+        let mut end = 0.0;
+        for (i, stage) in self.stages.iter().enumerate() {
+            end += stage.share;
+            if progress < end {
+                return i;
+            }
+        }
+        self.stages.len() - 1
+    }
+}
+
+fn parse_stages(text: &str) -> Result<Vec<Stage>, FitError> {
+    let bad = |why: &str| FitError::Option {
+        flag: "--resolution-schedule",
+        value: text.to_owned(),
+        why: why.to_owned(),
+    };
+    let mut stages = Vec::new();
+    for part in text.split(',') {
+        let (scale, share) =
+            part.split_once(':').ok_or_else(|| bad("each entry is scale:share"))?;
+        let number = |s: &str| s.trim().parse::<f64>().map_err(|_| bad("not a number"));
+        let stage = Stage { scale: number(scale)?, share: number(share)? };
+        if !(stage.scale > 0.0 && stage.scale <= 1.0) {
+            return Err(bad("a scale lies above 0 and at most at 1"));
+        }
+        if !(stage.share > 0.0 && stage.share.is_finite()) {
+            return Err(bad("a share is above 0"));
+        }
+        stages.push(stage);
+    }
+    let sum: f64 = stages.iter().map(|s| s.share).sum();
+    for stage in &mut stages {
+        stage.share /= sum;
+    }
+    Ok(stages)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn schedules_parse_and_normalise() {
+        let stages = parse_stages("0.25:1, 0.5:1,1:2").unwrap();
+        assert_eq!(stages[2], Stage { scale: 1.0, share: 0.5 });
+        for bad in ["", "1", "0:1", "2:1", "1:-1", "1:nan", "a:b"] {
+            assert!(parse_stages(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn progress_walks_through_the_stages() {
+        let plan = Plan::new(&FitOptions::default(), 20).unwrap();
+        assert_eq!(plan.stage_at(0.0), 0);
+        assert_eq!(plan.stage_at(1.0), plan.stages.len() - 1);
+        let order: Vec<usize> = (0..=100).map(|i| plan.stage_at(f64::from(i) / 100.0)).collect();
+        assert!(order.windows(2).all(|w| w[0] <= w[1]));
+    }
+}

@@ -1,0 +1,187 @@
+//! Photos as the fit reads them: planar 8-bit images at several resolutions, with weights.
+
+use motes_math::resample::{Filter, resize};
+use motes_raster::{Planes, ViewTransform};
+use motes_scene::{ImageF32, ImageU8, Pinhole, Pose};
+
+/// One photo handed to the fit.
+#[derive(Clone, Debug)]
+pub struct TrainingImage {
+    /// Name of the view.
+    pub name: String,
+    /// Intrinsics at the photo's size.
+    pub camera: Pinhole,
+    /// Pose.
+    pub camera_from_world: Pose,
+    /// RGB or RGBA, sRGB-encoded, straight alpha.
+    pub image: ImageU8,
+    /// 1 channel; 0 = ignore the pixel.
+    pub mask: Option<ImageU8>,
+}
+
+/// What the alpha channel of a photo means.
+#[derive(
+    Clone,
+    Copy,
+    Debug,
+    Default,
+    PartialEq,
+    Eq,
+    clap::ValueEnum,
+    serde::Serialize,
+    serde::Deserialize,
+)]
+#[serde(rename_all = "kebab-case")]
+pub enum AlphaMode {
+    /// Pixels with alpha below one half are ignored.
+    Mask,
+    /// The photo shows an object without background: the fit learns to be transparent there.
+    #[default]
+    Transparent,
+    /// Alpha is dropped.
+    Ignore,
+}
+
+/// A photo at one resolution.
+#[derive(Clone, Debug)]
+pub struct Target {
+    /// Columns.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// `[3, height, width]`, sRGB-encoded.
+    pub rgb: Vec<u8>,
+    /// `[height, width]`: 0 = ignore.
+    pub weight: Option<Vec<u8>>,
+    /// `[height, width]`: coverage to be reproduced by the fit.
+    pub alpha: Option<Vec<u8>>,
+}
+
+/// A training view at every resolution of the schedule.
+#[derive(Clone, Debug)]
+pub struct TrainingView {
+    /// Name of the view.
+    pub name: String,
+    /// One entry per scale of the schedule, same order.
+    pub levels: Vec<(ViewTransform, Target)>,
+}
+
+impl TrainingView {
+    /// Resamples the photo to `scales` (1 = its own size) with a Lanczos filter.
+    pub fn new(image: &TrainingImage, scales: &[f64], alpha_mode: AlphaMode) -> Self {
+        let levels = scales
+            .iter()
+            .map(|&scale| {
+                let side = |length: usize| ((length as f64 * scale).round() as usize).max(1);
+                let camera =
+                    image.camera.resized(side(image.camera.width), side(image.camera.height));
+                let target = Target::new(image, camera.width, camera.height, alpha_mode);
+                (ViewTransform::new(&camera, &image.camera_from_world), target)
+            })
+            .collect();
+        Self { name: image.name.clone(), levels }
+    }
+}
+
+impl Target {
+    /// Resamples a photo to `width × height`.
+    pub fn new(image: &TrainingImage, width: usize, height: usize, alpha_mode: AlphaMode) -> Self {
+        let color = resized(&image.image, width, height);
+        let count = width * height;
+        let channels = color.channels;
+        let plane = |c: usize| -> Vec<u8> {
+            color.data.iter().skip(c).step_by(channels).copied().collect()
+        };
+        let rgb = (0..3).flat_map(|c| plane(c.min(channels - 1))).collect();
+        let alpha = (channels == 4 && alpha_mode != AlphaMode::Ignore).then(|| plane(3));
+        let mut weight =
+            image.mask.as_ref().map(|mask| threshold(&resized(mask, width, height).data));
+        if let (Some(alpha), AlphaMode::Mask) = (&alpha, alpha_mode) {
+            let by_alpha = threshold(alpha);
+            let both = weight.unwrap_or_else(|| vec![255; count]);
+            weight = Some(both.iter().zip(by_alpha).map(|(a, b)| a & b).collect());
+        }
+        let alpha = alpha.filter(|_| alpha_mode == AlphaMode::Transparent);
+        Self { width, height, rgb, weight, alpha }
+    }
+
+    /// Per channel `Σ x y` and `Σ x²` of a rendering `x` (planes 0..3) and this photo `y`, over the
+    /// pixels that count.
+    pub(crate) fn brightness_pairs(&self, render: &Planes) -> [[f64; 2]; 3] {
+        std::array::from_fn(|c| {
+            let mut sums = [0.0; 2];
+            for y in 0..self.height {
+                let pixels = render.row(c, y).iter().zip(self.row(c, y)).enumerate();
+                for (x, (&a, &b)) in pixels {
+                    let at = y * self.width + x;
+                    if self.weight.as_ref().is_some_and(|w| w[at] == 0)
+                        || self.alpha.as_ref().is_some_and(|a| a[at] < 255)
+                    {
+                        continue;
+                    }
+                    sums[0] += f64::from(a) * f64::from(b) / 255.0;
+                    sums[1] += f64::from(a) * f64::from(a);
+                }
+            }
+            sums
+        })
+    }
+
+    /// Row `y` of channel `c`.
+    pub fn row(&self, c: usize, y: usize) -> &[u8] {
+        let start = (c * self.height + y) * self.width;
+        &self.rgb[start..start + self.width]
+    }
+}
+
+fn threshold(values: &[u8]) -> Vec<u8> {
+    values.iter().map(|&v| if v >= 128 { 255 } else { 0 }).collect()
+}
+
+fn resized(image: &ImageU8, width: usize, height: usize) -> ImageU8 {
+    if (image.width, image.height) == (width, height) {
+        return image.clone();
+    }
+    let source = image.to_f32();
+    let size = (image.width, image.height, image.channels);
+    let data = resize(&source.data, size, (width, height), Filter::Lanczos3);
+    ImageF32::from_data(width, height, image.channels, data).to_u8()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rgba() -> TrainingImage {
+        let camera = Pinhole { fx: 9.0, fy: 9.0, cx: 4.0, cy: 2.0, width: 8, height: 4 };
+        let data = (0..8 * 4).flat_map(|i| [i as u8, 100, 200, if i % 8 < 4 { 0 } else { 255 }]);
+        TrainingImage {
+            name: "a".into(),
+            camera,
+            camera_from_world: Pose::IDENTITY,
+            image: ImageU8::from_data(8, 4, 4, data.collect()),
+            mask: None,
+        }
+    }
+
+    #[test]
+    fn alpha_modes_mean_what_they_say() {
+        let image = rgba();
+        let mask = Target::new(&image, 8, 4, AlphaMode::Mask);
+        assert_eq!(mask.weight.unwrap()[2..6], [0, 0, 255, 255]);
+        assert!(mask.alpha.is_none());
+        let transparent = Target::new(&image, 8, 4, AlphaMode::Transparent);
+        assert!(transparent.weight.is_none() && transparent.alpha.is_some());
+        let ignore = Target::new(&image, 8, 4, AlphaMode::Ignore);
+        assert!(ignore.weight.is_none() && ignore.alpha.is_none());
+        assert_eq!(ignore.row(1, 3), [100; 8]);
+    }
+
+    #[test]
+    fn levels_scale_the_camera_with_the_image() {
+        let view = TrainingView::new(&rgba(), &[0.5, 1.0], AlphaMode::Ignore);
+        let (transform, target) = &view.levels[0];
+        assert_eq!((target.width, target.height, transform.size), (4, 2, [4, 2]));
+        assert_eq!(transform.focal, [4.5, 4.5]);
+    }
+}

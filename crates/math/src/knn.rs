@@ -1,0 +1,71 @@
+//! Nearest neighbours in 3D.
+
+use std::num::NonZero;
+
+use kiddo::{ImmutableKdTree, SquaredEuclidean};
+use rayon::prelude::*;
+
+/// Root mean squared distance from each point to its `k` nearest other points, `[N]`, same units.
+///
+/// Coincident points count as neighbours at distance 0. With a single point the result is 0.
+/// Points with a non-finite coordinate are left out of the search and get NaN.
+pub fn rms_neighbour_distance(points: &[[f32; 3]], k: usize) -> Vec<f32> {
+    let finite: Vec<usize> =
+        (0..points.len()).filter(|&i| points[i].iter().all(|v| v.is_finite())).collect();
+    let entries: Vec<[f32; 3]> = finite.iter().map(|&i| points[i]).collect();
+    let mut out = vec![f32::NAN; points.len()];
+    let wanted = NonZero::new(k + 1).unwrap_or(NonZero::<usize>::MIN);
+    let Ok(tree) = ImmutableKdTree::<f32, 3>::new_from_slice(&entries) else {
+        // Only an empty set has no tree.
+        return out;
+    };
+    let distances: Vec<f32> = entries
+        .par_iter()
+        .map(|point| {
+            let found = tree.query(point).nearest_n::<SquaredEuclidean<f32>>(wanted).execute();
+            // The nearest one is the point itself (or a coincident twin, also at distance 0).
+            let others = found.len().saturating_sub(1);
+            let sum: f64 = found.iter().skip(1).map(|n| f64::from(n.distance)).sum();
+            (sum / others.max(1) as f64).sqrt() as f32
+        })
+        .collect();
+    for (&i, d) in finite.iter().zip(distances) {
+        out[i] = d;
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn matches_brute_force() {
+        let points: Vec<[f32; 3]> = (0..400)
+            .map(|i| {
+                let f = i as f32;
+                [(f * 0.37).sin(), (f * 0.73).cos(), (f * 0.11).sin()]
+            })
+            .collect();
+        let fast = rms_neighbour_distance(&points, 3);
+        for (i, p) in points.iter().enumerate() {
+            let mut d2: Vec<f32> = points
+                .iter()
+                .map(|q| p.iter().zip(q).map(|(a, b)| (a - b) * (a - b)).sum())
+                .collect();
+            d2.sort_by(f32::total_cmp);
+            let expected = ((d2[1] + d2[2] + d2[3]) / 3.0).sqrt();
+            assert!((fast[i] - expected).abs() < 1e-5, "{i}: {} {expected}", fast[i]);
+        }
+    }
+
+    #[test]
+    fn few_coincident_and_broken_points() {
+        assert!(rms_neighbour_distance(&[], 3).is_empty());
+        assert_eq!(rms_neighbour_distance(&[[1.0; 3]], 3), [0.0]);
+        assert_eq!(rms_neighbour_distance(&[[1.0; 3]; 5000], 3), [0.0; 5000]);
+        let mixed = rms_neighbour_distance(&[[0.0; 3], [f32::NAN; 3], [2.0, 0.0, 0.0]], 3);
+        assert_eq!((mixed[0], mixed[2]), (2.0, 2.0));
+        assert!(mixed[1].is_nan());
+    }
+}

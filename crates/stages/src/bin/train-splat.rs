@@ -1,0 +1,187 @@
+//! Fit 3D Gaussians to the photos of a capture.
+//!
+//! Input: a capture (`motes/capture` 1.x). Output: Gaussians (INRIA-compatible PLY). Checkpoints
+//! are safetensors beside the output. Example:
+//! `train-splat --capture capture/capture.json -o gaussians.ply --preset balanced`. Exit codes:
+//! 0 done, 1 failed, 2 usage or the output exists, 3 bad input data, 130 interrupted with a
+//! checkpoint saved. Manual: `docs/stages/train-splat.md`.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use motes_fit::{FitError, FitOptions, Trainer};
+use motes_formats::capture::read_capture;
+use motes_formats::documents::to_pretty_json;
+use motes_formats::ply::{PlyWriteOptions, read_gaussians, write_gaussians};
+use motes_scene::Split;
+use motes_stage::{CommonArgs, Context, HasCommon, StageError};
+use motes_stages::training::{
+    Held, Session, SessionEnd, Target, TrainReport, default_checkpoint, load_training_images,
+    read_checkpoint, sha256_of,
+};
+use serde::Serialize;
+
+const EXAMPLES: &str = "\
+Examples:
+  A first look in seconds, then the default quality:
+    train-splat --capture capture/capture.json -o draft.ply --preset draft
+    train-splat --capture capture/capture.json -o gaussians.ply
+  Continue after Ctrl-C (bit for bit as if it had not been stopped):
+    train-splat --capture capture/capture.json -o gaussians.ply --resume gaussians.checkpoint.safetensors
+  Refit the colours of an existing splat:
+    train-splat --capture capture/capture.json -o refit.ply --init-ply gaussians.ply --freeze geometry
+
+Then: evaluate --capture capture/capture.json --gaussians gaussians.ply
+Exit codes: 0 done, 1 failed, 2 usage or output exists, 3 bad input data,
+130 interrupted with a checkpoint saved";
+
+/// Fit 3D Gaussians to the photos of a capture
+#[derive(clap::Parser, Serialize)]
+#[command(name = "train-splat", after_help = EXAMPLES)]
+struct Args {
+    /// Capture to fit (capture.json)
+    #[arg(long, value_name = "FILE")]
+    capture: PathBuf,
+
+    /// Gaussians to write (PLY)
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+
+    /// Seed of every random choice
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+
+    /// Start from these Gaussians instead of from the capture's points (step 0)
+    #[arg(long, value_name = "FILE", conflicts_with = "resume", help_heading = "Start")]
+    init_ply: Option<PathBuf>,
+
+    /// Continue a checkpoint; options and seed are those it was made with
+    #[arg(long, value_name = "FILE", help_heading = "Start")]
+    resume: Option<PathBuf>,
+
+    /// Where checkpoints go [default: the output with the suffix .checkpoint.safetensors]
+    #[arg(long, value_name = "FILE", help_heading = "Schedule")]
+    checkpoint: Option<PathBuf>,
+
+    /// Steps between checkpoints; one is always saved on Ctrl-C
+    #[arg(long, value_name = "STEPS", help_heading = "Schedule")]
+    save_every: Option<u32>,
+
+    /// Steps between evaluations on the held-out photos
+    #[arg(long, value_name = "STEPS", help_heading = "Schedule")]
+    eval_every: Option<u32>,
+
+    /// Train for this long instead of a number of steps; such a run depends on the machine
+    #[arg(long, value_name = "SECONDS", conflicts_with_all = ["iterations", "resume"], help_heading = "Schedule")]
+    time_budget: Option<f64>,
+
+    /// Stop when the held-out photos reach this, for example psnr=25
+    #[arg(long, value_name = "psnr=DB", help_heading = "Schedule")]
+    target: Option<Target>,
+
+    /// Write the report (curve, scores, times, plan) as JSON
+    #[arg(long, value_name = "FILE.json")]
+    metrics: Option<PathBuf>,
+
+    #[command(flatten)]
+    #[serde(flatten)]
+    options: FitOptions,
+
+    #[command(flatten)]
+    #[serde(flatten)]
+    common: CommonArgs,
+}
+
+impl HasCommon for Args {
+    fn common(&self) -> &CommonArgs {
+        &self.common
+    }
+}
+
+fn main() -> ExitCode {
+    motes_stage::main(run)
+}
+
+fn run(args: &Args, context: &Context) -> anyhow::Result<TrainReport> {
+    let output = context.output(&args.output)?;
+    if let Some(metrics) = &args.metrics {
+        context.output(metrics)?;
+    }
+    context.input("capture", &args.capture)?;
+    let capture = read_capture(&args.capture)?;
+    let load = |split| load_training_images(&args.capture, &capture, &capture.views_of(split));
+    let (train, held_out) = (load(Split::Train)?, load(Split::Test)?);
+    let capture_sha256 = sha256_of(&args.capture)?;
+
+    let (mut options, mut seed, mut state) = (args.options.clone(), args.seed, None);
+    if let Some(path) = &args.resume {
+        context.input("resume", path)?;
+        let checkpoint = read_checkpoint(path)?;
+        if checkpoint.capture_sha256 != capture_sha256 {
+            let text = format!("the checkpoint belongs to another capture: {}", path.display());
+            return Err(StageError::bad_input(text)
+                .help("use --init-ply to start from its model")
+                .into());
+        }
+        (options, seed) = (checkpoint.options, checkpoint.seed);
+        state = Some(checkpoint.state);
+    }
+    let start = match &args.init_ply {
+        Some(path) => {
+            context.input("init-ply", path)?;
+            Some(read_gaussians(path)?)
+        }
+        None => None,
+    };
+    context.stop_if_dry_run()?;
+
+    let trainer = match state {
+        Some(state) => Trainer::resume(&train, &capture.points, state, &options, seed),
+        None => Trainer::new(&train, &capture.points, start, &options, seed),
+    };
+    let mut trainer = trainer.map_err(to_stage)?;
+    if let Some(seconds) = args.time_budget {
+        trainer.set_time_budget(seconds);
+    }
+    let checkpoint = args.checkpoint.clone().unwrap_or_else(|| default_checkpoint(&args.output));
+    let mut session = Session {
+        trainer,
+        held_out: &held_out,
+        options,
+        seed,
+        capture_sha256,
+        checkpoint,
+        eval_every: args.eval_every.or(args.target.map(|_| 100)),
+        save_every: args.save_every,
+        target: args.target,
+        history: Vec::new(),
+    };
+    if session.run(context)? == SessionEnd::Interrupted {
+        let text = format!(
+            "interrupted at step {}; checkpoint saved: {}",
+            session.trainer.state.step,
+            session.checkpoint.display()
+        );
+        return Err(StageError::interrupted(text).help("continue with --resume").into());
+    }
+    let trainer = &session.trainer;
+    write_gaussians(&output, &trainer.model(), &PlyWriteOptions::default())?;
+    let scores = [&train, &held_out].map(|images| Held::score(trainer, images));
+    let report = TrainReport::new(&session, scores, context);
+    if let Some(path) = &args.metrics {
+        let text = to_pretty_json(&report);
+        motes_formats::atomic::write_atomic(path, |out| out.write_all(text.as_bytes()))?;
+    }
+    Ok(report)
+}
+
+fn to_stage(error: FitError) -> anyhow::Error {
+    let text = error.to_string();
+    match error {
+        FitError::Option { .. } => StageError::usage(text).into(),
+        FitError::NoViews => StageError::bad_input(text)
+            .help("import with --test-every or --test-list so that some views stay for training")
+            .into(),
+        FitError::Checkpoint(_) => StageError::bad_input(text).into(),
+    }
+}

@@ -1,0 +1,248 @@
+//! A fit in progress on disk: safetensors with every number of [`FitState`].
+//!
+//! Tensors: the Gaussians in stored space (`means`, `rotations`, `log_scales`, `opacity_logits`,
+//! `sh`), Adam's moments under `first/` and `second/`, `refine/pull`, `refine/seen`, `filter_3d`,
+//! `exposure/values`, `exposure/first`, `exposure/second`, `exposure/steps`. Metadata: format, version, step, seed, options, capture
+//! hash. There is no generator state: random numbers are keyed by seed and step.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use motes_fit::{Exposures, FitOptions, FitState, MomentColumns, Moments, RefineStats};
+use motes_formats::tensors::{TensorData, read_tensors, write_tensors};
+use motes_formats::{FormatError, Result};
+use motes_scene::Gaussians;
+
+const FORMAT: &str = "motes/fit-checkpoint";
+const VERSION: &str = "1.0";
+
+/// A checkpoint and what it belongs to.
+#[derive(Clone, Debug)]
+pub struct Checkpoint {
+    /// The state of the fit.
+    pub state: FitState,
+    /// The options it runs with.
+    pub options: FitOptions,
+    /// The seed it runs with.
+    pub seed: u64,
+    /// SHA-256 of the capture document.
+    pub capture_sha256: String,
+}
+
+/// Writes a checkpoint atomically.
+///
+/// # Errors
+/// When the file cannot be written.
+pub fn write_checkpoint(path: &Path, checkpoint: &Checkpoint) -> Result<()> {
+    let s = &checkpoint.state;
+    let n = s.gaussians.len();
+    let k = s.gaussians.sh_coefficients();
+    let mut tensors = Vec::new();
+    let mut put = |name: String, tensor| tensors.push((name, tensor));
+    let mut columns = |prefix: &str, m: &MomentColumns| {
+        let f32s = |shape: &[usize], values: &[f32]| TensorData::F32(shape.into(), values.into());
+        put(format!("{prefix}means"), f32s(&[n, 3], m.means.as_flattened()));
+        put(format!("{prefix}rotations"), f32s(&[n, 4], m.rotations.as_flattened()));
+        put(format!("{prefix}log_scales"), f32s(&[n, 3], m.log_scales.as_flattened()));
+        put(format!("{prefix}opacity_logits"), f32s(&[n], &m.opacity_logits));
+        put(format!("{prefix}sh"), f32s(&[n, k, 3], &m.sh));
+    };
+    columns("", &columns_of(&s.gaussians));
+    columns("first/", &s.moments.first);
+    columns("second/", &s.moments.second);
+    put("refine/pull".into(), TensorData::F32(vec![n], s.refine_stats.pull.clone()));
+    put("refine/seen".into(), TensorData::U32(vec![n], s.refine_stats.seen.clone()));
+    put("filter_3d".into(), TensorData::F32(vec![s.filter_3d.len()], s.filter_3d.clone()));
+    let views = s.exposures.values.len();
+    for (name, values) in [
+        ("values", &s.exposures.values),
+        ("first", &s.exposures.first),
+        ("second", &s.exposures.second),
+    ] {
+        let flat = values.as_flattened().to_vec();
+        put(format!("exposure/{name}"), TensorData::F32(vec![views, 6], flat));
+    }
+    put("exposure/steps".into(), TensorData::U64(vec![views], s.exposures.steps.clone()));
+    let options = serde_json::to_string(&checkpoint.options).unwrap_or_default();
+    let metadata = [
+        ("format", FORMAT.to_owned()),
+        ("version", VERSION.to_owned()),
+        ("step", s.step.to_string()),
+        ("sh_degree", s.gaussians.sh_degree.to_string()),
+        ("initial_gaussians", s.initial_gaussians.to_string()),
+        ("exposure_on", s.exposure_on.map_or("undecided".into(), |on| on.to_string())),
+        ("gain_spread_bits", s.gain_spread.to_bits().to_string()),
+        ("seed", checkpoint.seed.to_string()),
+        ("options", options),
+        ("capture_sha256", checkpoint.capture_sha256.clone()),
+    ];
+    let metadata: BTreeMap<String, String> =
+        metadata.into_iter().map(|(key, value)| (key.to_owned(), value)).collect();
+    write_tensors(path, &tensors, &metadata)
+}
+
+fn columns_of(g: &Gaussians) -> MomentColumns {
+    MomentColumns {
+        means: g.means.clone(),
+        rotations: g.rotations.clone(),
+        log_scales: g.log_scales.clone(),
+        opacity_logits: g.opacity_logits.clone(),
+        sh: g.sh.clone(),
+    }
+}
+
+/// Reads a checkpoint back, bit for bit.
+///
+/// # Errors
+/// When the file is no checkpoint of this version or its arrays do not belong together.
+pub fn read_checkpoint(path: &Path) -> Result<Checkpoint> {
+    let (tensors, metadata) = read_tensors(path)?;
+    let mut file = File { path, tensors, metadata };
+    if file.text("format")? != FORMAT {
+        return Err(file.invalid("metadata", "not a checkpoint of train-splat"));
+    }
+    let version = file.text("version")?;
+    if version.split('.').next() != VERSION.split('.').next() {
+        return Err(FormatError::not_supported(
+            path,
+            "metadata",
+            format!("checkpoint version {version}"),
+        )
+        .with_remedy("continue it with the version of motes that wrote it"));
+    }
+    let sh_degree: u8 = file.number("sh_degree")?;
+    if sh_degree > 4 {
+        return Err(file.invalid("metadata", "the SH degree is above 4"));
+    }
+    let model = file.columns("")?;
+    let moments = Moments { first: file.columns("first/")?, second: file.columns("second/")? };
+    let gaussians = Gaussians {
+        means: model.means,
+        rotations: model.rotations,
+        log_scales: model.log_scales,
+        opacity_logits: model.opacity_logits,
+        sh_degree,
+        sh: model.sh,
+        extra: Vec::new(),
+    };
+    let refine_stats =
+        RefineStats { pull: file.f32s("refine/pull")?, seen: file.u32s("refine/seen")? };
+    let exposures = Exposures {
+        values: rows(file.f32s("exposure/values")?),
+        first: rows(file.f32s("exposure/first")?),
+        second: rows(file.f32s("exposure/second")?),
+        steps: file.u64s("exposure/steps")?,
+    };
+    let state = FitState {
+        step: file.number("step")?,
+        moments,
+        refine_stats,
+        filter_3d: file.f32s("filter_3d")?,
+        exposures,
+        exposure_on: match file.text("exposure_on")?.as_str() {
+            "true" => Some(true),
+            "false" => Some(false),
+            _ => None,
+        },
+        gain_spread: f64::from_bits(file.number("gain_spread_bits")?),
+        initial_gaussians: file.number("initial_gaussians")?,
+        gaussians,
+    };
+    if !belongs_together(&state) {
+        return Err(file.invalid("tensors", "the arrays differ in length"));
+    }
+    let options = serde_json::from_str(&file.text("options")?)
+        .map_err(|e| file.invalid("metadata options", &e.to_string()))?;
+    Ok(Checkpoint {
+        state,
+        options,
+        seed: file.number("seed")?,
+        capture_sha256: file.text("capture_sha256")?,
+    })
+}
+
+fn belongs_together(s: &FitState) -> bool {
+    let (n, sh) = (s.gaussians.len(), s.gaussians.sh.len());
+    let fits = |m: &MomentColumns| {
+        m.means.len() == n
+            && m.rotations.len() == n
+            && m.log_scales.len() == n
+            && m.opacity_logits.len() == n
+            && m.sh.len() == sh
+    };
+    let views = s.exposures.values.len();
+    s.gaussians.is_consistent()
+        && fits(&s.moments.first)
+        && fits(&s.moments.second)
+        && s.refine_stats.pull.len() == n
+        && s.refine_stats.seen.len() == n
+        && (s.filter_3d.is_empty() || s.filter_3d.len() == n)
+        && s.exposures.first.len() == views
+        && s.exposures.second.len() == views
+        && s.exposures.steps.len() == views
+}
+
+struct File<'a> {
+    path: &'a Path,
+    tensors: BTreeMap<String, TensorData>,
+    metadata: BTreeMap<String, String>,
+}
+
+impl File<'_> {
+    fn invalid(&self, place: &str, cause: &str) -> FormatError {
+        FormatError::invalid(self.path, place, cause.to_owned())
+            .with_remedy("give the checkpoint that train-splat saved")
+    }
+
+    fn text(&self, key: &str) -> Result<String> {
+        let found = self.metadata.get(key).cloned();
+        found.ok_or_else(|| self.invalid("metadata", &format!("\"{key}\" is missing")))
+    }
+
+    fn number<T: std::str::FromStr>(&self, key: &str) -> Result<T> {
+        let text = self.text(key)?;
+        text.parse()
+            .map_err(|_| self.invalid("metadata", &format!("\"{key}\" is no number: {text}")))
+    }
+
+    fn take(&mut self, name: &str) -> Result<TensorData> {
+        let found = self.tensors.remove(name);
+        found.ok_or_else(|| self.invalid("tensors", &format!("\"{name}\" is missing")))
+    }
+
+    fn f32s(&mut self, name: &str) -> Result<Vec<f32>> {
+        match self.take(name)? {
+            TensorData::F32(_, values) => Ok(values),
+            _ => Err(self.invalid(name, "expected 32-bit floats")),
+        }
+    }
+
+    fn u32s(&mut self, name: &str) -> Result<Vec<u32>> {
+        match self.take(name)? {
+            TensorData::U32(_, values) => Ok(values),
+            _ => Err(self.invalid(name, "expected 32-bit integers")),
+        }
+    }
+
+    fn u64s(&mut self, name: &str) -> Result<Vec<u64>> {
+        match self.take(name)? {
+            TensorData::U64(_, values) => Ok(values),
+            _ => Err(self.invalid(name, "expected 64-bit integers")),
+        }
+    }
+
+    fn columns(&mut self, prefix: &str) -> Result<MomentColumns> {
+        Ok(MomentColumns {
+            means: rows(self.f32s(&format!("{prefix}means"))?),
+            rotations: rows(self.f32s(&format!("{prefix}rotations"))?),
+            log_scales: rows(self.f32s(&format!("{prefix}log_scales"))?),
+            opacity_logits: self.f32s(&format!("{prefix}opacity_logits"))?,
+            sh: self.f32s(&format!("{prefix}sh"))?,
+        })
+    }
+}
+
+/// Groups of `M`; a remainder makes the length wrong, which [`belongs_together`] reports.
+fn rows<const M: usize>(values: Vec<f32>) -> Vec<[f32; M]> {
+    values.as_chunks().0.to_vec()
+}

@@ -1,0 +1,127 @@
+//! What `train-splat` says when it is done.
+
+use std::fmt;
+
+use motes_fit::{PhaseSeconds, Plan};
+use motes_stage::Context;
+use serde::Serialize;
+
+use super::scores::Held;
+use super::session::Session;
+
+/// One row of the training curve.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct HistoryRow {
+    /// Steps done.
+    pub step: u32,
+    /// Gaussians.
+    pub gaussians: usize,
+    /// Mean loss since the last row.
+    pub loss: f64,
+    /// Held-out PSNR, dB, when it was evaluated here.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub psnr_test: Option<f64>,
+    /// Seconds of wall time since the fit began.
+    pub seconds: f64,
+}
+
+/// The report of a run, also written by `--metrics`.
+#[derive(Clone, Debug, Serialize)]
+pub struct TrainReport {
+    /// Always `motes/train-report`.
+    pub format: &'static str,
+    /// Layout version.
+    pub version: &'static str,
+    /// Whether all steps were done.
+    pub complete: bool,
+    /// Steps done.
+    pub iterations: u32,
+    /// Gaussians written.
+    pub gaussians: usize,
+    /// Training photos.
+    pub train_views: usize,
+    /// Held-out photos.
+    pub test_views: usize,
+    /// Mean PSNR of the training photos, dB (8-bit renders, mean of views).
+    pub psnr_train: Option<f64>,
+    /// The same for the held-out photos.
+    pub psnr_test: Option<f64>,
+    /// `psnr_train - psnr_test`
+    pub psnr_gap: Option<f64>,
+    /// Wall seconds of the whole stage.
+    pub seconds: f64,
+    /// CPU seconds of the whole stage.
+    pub cpu_seconds: Option<f64>,
+    /// Peak resident memory, bytes.
+    pub peak_memory_bytes: Option<u64>,
+    /// Whether per-photo exposures were fitted.
+    pub exposure: bool,
+    /// Spread of the photos' log gains that this was decided by (0.03 is the bound).
+    pub exposure_gain_spread: f64,
+    /// Length that learning rates refer to, world units.
+    pub extent: f64,
+    /// The numbers of the run.
+    pub plan: Plan,
+    /// Wall seconds per phase.
+    pub phases: PhaseSeconds,
+    /// The training curve.
+    pub history: Vec<HistoryRow>,
+}
+
+impl TrainReport {
+    /// The report of a finished session; `scores` are those of the training and held-out photos.
+    pub fn new(session: &Session<'_>, scores: [Option<Held>; 2], context: &Context) -> Self {
+        let trainer = &session.trainer;
+        let [train, test] = scores.map(|held| held.map(|h| h.psnr));
+        Self {
+            format: "motes/train-report",
+            version: "1.0",
+            complete: trainer.is_done(),
+            iterations: trainer.state.step,
+            gaussians: trainer.state.gaussians.len(),
+            train_views: trainer.state.exposures.values.len(),
+            test_views: session.held_out.len(),
+            psnr_train: train,
+            psnr_test: test,
+            psnr_gap: train.zip(test).map(|(train, test)| train - test),
+            seconds: context.elapsed_seconds(),
+            cpu_seconds: context.cpu_seconds(),
+            peak_memory_bytes: context.peak_memory_bytes(),
+            exposure: trainer.fits_exposure(),
+            exposure_gain_spread: trainer.state.gain_spread,
+            extent: trainer.extent(),
+            plan: trainer.plan().clone(),
+            phases: trainer.seconds,
+            history: session.history.clone(),
+        }
+    }
+}
+
+impl fmt::Display for TrainReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let db = |value: Option<f64>| value.map_or("-".to_owned(), |v| format!("{v:.2} dB"));
+        writeln!(
+            f,
+            "{} Gaussians after {} steps on {} photos in {:.1} s ({} CPU)",
+            self.gaussians,
+            self.iterations,
+            self.train_views,
+            self.seconds,
+            self.cpu_seconds.map_or("unknown".to_owned(), |s| format!("{s:.1} s")),
+        )?;
+        writeln!(
+            f,
+            "PSNR train {}  test {} ({} held-out photos)  gap {}",
+            db(self.psnr_train),
+            db(self.psnr_test),
+            self.test_views,
+            db(self.psnr_gap),
+        )?;
+        let kept = if self.exposure { "fitted" } else { "left out" };
+        write!(
+            f,
+            "per-photo exposure {kept}: brightness of the photos differs by {:.1} % (bound 3 %)",
+            100.0 * self.exposure_gain_spread
+        )
+    }
+}
