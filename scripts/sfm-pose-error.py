@@ -73,7 +73,8 @@ def read_images(path):
     for _ in range(r.take("Q")[0]):
         v = r.take("I7dI")
         name = r.name()
-        r.at += 24 * r.take("Q")[0]  # the keypoints: two doubles and a point id each
+        keypoints, = r.take("Q")
+        r.at += 24 * keypoints  # two doubles and a point id each
         rotation = quaternion_to_matrix(*v[1:5]).T
         poses[name] = (-rotation @ np.array(v[5:8]), rotation, v[8])
     return poses
@@ -152,15 +153,17 @@ def main():
     for (_, f), true in zip(pairs, true_turns):
         between = true.T @ rotation @ found[f][1]
         # From the antisymmetric part: the arc cosine of the trace loses all digits near zero.
-        sine = np.linalg.norm([between[2, 1] - between[1, 2], between[0, 2] - between[2, 0], between[1, 0] - between[0, 1]]) / 2
+        twist = between - between.T
+        sine = np.linalg.norm([twist[2, 1], twist[0, 2], twist[1, 0]]) / 2
         turns.append(float(np.degrees(np.arctan2(sine, (np.trace(between) - 1) / 2))))
     focal_off = [100 * (focal[found[f][2]] / truth[t][2] - 1) for t, f in pairs if truth[t][2]]
     worst = int(np.argmax(off))
+    focal_error = {"max": max(focal_off, key=abs), "mean": float(np.mean(focal_off))} if focal_off else None
     print(json.dumps({
         "cameras": len(pairs), "missing": lost, "scale": float(scale), "median_camera_distance": distance,
         "centre_error_percent": {"max": float(off.max()), "mean": float(off.mean()), "worst": pairs[worst][0]},
         "rotation_error_deg": {"max": max(turns), "mean": float(np.mean(turns))},
-        "focal_error_percent": {"max": max(focal_off, key=abs), "mean": float(np.mean(focal_off))} if focal_off else None,
+        "focal_error_percent": focal_error,
     }, indent=1))
     bad = []
     if a.max_centre_percent is not None and off.max() > a.max_centre_percent:

@@ -90,7 +90,7 @@ def photos(out, samples, threads, only):
     os.makedirs(out, exist_ok=True)
     focal = LENS_MM / SENSOR_MM * WIDTH
     frames = []
-    for k, pose in enumerate(walk(PHOTOS, -128.0, 72.0, (21.0, 35.0), 10.4, 7)):
+    for k, pose in enumerate(walk(PHOTOS, -126.0, 24.0, (22.0, 35.0), 10.4, 7)):
         name = "photo_%02d" % (k + 1)
         frames.append({"file_path": name + ".jpg", "w": WIDTH, "h": HEIGHT, "fl_x": focal, "fl_y": focal,
                        "cx": WIDTH / 2, "cy": HEIGHT / 2, "transform_matrix": rows(pose)})
@@ -182,7 +182,7 @@ def main():
     p = argparse.ArgumentParser(description=__doc__)
     p.add_argument("--out", required=True, help="working folder for the rendered PNGs")
     p.add_argument("--tiny", action="store_true", help="write the tiny capture to --out instead of the photos")
-    p.add_argument("--samples", type=int, default=32, help="per pixel, before denoising")
+    p.add_argument("--samples", type=int, default=12, help="per pixel, before denoising")
     p.add_argument("--threads", type=int, default=0)
     p.add_argument("--only", type=int, nargs="*", help="numbers of the photos to render")
     a = p.parse_args()

@@ -260,7 +260,8 @@ def ball_patches(name, seed):
 
 
 def tiles(name, tile, colours, grout, seed, plane="xy"):
-    """Floor tiles or wall panels, each of its own tone, mottled and with a stain or two."""
+    """Floor tiles or wall stones, each of its own tone, mottled, with stains and with grit of two sizes: far
+    surfaces must be worth matching too, or nothing holds them in place."""
     s = Shader(name, seed)
     x, y, z = s.split(s.at)
     a, b = (x, y) if plane == "xy" else (s.math("ADD", x, y), z)
@@ -272,6 +273,12 @@ def tiles(name, tile, colours, grout, seed, plane="xy"):
     colour = s.mix(0.7, colour, mottled, "MULTIPLY")
     stains = s.ramp(s.noise(0.28, 4.0, distortion=1.5), [(0.5, "#000000"), (0.62, "#ffffff")])
     colour = s.mix(s.math("MULTIPLY", s.split(stains)[0], 0.4), colour, "#6d5a45")
+    for scale, cover, amount in ((1.7, 0.35, 0.55), (3.3, 0.4, 0.4)):
+        cells = s.split(s.voronoi(scale, output="Color"))
+        chip = s.math("MULTIPLY", s.math("LESS_THAN", s.voronoi(scale), s.math("MULTIPLY", cells[2], 0.42)),
+                      s.math("LESS_THAN", cells[1], cover))
+        chips = s.palette(cells[0], ["#efe3cf", "#5c4a3c", "#8a5a44", "#d9c7a8", "#4c5456"])
+        colour = s.mix(s.math("MULTIPLY", chip, amount), colour, chips)
     eu = s.math("ABSOLUTE", s.math("SUBTRACT", s.math("FRACT", u), 0.5))
     ev = s.math("ABSOLUTE", s.math("SUBTRACT", s.math("FRACT", v), 0.5))
     seam = s.math("MAXIMUM", s.math("GREATER_THAN", eu, 0.5 - 0.03 / tile[0]),
@@ -411,8 +418,8 @@ def build():
     bpy.ops.wm.read_factory_settings(use_empty=True)
     rng = random.Random(20)
 
-    # Room: a tiled floor, four walls lower than a room's so that soft light comes in from above.
-    floor_z, half, wall = -6.5, 21.0, 8.5
+    # Courtyard: a tiled floor, and walls that leave the sky out of every photo: splats cannot place a blank sky.
+    floor_z, half, wall = -6.5, 21.0, 14.0
     floor = tiles("floor", (2.6, 2.6), ["#b9a78c", "#a38f74", "#c6b79f", "#938570", "#b09a86", "#9c7f66"],
                   "#6f6354", 1.0)
     box("floor", (2 * half, 2 * half, 0.2), floor, (0, 0, floor_z - 0.1), bevel=0)
@@ -556,7 +563,7 @@ def build():
 
 
 def light():
-    """A bright overcast sky over the open room, a window-sized lamp for direction, a weak one opposite."""
+    """A bright overcast sky over the courtyard, a window-sized lamp for direction, a weak one opposite."""
     world = bpy.data.worlds.new("sky")
     bpy.context.scene.world = world
     world.use_nodes = True
