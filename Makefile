@@ -51,7 +51,7 @@ define run-lab
 	    photos=$$(cd "$$photos" 2>/dev/null && pwd) || \
 	        { echo "make: no such folder of photos: $(PHOTOS)" >&2; exit 3; }; \
 	fi; \
-	$(MAKE) -C pipelines/lab BIN='$(BIN)' PHOTOS="$$photos" PRESET='$(1)'
+	$(MAKE) -C pipelines/lab BIN='$(BIN)' PYTHON='$(VENV)/bin/python' PHOTOS="$$photos" PRESET='$(1)'
 endef
 
 lab: setup build ## photos to a report page; PHOTOS=dir takes yours, PRESET=draft is quicker
@@ -81,6 +81,7 @@ uninstall: ## remove what install wrote
 
 clean: ## remove build products and the Python environment
 	$(CARGO) clean
+	$(MAKE) -C pipelines/lab clean
 	rm -rf '$(VENV)' build
 
 help: ## print this list
