@@ -28,3 +28,4 @@ pub mod pages;
 pub mod photos;
 pub mod score;
 pub mod svg_plot;
+pub mod training_curves;

@@ -10,7 +10,7 @@ use motes_scene::{Capture, ImageF32, ImageU8, Pinhole, Split};
 use super::EvaluationOptions;
 use crate::frames::{PlanError, SplitChoice, pinhole_of, view_stems, views_of};
 use crate::lpips::Lpips;
-use crate::model::Model;
+use crate::model::{AntialiasChoice, Model};
 use crate::pages::ModelScores;
 use crate::photos::{load_photo, load_render};
 use crate::score::{Photo, ViewRow, score_view};
@@ -25,6 +25,14 @@ pub enum Contestant {
 }
 
 impl Contestant {
+    /// Reads Gaussians.
+    ///
+    /// # Errors
+    /// When the file cannot be read or is no Gaussian PLY.
+    pub fn load_model(path: &Path, choice: AntialiasChoice) -> Result<Self, FormatError> {
+        Ok(Self::Model(path.to_owned(), Model::load(path, choice)?))
+    }
+
     /// File or folder.
     pub fn path(&self) -> &Path {
         match self {

@@ -166,7 +166,7 @@ pub fn preview(rendering: &Rendering, aov: PreviewAov, range: DepthRange) -> Opt
         PreviewAov::Normal => {
             let normals = &rendering.aovs.as_ref()?.normal_in_world;
             let data = normals.data.iter().map(|n| (0.5 + 0.5 * n) * 255.0);
-            let data = data.map(|v| v.max(0.0).min(255.0).round() as u8).collect();
+            let data = data.map(|v| v.max(0.0).clamp(0.0, 255.0).round() as u8).collect();
             Some(ImageU8::from_data(width, height, 3, data))
         }
         PreviewAov::Depth => {

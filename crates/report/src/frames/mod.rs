@@ -4,6 +4,7 @@ mod files;
 mod look;
 mod options;
 mod plan;
+mod report;
 mod video;
 mod write;
 
@@ -16,5 +17,6 @@ pub use options::{BetweenOptions, FrameSelection, FrameSize, SplitChoice};
 pub use plan::{
     Frame, FrameSource, PlanError, numbered, pinhole_of, plan_frames, view_stems, views_of,
 };
+pub use report::RenderReport;
 pub use video::{VideoOptions, ffmpeg_exists, run_ffmpeg, shell_words};
 pub use write::{FrameWriter, path_frames};

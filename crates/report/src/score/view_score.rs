@@ -66,7 +66,7 @@ pub fn score_view(
     assert_eq!((photo.rgb.channels, render.channels), (3, 3), "RGB");
     let truth = photo.rgb.to_f32();
     // NaN would poison every mean; a renderer that makes one is scored as if it were black.
-    let float: Vec<f32> = render.data.iter().map(|v| v.max(0.0).min(1.0)).collect();
+    let float: Vec<f32> = render.data.iter().map(|v| v.max(0.0).clamp(0.0, 1.0)).collect();
     let mut rounded = render.to_u8().to_f32();
     let counted = photo.counted.as_deref();
 

@@ -20,12 +20,13 @@ use motes_formats::capture::read_capture;
 use motes_formats::documents::write_document;
 use motes_formats::images::write_png;
 use motes_report::evaluation::{
-    Contestant, Course, EvaluationOptions, EvaluationReport, Results, protocol, protocol_words,
+    Contestant, Course, EvaluationOptions, EvaluationOutputs, EvaluationReport, Results, protocol,
+    protocol_words,
 };
 use motes_report::lpips::Lpips;
-use motes_report::model::Model;
 use motes_report::pages::{EvaluationPage, PictureChoice};
 use motes_report::score::GateMetric;
+use motes_report::training_curves::training_plots;
 use motes_stage::{CommonArgs, Context, HasCommon, OrBadInput as _, StageError};
 use serde::Serialize;
 
@@ -53,21 +54,9 @@ struct Args {
     #[serde(flatten)]
     options: EvaluationOptions,
 
-    /// Write scores and protocol as a motes/metrics document
-    #[arg(long, value_name = "FILE.json")]
-    metrics: Option<PathBuf>,
-
-    /// Write a self-contained HTML page
-    #[arg(long, value_name = "FILE.html")]
-    report: Option<PathBuf>,
-
-    /// Views whose pictures go into the page at most, evenly spread
-    #[arg(long, value_name = "N", default_value_t = 24)]
-    report_views: usize,
-
-    /// Save the renders of the first model as PNG
-    #[arg(long, value_name = "DIR")]
-    save_renders: Option<PathBuf>,
+    #[command(flatten)]
+    #[serde(flatten)]
+    outputs: EvaluationOutputs,
 
     #[command(flatten)]
     #[serde(flatten)]
@@ -86,7 +75,8 @@ fn main() -> ExitCode {
 
 fn run(args: &Args, context: &Context) -> anyhow::Result<EvaluationReport> {
     let options = &args.options;
-    for output in [&args.metrics, &args.report, &args.save_renders].into_iter().flatten() {
+    let outputs = &args.outputs;
+    for output in outputs.paths() {
         context.output(output)?;
     }
     if options.requires(GateMetric::Lpips) && options.lpips_weights.is_none() {
@@ -104,18 +94,25 @@ fn run(args: &Args, context: &Context) -> anyhow::Result<EvaluationReport> {
             Some(Lpips::load(path, options.lpips_net, options.lpips_range)?)
         }
     };
+    let training = match &outputs.training {
+        None => Vec::new(),
+        Some(path) => {
+            context.input("training", path)?;
+            training_plots(path)?
+        }
+    };
     context.stop_if_dry_run()?;
 
     let progress = context.progress("scoring", (course.len() * contestants.len()) as u64);
-    let mut pictures = PictureChoice::new(course.count_of(options.split), args.report_views);
+    let mut pictures = PictureChoice::new(course.count_of(options.split), outputs.report_views);
     let mut results = Results { split: options.split, models: Vec::new() };
     for (i, contestant) in contestants.iter().enumerate() {
         let scores = course.run(contestant, options, lpips.as_ref(), |view| {
             context.check_interrupted()?;
-            if let (Some(folder), 0) = (&args.save_renders, i) {
+            if let (Some(folder), 0) = (&outputs.save_renders, i) {
                 write_png(&folder.join(format!("{}.png", view.stem)), view.render)?;
             }
-            if args.report.is_some() && i == 0 && options.split.includes(view.split) {
+            if outputs.report.is_some() && i == 0 && options.split.includes(view.split) {
                 pictures.offer(view.name, view.photo, view.render);
             }
             progress.inc(1);
@@ -126,14 +123,14 @@ fn run(args: &Args, context: &Context) -> anyhow::Result<EvaluationReport> {
     drop(progress);
 
     let protocol = protocol(options, lpips.as_ref(), course.common_size());
-    if let Some(path) = &args.report {
+    if let Some(path) = &outputs.report {
         let protocol = protocol_words(&protocol);
         let models = results.models.clone();
-        let page = EvaluationPage { models, splits, pictures, training: Vec::new(), protocol };
+        let page = EvaluationPage { models, splits, pictures, training, protocol };
         write_atomic(path, |writer| writer.write_all(page.to_html().as_bytes()))?;
     }
     let document = results.to_document(protocol);
-    if let Some(path) = &args.metrics {
+    if let Some(path) = &outputs.metrics {
         write_document(path, &document)?;
     }
     for gate in results.check(&options.require).iter().filter(|gate| !gate.met) {
@@ -146,8 +143,7 @@ fn load_contestants(args: &Args, context: &Context) -> anyhow::Result<Vec<Contes
     let mut contestants = Vec::new();
     for path in &args.gaussians {
         context.input("gaussians", path)?;
-        let model = Model::load(path, args.options.antialias)?;
-        contestants.push(Contestant::Model(path.clone(), model));
+        contestants.push(Contestant::load_model(path, args.options.antialias)?);
     }
     for folder in args.renders.iter().chain(&args.also_renders) {
         context.input("renders", folder)?;

@@ -11,7 +11,6 @@
 //! Exit codes: 0 done, 1 failed, 2 usage or would overwrite, 3 bad input, 130 interrupted.
 //! Manual: `docs/stages/render.md`.
 
-use std::fmt;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -21,8 +20,8 @@ use motes_formats::camera_path::read_camera_path;
 use motes_formats::capture::read_capture;
 use motes_report::frames::{
     BetweenOptions, Frame, FrameFiles, FrameFormat, FrameLook, FrameSelection, FrameSize,
-    FrameWriter, VideoOptions, ffmpeg_exists, numbered, path_frames, plan_frames, run_ffmpeg,
-    shell_words,
+    FrameWriter, RenderReport, VideoOptions, ffmpeg_exists, numbered, path_frames, plan_frames,
+    run_ffmpeg, shell_words,
 };
 use motes_report::model::Model;
 use motes_stage::{CommonArgs, Context, HasCommon, OrBadInput as _, StageError};
@@ -79,32 +78,11 @@ impl HasCommon for Args {
     }
 }
 
-/// What was rendered.
-#[derive(Serialize)]
-struct Report {
-    pictures: usize,
-    gaussians: usize,
-    output: PathBuf,
-    seconds_per_picture: f64,
-    /// Makes a video of numbered pictures.
-    video_command: Option<String>,
-}
-
-impl fmt::Display for Report {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (pictures, gaussians) = (self.pictures, self.gaussians);
-        let (seconds, folder) = (self.seconds_per_picture, self.output.display());
-        writeln!(f, "{pictures} pictures of {gaussians} Gaussians, {seconds:.2} s each: {folder}")?;
-        let Some(command) = &self.video_command else { return Ok(()) };
-        writeln!(f, "to make a video: {command}")
-    }
-}
-
 fn main() -> ExitCode {
     motes_stage::main(run)
 }
 
-fn run(args: &Args, context: &Context) -> anyhow::Result<Report> {
+fn run(args: &Args, context: &Context) -> anyhow::Result<RenderReport> {
     let output = context.output(&args.output)?;
     let files = FrameFiles::new(&args.format);
     if let Some(video) = &args.video.video {
@@ -139,7 +117,7 @@ fn run(args: &Args, context: &Context) -> anyhow::Result<Report> {
         run_ffmpeg(&command).context("cannot make the video")?;
     }
     let is_video = frames.len() > 1 && frames.iter().zip(0..).all(|(f, i)| f.name == numbered(i));
-    Ok(Report {
+    Ok(RenderReport {
         pictures: frames.len(),
         gaussians: model.gaussians.len(),
         output,
