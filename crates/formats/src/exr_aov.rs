@@ -150,8 +150,20 @@ fn encode_exr(
     let layer =
         Layer::new((width, height), LayerAttributes::default(), encoding, AnyChannels::sort(list));
     let mut image = Image::from_layer(layer);
+    let written = &mut image.layer_data.attributes;
     for (name, value) in attributes {
-        image.layer_data.attributes.other.insert(text(name), AttributeValue::Text(text(value)));
+        // Names of the OpenEXR standard have fields of their own in the encoder.
+        let field = match name.as_str() {
+            "software" => &mut written.software_name,
+            "comments" => &mut written.comments,
+            "owner" => &mut written.owner,
+            "capDate" => &mut written.capture_date,
+            _ => {
+                written.other.insert(text(name), AttributeValue::Text(text(value)));
+                continue;
+            }
+        };
+        *field = Some(text(value));
     }
     let mut file = Cursor::new(Vec::new());
     image
@@ -247,7 +259,19 @@ pub fn read_exr_from(bytes: &[u8], name: &Path) -> Result<AovImage> {
             };
             channels.push(AovChannel { name, samples });
         }
-        for (name, value) in layer.attributes.other.iter().chain(&image.attributes.other) {
+        let l = &layer.attributes;
+        // Names of the OpenEXR standard, which the decoder takes out of the list.
+        for (name, value) in [
+            ("software", &l.software_name),
+            ("comments", &l.comments),
+            ("owner", &l.owner),
+            ("capDate", &l.capture_date),
+        ] {
+            if let Some(value) = value {
+                attributes.insert(name.to_owned(), string(value));
+            }
+        }
+        for (name, value) in l.other.iter().chain(&image.attributes.other) {
             if let AttributeValue::Text(value) = value {
                 attributes.insert(string(name), string(value));
             }
@@ -317,7 +341,9 @@ mod tests {
     #[test]
     fn channels_and_attributes_survive() {
         let attributes: Vec<(String, String)> =
-            (0..9).map(|i| (format!("motes.{i}"), format!("wert é {i}"))).collect();
+            ["software", "owner", "comments", "capDate", "motes.run", "colorSpace"]
+                .map(|name| (name.to_owned(), format!("wert é of {name}")))
+                .to_vec();
         let bytes = encode_exr(Path::new("a.exr"), 4, 3, &sample(), &attributes).unwrap();
         let image = read_exr_from(&bytes, Path::new("a.exr")).unwrap();
         assert_eq!((image.width, image.height), (4, 3));

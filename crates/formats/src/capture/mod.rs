@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use motes_scene::Capture;
 
 use crate::documents::{read_document, write_document};
-use crate::error::Result;
+use crate::error::{FormatError, Result, quoted};
 use crate::ply;
 
 pub use document::{
@@ -42,14 +42,16 @@ pub fn read_capture(path: &Path) -> Result<Capture> {
 /// out of the folder of the document.
 pub fn read_capture_with_warnings(path: &Path) -> Result<(Capture, Vec<String>)> {
     let parsed = read_document::<CaptureDocument>(path)?;
-    let points = match &parsed.document.points {
-        Some(name) => {
-            ply::read_points(&resolve(path, &checked_relative_path(path, "points", name)?))?
-        }
-        None => Default::default(),
-    };
     let mut capture = capture_from_document(&parsed.document, path)?;
-    capture.points = points;
+    if let Some(name) = &parsed.document.points {
+        let points = resolve(path, &checked_relative_path(path, "points", name)?);
+        if !points.exists() {
+            let cause = format!("the file {} does not exist", quoted(name));
+            return Err(FormatError::invalid(path, "points", cause)
+                .with_remedy("keep the files of a capture together, or set \"points\" to null"));
+        }
+        capture.points = ply::read_points(&points)?;
+    }
     Ok((capture, parsed.warnings))
 }
 

@@ -83,6 +83,11 @@ pub fn parse_document<T: Document>(bytes: &[u8], name: &Path) -> Result<Parsed<T
     if bytes.trim_ascii().is_empty() {
         return Err(FormatError::invalid(name, "byte 0", "the file is empty"));
     }
+    // The derived readers would take a list of values for an object.
+    if bytes.trim_ascii_start().first() == Some(&b'[') {
+        let cause = format!("this is no JSON object, so no {} document", T::FORMAT);
+        return Err(FormatError::invalid(name, "byte 0", cause));
+    }
     let opening: Opening =
         serde_json::from_slice(bytes).map_err(|error| json_error(name, &error))?;
     if opening.format != Some(Value::from(T::FORMAT)) {

@@ -6,7 +6,8 @@ use motes_scene::ImageU8;
 /// 3 channels, or 4 when the image has alpha.
 pub(super) fn to_rgb_or_rgba(image: DynamicImage) -> ImageU8 {
     let image = match image {
-        DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_) => encode_srgb(image),
+        DynamicImage::ImageRgb32F(linear) => DynamicImage::ImageRgb32F(encode_srgb(linear)),
+        DynamicImage::ImageRgba32F(linear) => DynamicImage::ImageRgba32F(encode_srgb(linear)),
         other => other,
     };
     if image.color().has_alpha() { wrap(image.into_rgba8()) } else { wrap(image.into_rgb8()) }
@@ -32,14 +33,14 @@ fn wrap<P: Pixel<Subpixel = u8>>(image: ImageBuffer<P, Vec<u8>>) -> ImageU8 {
 }
 
 /// The sRGB transfer function (IEC 61966-2-1) on linear colours; alpha stays.
-fn encode_srgb(image: DynamicImage) -> DynamicImage {
-    let encode = |linear: f32| {
-        let v = linear.clamp(0.0, 1.0);
-        if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 }
-    };
-    let mut image = image.into_rgba32f();
+fn encode_srgb<P: Pixel<Subpixel = f32>>(
+    mut image: ImageBuffer<P, Vec<f32>>,
+) -> ImageBuffer<P, Vec<f32>> {
     for pixel in image.pixels_mut() {
-        pixel.apply_without_alpha(encode);
+        pixel.apply_without_alpha(|linear| {
+            let v = linear.clamp(0.0, 1.0);
+            if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 }
+        });
     }
-    DynamicImage::ImageRgba32F(image)
+    image
 }

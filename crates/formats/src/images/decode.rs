@@ -139,8 +139,10 @@ fn decoder<'b>(bytes: &'b [u8], path: &Path) -> Result<impl ImageDecoder + 'b> {
         }
         Some(_) => {}
     }
+    let plausible_bytes = GRANTED_BYTES + MAX_COMPRESSION * bytes.len() as u64;
     let mut limits = Limits::no_limits();
-    limits.max_alloc = Some(MAX_DECODER_BYTES);
+    // The image and, in TIFF files, a strip of it before it is in place.
+    limits.max_alloc = Some(MAX_DECODER_BYTES.min(2 * plausible_bytes));
     reader.limits(limits);
     let decoder = reader.into_decoder().map_err(|error| image_error(path, error))?;
     let (width, height) = decoder.dimensions();
@@ -155,7 +157,7 @@ fn decoder<'b>(bytes: &'b [u8], path: &Path) -> Result<impl ImageDecoder + 'b> {
         return Err(FormatError::not_supported(path, "image header", cause)
             .with_remedy("make the image smaller first"));
     }
-    if decoder.total_bytes() > GRANTED_BYTES + MAX_COMPRESSION * bytes.len() as u64 {
+    if decoder.total_bytes() > plausible_bytes {
         let cause = format!("the header promises {size}, which {} bytes cannot hold", bytes.len());
         return Err(FormatError::invalid(path, "image header", cause));
     }

@@ -74,10 +74,13 @@ fn read_file(reader: &mut dyn BufRead, path: &Path, bytes: Option<u64>) -> Resul
 /// 3DGS writes normals but never sets them.
 fn drop_zero_normals(gaussians: &mut Gaussians) {
     let is_normal = |name: &str| ["nx", "ny", "nz"].contains(&name);
-    let zero = gaussians.extra.iter().filter(|column| {
-        is_normal(&column.name)
-            && matches!(&column.values, ColumnValues::F32(v) if v.iter().all(|x| x.to_bits() == 0))
-    });
+    let is_zero = |values: &ColumnValues| match values {
+        ColumnValues::F32(v) => v.iter().all(|x| x.to_bits() == 0),
+        ColumnValues::F64(v) => v.iter().all(|x| x.to_bits() == 0),
+        _ => false,
+    };
+    let columns = gaussians.extra.iter();
+    let zero = columns.filter(|column| is_normal(&column.name) && is_zero(&column.values));
     if zero.count() == 3 {
         gaussians.extra.retain(|column| !is_normal(&column.name));
     }

@@ -7,7 +7,7 @@ use super::scalar::{Encoding, Scalar};
 use crate::error::{FormatError, Result, quoted};
 
 /// A real header has some kilobytes; these bounds only stop hostile ones.
-const MAX_LINE_BYTES: usize = 1 << 16;
+const MAX_LINE_BYTES: usize = 1 << 14;
 const MAX_LINES: usize = 1 << 14;
 const MAX_PROPERTIES: usize = 1 << 12;
 

@@ -54,7 +54,7 @@ fn faults_are_named_with_their_line() {
         assert!(found.contains(expected), "{text:?}: {found}");
     }
     let long = format!("ply\ncomment {}", "x".repeat(1 << 20));
-    assert!(cause(&long).contains("more than 65536 bytes"));
+    assert!(cause(&long).contains("more than 16384 bytes"));
     let many = format!("ply\n{}", "comment\n".repeat(1 << 15));
     assert!(cause(&many).contains("more than 16384 lines"));
 }
