@@ -23,7 +23,10 @@ pub const INVOKED_AS_VARIABLE: &str = "MOTES_INVOKED_AS";
 
 /// The commit, when the build was told it: `make install` does. Other builds are not, so that a
 /// commit does not rebuild every stage.
-pub(crate) const GIT_REVISION: Option<&str> = option_env!("MOTES_GIT_REVISION");
+pub(crate) const GIT_REVISION: Option<&str> = match option_env!("MOTES_GIT_REVISION") {
+    Some(commit) if !commit.is_empty() => Some(commit),
+    _ => None,
+};
 
 /// `0.1.0`, or `0.1.0 (commit)`.
 static VERSION: LazyLock<String> = LazyLock::new(|| {
