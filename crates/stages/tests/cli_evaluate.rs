@@ -1,11 +1,14 @@
 //! The stage `evaluate` as a program: scores, documents, pages, bounds, exit codes.
+#![expect(clippy::unwrap_used, reason = "a test that cannot prepare its files has failed")]
 
 mod toy_capture;
 
+use std::collections::BTreeMap;
 use std::process::Output;
 
 use motes_formats::images::{read_image, write_png};
 use motes_formats::ply::{PlyWriteOptions, write_gaussians};
+use motes_formats::tensors::{TensorData, write_tensors};
 use motes_scene::ImageU8;
 use serde_json::Value;
 use toy_capture::{ToyCapture, assert_code, run, stderr, toy_capture};
@@ -149,6 +152,42 @@ fn masked_out_pixels_do_not_count() {
     let masked = json(&evaluate(&toy, &["--gaussians", "true.ply", "--json"]));
     assert_eq!(masked["views"][0]["psnr"], 128.0);
     assert_eq!(masked["views"][0]["counted_share"], 0.5);
+}
+
+#[test]
+fn lpips_is_measured_with_the_users_weights() {
+    let toy = toy_capture();
+    write_changed(&toy, "changed.ply", 0.2);
+    // AlexNet's shapes with few channels and arbitrary weights.
+    let mut tensors = Vec::new();
+    let mut add = |name: String, shape: Vec<usize>, scale: f32| {
+        let n: usize = shape.iter().product();
+        let values = (0..n).map(|i| scale * (i as f32 * 1.7).sin()).collect();
+        tensors.push((name, TensorData::F32(shape, values)));
+    };
+    let layers = [(0, 3, 11), (3, 4, 5), (6, 4, 3), (8, 4, 3), (10, 4, 3)];
+    for (k, (feature, inputs, kernel)) in layers.into_iter().enumerate() {
+        add(format!("features.{feature}.weight"), vec![4, inputs, kernel, kernel], 0.3);
+        add(format!("features.{feature}.bias"), vec![4], 0.1);
+        add(format!("lin{k}.weight"), vec![1, 4, 1, 1], 0.0);
+    }
+    for (name, tensor) in &mut tensors {
+        if let (true, TensorData::F32(_, values)) = (name.starts_with("lin"), tensor) {
+            values.fill(0.5);
+        }
+    }
+    let path = toy.path("alex.safetensors");
+    write_tensors(&path, &tensors, &BTreeMap::new()).unwrap();
+    let weights = ["--lpips-weights", "alex.safetensors", "--json", "--gaussians"];
+    let equal = json(&evaluate(&toy, &[&weights[..], &["true.ply"]].concat()));
+    assert_eq!(equal["lpips"], 0.0);
+    assert_eq!(equal["protocol"]["lpips"]["network"], "alex");
+    assert_eq!(equal["protocol"]["lpips"]["weights_sha256"].as_str().unwrap().len(), 64);
+    let other = json(&evaluate(&toy, &[&weights[..], &["changed.ply"]].concat()));
+    assert!(other["lpips"].as_f64().unwrap() > 1e-3, "{}", other["lpips"]);
+    let wrong = evaluate(&toy, &[&weights[..], &["true.ply", "--lpips-net", "vgg"]].concat());
+    assert_code(&wrong, 3);
+    assert!(stderr(&wrong).contains("features.0.weight"), "{}", stderr(&wrong));
 }
 
 #[test]

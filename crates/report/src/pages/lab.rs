@@ -131,7 +131,10 @@ impl LabPage {
             rows: std::iter::once(photos)
                 .chain(self.runs.iter().enumerate().map(run_row))
                 .collect(),
-            notes: vec!["dB: PSNR against the photo, higher is better.".into()],
+            notes: vec![
+                "dB: PSNR against the photo, higher is better. Where there is no photo, none was taken."
+                    .into(),
+            ],
         }
     }
 

@@ -1,7 +1,7 @@
 //! Score Gaussians, or the renders of any program, against the photos of a capture.
 //!
-//! Inputs: a capture (`motes/capture` 1.x); Gaussians (PLY) or folders of pictures named after
-//! views. Outputs, each on request: JSON on stdout, `motes/metrics` 1.x, an HTML page, renders.
+//! In: a capture (`motes/capture` 1.x); Gaussians (PLY) or folders of pictures named after views.
+//! Out, each on request: JSON on stdout, `motes/metrics` 1.x, an HTML page, renders. Examples:
 //!
 //! ```text
 //! evaluate --capture OUT/capture.json --gaussians gaussians.ply --split test --json
@@ -87,20 +87,14 @@ fn run(args: &Args, context: &Context) -> anyhow::Result<EvaluationReport> {
     let splits = options.splits();
     let course = Course::new(&args.capture, &capture, &splits).or_bad_input()?;
     let contestants = load_contestants(args, context)?;
-    let lpips = match &options.lpips_weights {
-        None => None,
-        Some(path) => {
-            context.input("lpips-weights", path)?;
-            Some(Lpips::load(path, options.lpips_net, options.lpips_range)?)
-        }
-    };
-    let training = match &outputs.training {
-        None => Vec::new(),
-        Some(path) => {
-            context.input("training", path)?;
-            training_plots(path)?
-        }
-    };
+    for (role, path) in [("lpips-weights", &options.lpips_weights), ("training", &outputs.training)]
+    {
+        path.as_ref().map_or(Ok(()), |path| context.input(role, path))?;
+    }
+    let (net, range) = (options.lpips_net, options.lpips_range);
+    let load = |path: &PathBuf| Lpips::load(path, net, range);
+    let lpips = options.lpips_weights.as_ref().map(load).transpose()?;
+    let training = outputs.training.as_deref().map_or(Ok(Vec::new()), training_plots)?;
     context.stop_if_dry_run()?;
 
     let progress = context.progress("scoring", (course.len() * contestants.len()) as u64);

@@ -87,12 +87,9 @@ fn run(args: &Args, context: &Context) -> anyhow::Result<RenderReport> {
     let files = FrameFiles::new(&args.format);
     if let Some(video) = &args.video.video {
         context.output(video)?;
-        if !files.png {
-            return Err(StageError::usage("--video is made of PNG files, not of EXR").into());
-        }
-        if !ffmpeg_exists() {
-            return Err(StageError::usage("--video needs ffmpeg, which cannot be run here")
-                .help("install ffmpeg, or take --video-frames and make the video elsewhere")
+        if !files.png || !ffmpeg_exists() {
+            return Err(StageError::usage("--video needs PNG files and ffmpeg, which can be run")
+                .help("take --format png and install ffmpeg, or take --video-frames")
                 .into());
         }
     }
