@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 /// How photos, masks, points and the split are made.
 #[derive(Clone, Debug, Default, PartialEq, clap::Args, Serialize, Deserialize)]
-#[serde(default, rename_all = "kebab-case")]
+#[serde(default)]
 pub struct ImportOptions {
     /// Downscale photos whose long side exceeds this many pixels (Lanczos-3, one pass with the
     /// undistortion). Default: keep the size.

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use super::options::{SfmOptions, SfmTool};
-use super::{Request, Solution, colmap_command, pycolmap};
+use super::{Request, Solution, colmap_command, colmap_step, pycolmap};
 use crate::error::{IngestError, Result};
 use crate::progress::Progress;
 
@@ -45,7 +45,7 @@ pub(super) fn tool(options: &SfmOptions) -> Result<Tool> {
         }
     }
     let command = PathBuf::from("colmap");
-    match colmap_command::version_of(&command) {
+    match colmap_step::version_of(&command) {
         Some(version) => Ok(Tool::Colmap { command, version }),
         None if options.sfm == SfmTool::Colmap => {
             Err(failed("there is no colmap command on PATH".into()))

@@ -5,6 +5,7 @@
 
 mod choose;
 mod colmap_command;
+mod colmap_step;
 mod judge;
 mod options;
 mod process;

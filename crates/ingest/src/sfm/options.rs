@@ -46,7 +46,7 @@ pub enum Matcher {
 
 /// How poses are found for photos without poses.
 #[derive(Clone, Debug, PartialEq, clap::Args, Serialize, Deserialize)]
-#[serde(default, rename_all = "kebab-case")]
+#[serde(default)]
 #[command(next_help_heading = "Structure from motion (with --photos)")]
 pub struct SfmOptions {
     /// Program that finds the camera poses

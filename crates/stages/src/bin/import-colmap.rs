@@ -1,36 +1,25 @@
 //! Photos, a COLMAP model or a `transforms.json` in; an undistorted capture out.
 //!
-//! Writes `OUT/capture.json`, `OUT/images/`, `OUT/masks/` and the start points. Example:
+//! Writes `OUT/capture.json`, `OUT/images/`, `OUT/masks/` and the start points; for example
 //! `import-colmap project -o capture --max-resolution 1024 --test-every 8`. Exit codes: 0 done,
-//! 1 failed (no program for structure from motion, a file cannot be written), 2 usage or the
-//! output exists, 3 bad input data (also: photos that do not allow poses), 130 interrupted.
-//! Manual: `docs/stages/import-colmap.md`.
+//! 1 failed (no solver, a file cannot be written), 2 usage or the output exists, 3 bad input data
+//! (also photos that allow no poses), 130 interrupted. See `docs/stages/import-colmap.md`.
 
+use std::convert::Infallible;
+use std::io::ErrorKind::NotFound;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Mutex;
 
 use motes_formats::FormatError;
 use motes_ingest::{
-    ImportInput, ImportOptions, ImportReport, IngestError, SfmOptions, Source, import, import_photos,
+    ImportInput, ImportOptions, ImportReport, IngestError, SfmOptions, Source, import,
+    import_photos,
 };
 use motes_stage::{CommonArgs, Context, HasCommon, StageError};
 use serde::Serialize;
 
-const EXAMPLES: &str = "\
-Examples:
-  Photos without poses (COLMAP finds them; the photos should overlap by two thirds):
-    import-colmap --photos my-photos -o capture --max-resolution 1024 --test-every 8
-  A COLMAP project (images/ and sparse/0/, sparse/, or the model files beside the photos):
-    import-colmap project -o capture --max-resolution 1024
-  A model and photos in different places:
-    import-colmap --model project/sparse/1 --images photos -o capture
-  A nerfstudio or NeRF-synthetic folder, or one file of it:
-    import-colmap lego -o capture
-    import-colmap garden/transforms.json -o capture --test-every 8
-
-Then: train-splat --capture capture/capture.json -o gaussians.ply
-Exit codes: 0 done, 1 failed, 2 usage or output exists, 3 bad input data, 130 interrupted";
+const EXAMPLES: &str = include_str!("../import-colmap-examples.txt");
 
 /// Turn photos, a COLMAP model or a transforms.json into an undistorted capture
 #[derive(clap::Parser, Serialize)]
@@ -42,8 +31,9 @@ struct Args {
     input: Option<PathBuf>,
 
     /// Find camera poses for these photos first (without DIR: for those in INPUT)
-    #[arg(long, value_name = "DIR", num_args = 0..=1, conflicts_with_all = ["model", "images"])]
-    photos: Option<Option<PathBuf>>,
+    #[arg(long, value_name = "DIR", num_args = 0..=1, default_missing_value = "",
+          value_parser = |text: &str| Ok::<PathBuf, Infallible>(text.into()), conflicts_with_all = ["model", "images"])]
+    photos: Option<PathBuf>,
 
     /// Folder of a COLMAP model
     #[arg(long, value_name = "DIR", conflicts_with = "input")]
@@ -105,16 +95,7 @@ impl motes_ingest::Progress for Shown<'_> {
 
 fn run(args: &Args, context: &Context) -> anyhow::Result<ImportReport> {
     let shown = Shown { context, current: Mutex::new(None) };
-    let photos = match &args.photos {
-        Some(given) => Some(given.as_ref().or(args.input.as_ref()).ok_or_else(|| {
-            StageError::usage("--photos has no folder").help("give --photos DIR, or INPUT --photos")
-        })?),
-        None => None,
-    };
-    if let (Some(photos), Some(Some(_)), Some(input)) = (photos, &args.photos, &args.input) {
-        let text = format!("both {} and {} are given as photos", photos.display(), input.display());
-        return Err(StageError::usage(text).help("give the folder once").into());
-    }
+    let photos = photos_of(args)?;
     context.output(args.output.join("capture.json"))?;
     let report = if let Some(photos) = photos {
         context.input("photos", photos)?;
@@ -134,6 +115,19 @@ fn run(args: &Args, context: &Context) -> anyhow::Result<ImportReport> {
     Ok(report)
 }
 
+/// The folder of photos to solve for; an empty path stands for `--photos` without one.
+fn photos_of(args: &Args) -> Result<Option<&PathBuf>, StageError> {
+    let named = args.photos.as_ref().filter(|photos| !photos.as_os_str().is_empty());
+    match (&args.photos, named, &args.input) {
+        (None, ..) => Ok(None),
+        (_, Some(photos), None) | (_, None, Some(photos)) => Ok(Some(photos)),
+        (_, Some(_), Some(_)) => Err(StageError::usage("photos are given twice")
+            .help("give the folder once, as INPUT or after --photos")),
+        (_, None, None) => Err(StageError::usage("--photos has no folder")
+            .help("give --photos DIR, or INPUT --photos")),
+    }
+}
+
 /// The exit code that each kind of error stands for.
 fn to_stage(error: IngestError) -> anyhow::Error {
     let text = error.to_string();
@@ -141,10 +135,10 @@ fn to_stage(error: IngestError) -> anyhow::Error {
         IngestError::BadInput { remedy, .. } => StageError::bad_input(text).help(remedy).into(),
         IngestError::Usage { remedy, .. } => StageError::usage(text).help(remedy).into(),
         IngestError::Failed { remedy, .. } => anyhow::anyhow!("{text}\nhelp: {remedy}"),
-        IngestError::Interrupted => StageError::interrupted("interrupted; there is no capture").into(),
-        IngestError::Format(FormatError::Io { ref source, .. })
-            if source.kind() != std::io::ErrorKind::NotFound =>
-        {
+        IngestError::Interrupted => {
+            StageError::interrupted("interrupted; there is no capture").into()
+        }
+        IngestError::Format(FormatError::Io { ref source, .. }) if source.kind() != NotFound => {
             error.into()
         }
         IngestError::Format(_) => StageError::bad_input(text).into(),
