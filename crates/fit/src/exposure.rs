@@ -81,3 +81,35 @@ impl Exposures {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_mean_of_all_photos_stays_the_identity() {
+        let mut exposures = Exposures::identity(3);
+        for step in 0..50 {
+            let loss = LossValue {
+                d_gain: [0.1, -0.2, 0.0],
+                d_offset: [0.0, 0.1, -0.3],
+                ..LossValue::default()
+            };
+            exposures.step(step % 2, &loss);
+        }
+        for k in 0..6 {
+            let sum: f32 = exposures.values.iter().map(|v| v[k]).sum();
+            assert!(sum.abs() < 1e-5, "component {k}: {sum}");
+        }
+        assert!(exposures.values[0][0] < 0.0 && exposures.values[2][0] > 0.0);
+    }
+
+    #[test]
+    fn spread_measures_differences_not_the_common_level() {
+        let photo = |gain: f64| [[gain * 2.0, 2.0]; 3];
+        assert!(gain_spread(&[photo(1.7), photo(1.7), photo(1.7)]) < 1e-9);
+        let spread = gain_spread(&[photo(1.1), photo(1.0 / 1.1)]);
+        assert!((spread - 1.1f64.ln()).abs() < 1e-9, "{spread}");
+        assert_eq!(gain_spread(&[]), 0.0);
+    }
+}

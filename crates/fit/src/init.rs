@@ -8,6 +8,7 @@ use motes_math::sigmoid::logit;
 use motes_scene::{Gaussians, SparsePoints};
 use rand::RngExt;
 
+use crate::dense::dense_points;
 use crate::options::FitOptions;
 use crate::target::TrainingImage;
 
@@ -29,6 +30,28 @@ pub(crate) fn from_points(points: &SparsePoints, extent: f64, options: &FitOptio
     }
     g.opacity_logits.fill(logit(options.init_opacity));
     g
+}
+
+/// The sparse points and, up to `wanted` in all, evenly chosen dense ones.
+pub(crate) fn with_dense_points(
+    images: &[TrainingImage],
+    sparse: &SparsePoints,
+    step: usize,
+    wanted: usize,
+) -> SparsePoints {
+    let mut all = sparse.clone();
+    let room = wanted.saturating_sub(all.len());
+    if step == 0 || room == 0 {
+        return all;
+    }
+    let dense = dense_points(images, sparse, step);
+    let take = room.min(dense.len());
+    for i in 0..take {
+        let row = (i as u64 * dense.len() as u64 / take as u64) as usize;
+        all.positions.push(dense.positions[row]);
+        all.colors.push(dense.colors[row]);
+    }
+    all
 }
 
 /// Random Gaussians in the space that the cameras look at, coloured by the photo they were drawn from.
@@ -121,4 +144,71 @@ pub fn scene_extent(images: &[TrainingImage], points: &SparsePoints) -> f64 {
     };
     let extent = (1.1 * radius).max(0.1 * median);
     if extent > 0.0 && extent.is_finite() { extent } else { 1.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use motes_scene::{ImageU8, Pinhole, Pose};
+
+    use super::*;
+
+    fn ring(views: usize) -> Vec<TrainingImage> {
+        let camera = Pinhole { fx: 50.0, fy: 50.0, cx: 20.0, cy: 15.0, width: 40, height: 30 };
+        (0..views)
+            .map(|i| {
+                let angle = 0.5 * i as f64;
+                let eye = DVec3::new(4.0 * angle.cos(), 4.0 * angle.sin(), 1.0);
+                TrainingImage {
+                    name: format!("{i}"),
+                    camera,
+                    camera_from_world: Pose::look_at(eye, DVec3::new(0.0, 0.0, 0.2), DVec3::Z)
+                        .unwrap(),
+                    image: ImageU8::filled(40, 30, 3, 200),
+                    mask: None,
+                }
+            })
+            .collect()
+    }
+
+    #[test]
+    fn points_become_balls_as_wide_as_their_spacing() {
+        let positions = (0..100).map(|i| [(i % 10) as f32, (i / 10) as f32, 0.0]).collect();
+        let mut points = SparsePoints { positions, colors: vec![[255, 0, 128]; 100] };
+        points.positions.push([f32::NAN; 3]);
+        points.colors.push([0; 3]);
+        let g = from_points(&points, 100.0, &FitOptions::default());
+        assert!(g.is_consistent() && g.len() == 100 && g.invalid_rows().is_empty());
+        assert!((g.log_scales[55][0].exp() - 1.0).abs() < 1e-5);
+        let red = 0.5 + SH_C0 as f32 * g.sh_of(0)[0];
+        assert!((red - 1.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn coincident_points_keep_a_scale_above_zero() {
+        let points =
+            SparsePoints { positions: vec![[1.0; 3]; 50], colors: vec![[9; 3]; 50] };
+        let g = from_points(&points, 2.0, &FitOptions::default());
+        assert!(g.log_scales.iter().flatten().all(|s| s.is_finite()));
+    }
+
+    #[test]
+    fn the_random_start_lies_in_view_and_depends_on_the_seed_only() {
+        let images = ring(4);
+        let options = FitOptions { init_random: 500, ..FitOptions::default() };
+        let g = random(&images, 3, 4.0, &options);
+        assert!(g.is_consistent() && g.len() == 500 && g.invalid_rows().is_empty());
+        assert_eq!(g, random(&images, 3, 4.0, &options));
+        assert_ne!(g, random(&images, 4, 4.0, &options));
+        let focus = axes_focus(&images);
+        assert!((focus - DVec3::new(0.0, 0.0, 0.2)).length() < 1e-9, "{focus}");
+    }
+
+    #[test]
+    fn the_extent_survives_one_view_and_one_place() {
+        let points = SparsePoints { positions: vec![[9.0, 0.0, 1.0]; 3], colors: vec![[0; 3]; 3] };
+        assert!(scene_extent(&ring(1), &points) > 0.1);
+        assert_eq!(scene_extent(&ring(1), &SparsePoints::default()), 1.0);
+        let many = scene_extent(&ring(12), &points);
+        assert!(many > 4.0 && many < 5.0, "{many}");
+    }
 }

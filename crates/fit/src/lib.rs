@@ -4,6 +4,7 @@
 //! checkpoint. Random numbers are keyed by (seed, purpose, step), never drawn from a running
 //! generator, and every sum has a fixed order: the result depends on the seed alone.
 
+mod dense;
 mod error;
 mod exposure;
 mod filter3d;
@@ -16,6 +17,7 @@ mod refine;
 mod target;
 mod trainer;
 
+pub use dense::dense_points;
 pub use error::FitError;
 pub use exposure::Exposures;
 pub use init::scene_extent;

@@ -204,6 +204,13 @@ pub struct FitOptions {
         value_name = "OPACITY"
     )]
     pub init_opacity: f32,
+    /// Spacing in pixels (at a long side of 512) of the start points matched between photos; 0: only
+    /// the capture's points [default: from the preset]
+    #[arg(long, help_heading = "Start", value_name = "PIXELS")]
+    pub dense_step: Option<usize>,
+    /// Share of the largest number of Gaussians that the start points may take
+    #[arg(long, help_heading = "Start", default_value_t = 0.7, value_name = "SHARE")]
+    pub dense_share: f64,
     /// Factor on the distance to the neighbours that sets the first scales
     #[arg(long, help_heading = "Start", default_value_t = 1.0, value_name = "FACTOR")]
     pub init_scale: f32,

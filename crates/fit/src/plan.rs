@@ -35,6 +35,8 @@ pub struct Plan {
     pub opacity_weight: f32,
     /// Weight of the mean scale over the extent.
     pub scale_weight: f32,
+    /// Spacing of the matched start points, pixels; 0: none.
+    pub dense_step: usize,
     /// Whether the 3D filter is on.
     pub filter_3d: bool,
 }
@@ -65,6 +67,7 @@ impl Plan {
             max_anisotropy: options.max_anisotropy.unwrap_or(if few { 10.0 } else { 100.0 }),
             opacity_weight: options.opacity_weight.unwrap_or(0.0),
             scale_weight: options.scale_weight.unwrap_or(0.0),
+            dense_step: options.dense_step.unwrap_or(0),
             filter_3d: options.filter_3d != Switch::Off,
         })
     }

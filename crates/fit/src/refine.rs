@@ -133,3 +133,6 @@ fn divide(gaussians: &mut Gaussians, a: usize, b: usize) {
         gaussians.opacity_logits[row] = half_opacity;
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -26,7 +26,7 @@ const STREAM_DROPOUT: u64 = 2;
 const STREAM_BACKGROUND: u64 = 3;
 
 /// Share of the run after which the need for exposures is judged.
-const EXPOSURE_DECISION: f64 = 0.1;
+const EXPOSURE_DECISION: f64 = 0.25;
 
 /// Everything that changes from step to step: what a checkpoint holds.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -136,7 +136,11 @@ impl Trainer {
         let mut gaussians = match start {
             Some(gaussians) => gaussians,
             None if points.is_empty() => init::random(images, seed, extent, options),
-            None => init::from_points(points, extent, options),
+            None => {
+                let wanted = (options.dense_share * plan.max_gaussians as f64) as usize;
+                let all = init::with_dense_points(images, points, plan.dense_step, wanted);
+                init::from_points(&all, extent, options)
+            }
         };
         gaussians = gaussians.with_sh_degree(plan.sh_degree);
         if gaussians.len() > plan.max_gaussians {
