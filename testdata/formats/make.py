@@ -123,6 +123,8 @@ def gaussians_valid():
     normals += [("float", "nx", lambda r: 0.0), ("float", "ny", lambda r: 1.0),
                 ("float", "nz", lambda r: 0.0)]
     valid(G, "normals.ply", ply(LE, normals, 2))
+    valid(G, "one-normal.ply", ply(LE, floats(columns(0)[:3]) + [("double", "nx", lambda r: 0.0)]
+                                   + floats(columns(0)[6:]), 2))
     flat = [p for p in floats(columns(3)) if p[1] != "scale_2"]
     valid(G, "flat-2dgs.ply", ply(LE, flat, 3, comments=["SplatRenderMode: 2dgs"]))
     rgb = [p for p in floats(columns(0)) if not p[1].startswith("f_")]
@@ -561,7 +563,7 @@ def images():
             (262, 3, 1, 1), (273, 4, 1, 200), (277, 3, 1, 1), (278, 4, 1, 70000),
             (279, 4, 1, 2**32 - 1)]
     bad("huge.tif", "huge.tif", tiff(tags, b"\0" * 64))
-    bad("strips-2-32.tif", "strips-2-32.tif",
+    bad("strips-2-32.tif", "tag 273 has more values than the file can hold",
         tiff([(256, 4, 1, 8), (257, 4, 1, 8), (273, 4, 2**32 - 1, 8), (279, 4, 2**32 - 1, 8),
               (258, 3, 1, 8), (262, 3, 1, 1), (277, 3, 1, 1)], b"\0" * 64))
     bad("huge.hdr", "huge.hdr", b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 900000 +X 900000\n")

@@ -2,6 +2,9 @@
 //!
 //! One test only: the allocator counts for the whole process.
 
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+#![allow(clippy::print_stdout, reason = "shown with --nocapture")]
+
 mod common;
 #[path = "common/memory.rs"]
 mod memory;

@@ -1,5 +1,7 @@
 //! Every valid file of the corpus is read, and nothing is lost when it is written and read again.
 
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
 mod common;
 
 use std::path::Path;

@@ -5,6 +5,9 @@
 //! `MOTES_FUZZ_SECONDS=600` gives it longer, `MOTES_FUZZ_SEED` another sequence. The input of a
 //! failure is left in the folder of temporary files: add it to the corpus.
 
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+#![allow(clippy::print_stdout, reason = "shown with --nocapture")]
+
 mod common;
 #[path = "common/memory.rs"]
 mod memory;

@@ -1,6 +1,9 @@
 //! Files that other trainers wrote. They are not in this repository: `MOTES_SHARED_DATA` names
 //! the folder that holds `peer-ply/`; without it the test says that it was skipped.
 
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+#![allow(clippy::print_stdout, reason = "shown with --nocapture")]
+
 use std::path::{Path, PathBuf};
 
 use motes_formats::ply::{self, PlyWriteOptions, RenderMode};

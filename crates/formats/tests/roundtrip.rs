@@ -1,5 +1,7 @@
 //! Random values survive being written and read, bit for bit where the format can hold them.
 
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
 use std::path::Path;
 
 use glam::{DQuat, DVec3};

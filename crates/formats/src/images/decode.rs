@@ -8,6 +8,7 @@ use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Li
 use motes_scene::ImageU8;
 
 use super::convert::{to_mask, to_rgb_or_rgba};
+use super::tiff_tags::tag_beyond_file;
 use crate::error::{FormatError, Result};
 
 /// Larger images are refused: 500 megapixels are 2 GB when decoded.
@@ -131,6 +132,12 @@ fn decoder<'b>(bytes: &'b [u8], path: &Path) -> Result<impl ImageDecoder + 'b> {
         Some(ImageFormat::Jpeg) if !jpeg_has_end(bytes) => {
             return Err(FormatError::invalid(path, "end of file", "the JPEG file ends early")
                 .with_remedy("the file is incomplete: copy it again"));
+        }
+        Some(ImageFormat::Tiff) => {
+            if let Some(tag) = tag_beyond_file(bytes) {
+                let cause = format!("tag {tag} has more values than the file can hold");
+                return Err(FormatError::invalid(path, "TIFF directory", cause));
+            }
         }
         // Recognised by chance in arbitrary bytes, and no camera writes it.
         Some(ImageFormat::Tga) | None => {

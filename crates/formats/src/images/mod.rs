@@ -7,6 +7,7 @@
 mod convert;
 mod decode;
 mod encode;
+mod tiff_tags;
 
 pub use decode::{
     image_dimensions, image_dimensions_upright, read_image, read_image_from, read_image_upright,

@@ -79,9 +79,9 @@ fn drop_zero_normals(gaussians: &mut Gaussians) {
         ColumnValues::F64(v) => v.iter().all(|x| x.to_bits() == 0),
         _ => false,
     };
-    let columns = gaussians.extra.iter();
-    let zero = columns.filter(|column| is_normal(&column.name) && is_zero(&column.values));
-    if zero.count() == 3 {
+    // A file with some of the three is treated like one with all: the writer adds what is missing.
+    let mut normals = gaussians.extra.iter().filter(|column| is_normal(&column.name));
+    if normals.all(|column| is_zero(&column.values)) {
         gaussians.extra.retain(|column| !is_normal(&column.name));
     }
 }
