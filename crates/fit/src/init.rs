@@ -185,8 +185,7 @@ mod tests {
 
     #[test]
     fn coincident_points_keep_a_scale_above_zero() {
-        let points =
-            SparsePoints { positions: vec![[1.0; 3]; 50], colors: vec![[9; 3]; 50] };
+        let points = SparsePoints { positions: vec![[1.0; 3]; 50], colors: vec![[9; 3]; 50] };
         let g = from_points(&points, 2.0, &FitOptions::default());
         assert!(g.log_scales.iter().flatten().all(|s| s.is_finite()));
     }

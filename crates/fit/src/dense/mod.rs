@@ -42,10 +42,8 @@ pub fn dense_points(images: &[TrainingImage], sparse: &SparsePoints, step: usize
     }
     let photos: Vec<Photo> =
         images.par_iter().map(|image| Photo::new(image, sparse, LONG_SIDE)).collect();
-    let pairs: Vec<Vec<pair::Pair>> = (0..photos.len())
-        .into_par_iter()
-        .map(|i| neighbours(&photos, i, sparse))
-        .collect();
+    let pairs: Vec<Vec<pair::Pair>> =
+        (0..photos.len()).into_par_iter().map(|i| neighbours(&photos, i, sparse)).collect();
     let grids: Vec<DepthGrid> = (0..photos.len())
         .into_par_iter()
         .with_max_len(1)

@@ -32,8 +32,7 @@ impl Photo {
         let (width, height) = (camera.width, camera.height);
         let source = image.image.to_f32();
         let channels = source.channels;
-        let data =
-            resize(&source.data, (w, h, channels), (width, height), Filter::Lanczos3);
+        let data = resize(&source.data, (w, h, channels), (width, height), Filter::Lanczos3);
         let luma = data
             .chunks_exact(channels)
             .map(|p| 0.299 * p[0] + 0.587 * p[1.min(channels - 1)] + 0.114 * p[2.min(channels - 1)])
@@ -70,11 +69,8 @@ impl Photo {
         let p = self.rotation * (position - self.center);
         let x = self.camera.fx as f32 * p.x / p.z + self.camera.cx as f32;
         let y = self.camera.fy as f32 * p.y / p.z + self.camera.cy as f32;
-        let inside = p.z > 0.0
-            && x >= 0.0
-            && y >= 0.0
-            && x < self.width as f32
-            && y < self.height as f32;
+        let inside =
+            p.z > 0.0 && x >= 0.0 && y >= 0.0 && x < self.width as f32 && y < self.height as f32;
         inside.then_some((x, y, p.z))
     }
 

@@ -115,7 +115,8 @@ pub(super) fn search_photo(
         for x in (0..photo.width).step_by(step) {
             let at = (x as f32 + 0.5, y as f32 + 0.5);
             let reference = sample(photo, at, (1.0, 0.0), (0.0, 1.0));
-            matches.push(reference.and_then(|patch| search_pixel(photos, photo, pairs, &patch, at)));
+            matches
+                .push(reference.and_then(|patch| search_pixel(photos, photo, pairs, &patch, at)));
         }
     }
     matches

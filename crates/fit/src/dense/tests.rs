@@ -1,6 +1,6 @@
 use motes_raster::{RenderOptions, render};
-use motes_testkit::{orbit_pose, small_camera};
 use motes_scene::Gaussians;
+use motes_testkit::{orbit_pose, small_camera};
 
 use super::*;
 
@@ -48,7 +48,8 @@ fn points_lie_on_the_surface() {
     let mut errors: Vec<f32> =
         dense.positions.iter().map(|p| (Vec3::from(*p).length() - 1.0).abs()).collect();
     errors.sort_by(f32::total_cmp);
-    let signed: f32 = dense.positions.iter().map(|p| Vec3::from(*p).length() - 1.0).sum::<f32>() / dense.len() as f32;
+    let signed: f32 = dense.positions.iter().map(|p| Vec3::from(*p).length() - 1.0).sum::<f32>()
+        / dense.len() as f32;
     println!("SIGNED {signed}");
     let (median, p90) = (errors[errors.len() / 2], errors[errors.len() * 9 / 10]);
     assert!(median < 0.012 && p90 < 0.04, "median {median} p90 {p90} of {}", dense.len());

@@ -26,7 +26,8 @@ fn mean_and_covariance(g: &Gaussians, rows: &[usize]) -> (Vec3, Mat3) {
         let variance = (Vec3::from(g.log_scales[i]) * 2.0).exp();
         let d = Vec3::from(g.means[i]) - mean;
         let spread = Mat3::from_cols(d * d.x, d * d.y, d * d.z);
-        covariance += (axes * Mat3::from_diagonal(variance) * axes.transpose() + spread) * (1.0 / count);
+        covariance +=
+            (axes * Mat3::from_diagonal(variance) * axes.transpose() + spread) * (1.0 / count);
     }
     (mean, covariance)
 }

@@ -1,0 +1,193 @@
+//! `train-splat` as a program: bytes over threads, resume, interruption, bad input; and the chain
+//! from a COLMAP model to a score on the tiny capture of `testdata`.
+#![expect(clippy::unwrap_used, reason = "a test that cannot prepare its files has failed")]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+
+const TRAIN: &str = env!("CARGO_BIN_EXE_train-splat");
+const IMPORT: &str = env!("CARGO_BIN_EXE_import-colmap");
+const EVALUATE: &str = env!("CARGO_BIN_EXE_evaluate");
+
+fn tiny() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../testdata/captures/tiny")
+}
+
+fn run(program: &str, arguments: &[&str], folder: &Path) -> Output {
+    Command::new(program)
+        .args(arguments)
+        .current_dir(folder)
+        .stdin(Stdio::null())
+        .env_remove("MOTES_THREADS")
+        .output()
+        .unwrap()
+}
+
+fn ok(output: &Output) {
+    let text = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{:?}: {text}", output.status);
+}
+
+/// A folder with `cap/capture.json` of the tiny capture; views 0 and 8 are held out.
+fn imported() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let model = tiny();
+    let line = [model.to_str().unwrap(), "-o", "cap", "--test-every", "8", "-q"];
+    ok(&run(IMPORT, &line, folder.path()));
+    folder
+}
+
+const SHORT: [&str; 7] = [
+    "--capture",
+    "cap/capture.json",
+    "--no-provenance",
+    "-q",
+    "--max-gaussians",
+    "1500",
+    "--refine-every=30",
+];
+
+/// Trains for 120 steps, or as many as `extra` says.
+fn train(folder: &Path, extra: &[&str]) -> Output {
+    let steps: &[&str] = if extra.iter().any(|a| a.starts_with("-n=")) { &[] } else { &["-n=120"] };
+    run(TRAIN, &[&SHORT[..], steps, extra].concat(), folder)
+}
+
+#[test]
+fn the_chain_reaches_a_useful_score() {
+    let folder = imported();
+    let before = evaluate_points(folder.path());
+    ok(&train(folder.path(), &["-o", "g.ply", "-n=600", "--metrics", "train.json"][..]));
+    let score = evaluate(folder.path(), "g.ply");
+    let psnr = score["psnr"].as_f64().unwrap();
+    assert!(psnr > 20.0 && psnr > before + 3.0, "{before:.2} -> {psnr:.2} dB");
+    let report: Value =
+        serde_json::from_slice(&fs::read(folder.path().join("train.json")).unwrap()).unwrap();
+    assert_eq!(report["format"], "motes/train-report");
+    // Two programs, one protocol: the trainer's own score is the evaluator's.
+    assert!((report["psnr_test"].as_f64().unwrap() - psnr).abs() < 1e-6);
+    assert!(!report["history"].as_array().unwrap().is_empty());
+}
+
+fn evaluate(folder: &Path, gaussians: &str) -> Value {
+    let line =
+        ["--capture", "cap/capture.json", "--gaussians", gaussians, "--json", "--no-provenance"];
+    let output = run(EVALUATE, &line, folder);
+    ok(&output);
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+/// Score of the start alone: one step.
+fn evaluate_points(folder: &Path) -> f64 {
+    ok(&train(folder, &["-o", "start.ply", "-n=1"]));
+    evaluate(folder, "start.ply")["psnr"].as_f64().unwrap()
+}
+
+#[test]
+fn the_bytes_depend_on_the_seed_alone() {
+    let folder = imported();
+    let bytes = |name: &str, threads: &str, seed: &str| {
+        ok(&train(folder.path(), &["-o", name, "-j", threads, "--seed", seed]));
+        fs::read(folder.path().join(name)).unwrap()
+    };
+    let one = bytes("1.ply", "1", "3");
+    assert!(bytes("2.ply", "2", "3") == one && bytes("3.ply", "3", "3") == one);
+    assert!(bytes("other.ply", "2", "4") != one);
+}
+
+#[test]
+fn a_killed_run_continues_to_the_same_bytes() {
+    let folder = imported();
+    let path = |name: &str| folder.path().join(name);
+    ok(&train(folder.path(), &["-o", "whole.ply"]));
+    // Killed without warning, some time after its first checkpoint.
+    let mut child = Command::new(TRAIN)
+        .args(SHORT)
+        .args(["-o", "half.ply", "-n=120", "--save-every", "10"])
+        .current_dir(folder.path())
+        .spawn()
+        .unwrap();
+    let checkpoint = path("half.checkpoint.safetensors");
+    let patience = Instant::now();
+    while !checkpoint.exists() && patience.elapsed() < Duration::from_secs(60) {
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let line = ["-o", "resumed.ply", "--resume", "half.checkpoint.safetensors"];
+    ok(&train(folder.path(), &line));
+    assert!(fs::read(path("resumed.ply")).unwrap() == fs::read(path("whole.ply")).unwrap());
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupt_saves_a_checkpoint_and_says_130() {
+    let folder = imported();
+    let child = Command::new(TRAIN)
+        .args(SHORT)
+        .args(["-o", "long.ply", "-n=100000", "--eval-every=1000000"])
+        .current_dir(folder.path())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    std::thread::sleep(Duration::from_millis(1500));
+    let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(kill.success());
+    let output = child.wait_with_output().unwrap();
+    let text = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(130), "{text}");
+    assert!(text.contains("--resume"), "{text}");
+    assert!(folder.path().join("long.checkpoint.safetensors").exists());
+    assert!(!folder.path().join("long.ply").exists());
+}
+
+#[test]
+fn a_time_budget_is_kept() {
+    let folder = imported();
+    let start = Instant::now();
+    let line = ["--capture", "cap/capture.json", "-q", "-o", "timed.ply", "--time-budget", "3"];
+    ok(&run(TRAIN, &line, folder.path()));
+    let seconds = start.elapsed().as_secs_f64();
+    // Reading, writing and scoring the tiny capture take well under a second.
+    assert!((2.7..5.0).contains(&seconds), "{seconds:.2} s");
+}
+
+#[test]
+fn a_warm_start_keeps_what_is_frozen() {
+    let folder = imported();
+    ok(&train(folder.path(), &["-o", "g.ply"]));
+    let line = ["-o", "same.ply", "--init-ply", "g.ply", "-n=1", "--filter-3d", "off"];
+    let freeze = ["--freeze", "geometry,opacities,colors", "--sh-degree", "3"];
+    ok(&train(folder.path(), &[&line[..], &freeze].concat()));
+    let read = |name: &str| motes_formats::ply::read_gaussians(&folder.path().join(name)).unwrap();
+    assert_eq!(read("g.ply").means, read("same.ply").means);
+    assert_eq!(read("g.ply").log_scales, read("same.ply").log_scales);
+}
+
+#[test]
+fn bad_input_is_one_clear_error() {
+    let folder = imported();
+    let write = |name: &str, bytes: &[u8]| fs::write(folder.path().join(name), bytes).unwrap();
+    write("no.safetensors", b"\x08\0\0\0\0\0\0\0{}      ");
+    write("short.safetensors", b"\xff\xff\xff\xff\xff\xff\xff\x7f{");
+    write("cap/images.txt", b"");
+    for (line, code, word) in [
+        (&["-o", "x.ply", "--resume", "no.safetensors"][..], 3, "checkpoint"),
+        (&["-o", "x.ply", "--resume", "short.safetensors"], 3, "short.safetensors"),
+        (&["-o", "x.ply", "--resume", "missing"], 3, "missing"),
+        (&["-o", "x.ply", "--init-ply", "cap/capture.json"], 3, "capture.json"),
+        (&["-o", "x.ply", "--resolution-schedule", "2:1"], 2, "--resolution-schedule"),
+        (&["-o", "x.ply", "--sh-degree", "5"], 2, "sh-degree"),
+        (&["-o", "x.ply", "--target", "ssim=1"], 2, "psnr=NUMBER"),
+    ] {
+        let output = train(folder.path(), line);
+        let text = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(code), "{line:?}: {text}");
+        assert!(text.contains(word), "{line:?}: {text}");
+        assert!(!folder.path().join("x.ply").exists(), "{line:?}");
+    }
+}
