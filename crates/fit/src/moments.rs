@@ -3,6 +3,7 @@
 use motes_math::adam::{AdamOptions, adam_step};
 use motes_raster::GaussianGradients;
 use motes_scene::Gaussians;
+use rayon::prelude::*;
 
 /// Learning rates of one step.
 #[derive(Clone, Copy, Debug)]
@@ -90,62 +91,69 @@ impl Moments {
         let (first, second) = (&mut self.first, &mut self.second);
         let mut sh_rates = vec![rates.sh_rest; 3 * gaussians.sh_coefficients()];
         sh_rates[..3].fill(rates.sh0);
-        let tasks: [(&mut [f32], &[f32], &mut [f32], &mut [f32], &[f32]); 5] = [
-            (
-                gaussians.means.as_flattened_mut(),
-                gradients.means.as_flattened(),
-                first.means.as_flattened_mut(),
-                second.means.as_flattened_mut(),
-                &[rates.means],
-            ),
-            (
-                gaussians.rotations.as_flattened_mut(),
-                gradients.rotations.as_flattened(),
-                first.rotations.as_flattened_mut(),
-                second.rotations.as_flattened_mut(),
-                &[rates.rotations],
-            ),
-            (
-                gaussians.log_scales.as_flattened_mut(),
-                gradients.log_scales.as_flattened(),
-                first.log_scales.as_flattened_mut(),
-                second.log_scales.as_flattened_mut(),
-                &[rates.log_scales],
-            ),
-            (
-                &mut gaussians.opacity_logits,
-                &gradients.opacity_logits,
-                &mut first.opacity_logits,
-                &mut second.opacity_logits,
-                &[rates.opacity_logits],
-            ),
-            (&mut gaussians.sh, &gradients.sh, &mut first.sh, &mut second.sh, &sh_rates),
+        let classes = [
+            Class {
+                values: gaussians.means.as_flattened_mut(),
+                gradients: gradients.means.as_flattened(),
+                first: first.means.as_flattened_mut(),
+                second: second.means.as_flattened_mut(),
+                rates: &[rates.means],
+            },
+            Class {
+                values: gaussians.rotations.as_flattened_mut(),
+                gradients: gradients.rotations.as_flattened(),
+                first: first.rotations.as_flattened_mut(),
+                second: second.rotations.as_flattened_mut(),
+                rates: &[rates.rotations],
+            },
+            Class {
+                values: gaussians.log_scales.as_flattened_mut(),
+                gradients: gradients.log_scales.as_flattened(),
+                first: first.log_scales.as_flattened_mut(),
+                second: second.log_scales.as_flattened_mut(),
+                rates: &[rates.log_scales],
+            },
+            Class {
+                values: &mut gaussians.opacity_logits,
+                gradients: &gradients.opacity_logits,
+                first: &mut first.opacity_logits,
+                second: &mut second.opacity_logits,
+                rates: &[rates.opacity_logits],
+            },
+            Class {
+                values: &mut gaussians.sh,
+                gradients: &gradients.sh,
+                first: &mut first.sh,
+                second: &mut second.sh,
+                rates: &sh_rates,
+            },
         ];
-        for (values, gradients, first, second, rates) in tasks {
-            // Whole rows of SH per chunk, so that the pattern of rates starts anew in each.
-            let chunk = 4096 * rates.len();
-            parallel_adam(values, gradients, first, second, rates, chunk, step, &options);
+        for class in classes {
+            class.step(step, &options);
         }
     }
 }
 
-fn parallel_adam(
-    values: &mut [f32],
-    gradients: &[f32],
-    first: &mut [f32],
-    second: &mut [f32],
-    rates: &[f32],
-    chunk: usize,
-    step: u64,
-    options: &AdamOptions,
-) {
-    use rayon::prelude::*;
-    values
-        .par_chunks_mut(chunk)
-        .zip(gradients.par_chunks(chunk))
-        .zip(first.par_chunks_mut(chunk))
-        .zip(second.par_chunks_mut(chunk))
-        .for_each(|(((values, gradients), first), second)| {
-            adam_step(values, gradients, first, second, rates, step, options);
-        });
+/// One parameter class: its values and all that Adam keeps or needs for them.
+struct Class<'a> {
+    values: &'a mut [f32],
+    gradients: &'a [f32],
+    first: &'a mut [f32],
+    second: &'a mut [f32],
+    rates: &'a [f32],
+}
+
+impl Class<'_> {
+    fn step(self, step: u64, options: &AdamOptions) {
+        // Whole rows per chunk, so that the pattern of rates starts anew in each.
+        let chunk = 4096 * self.rates.len();
+        self.values
+            .par_chunks_mut(chunk)
+            .zip(self.gradients.par_chunks(chunk))
+            .zip(self.first.par_chunks_mut(chunk))
+            .zip(self.second.par_chunks_mut(chunk))
+            .for_each(|(((values, gradients), first), second)| {
+                adam_step(values, gradients, first, second, self.rates, step, options);
+            });
+    }
 }

@@ -84,9 +84,9 @@ pub(crate) fn backward_tile<S: Simd>(
             // Above the cap alpha is constant, so nothing flows through its exponent.
             let v = raw_alpha.simd_lt(ALPHA_MAX).select(alpha * d_alpha, zero);
             let (vx, vy) = (v * dx, v * dy);
-            sum[0] = sum[0] + v;
-            sum[1] = sum[1] + vx;
-            sum[2] = sum[2] + vy;
+            sum[0] += v;
+            sum[1] += vx;
+            sum[2] += vy;
             sum[3] = vx.mul_add(dx, sum[3]);
             sum[4] = vx.mul_add(dy, sum[4]);
             sum[5] = vy.mul_add(dy, sum[5]);

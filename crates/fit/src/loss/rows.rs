@@ -27,8 +27,8 @@ pub(super) fn blur_row<S: Simd>(simd: S, row: &[f32], out: &mut [f32]) {
     for x in (0..out.len()).step_by(16) {
         let at = x + PAD;
         let mut sum = load(simd, row, at) * WINDOW[0];
-        for k in 1..=RADIUS {
-            sum = (load(simd, row, at - k) + load(simd, row, at + k)).mul_add(WINDOW[k], sum);
+        for (k, &weight) in WINDOW.iter().enumerate().skip(1) {
+            sum = (load(simd, row, at - k) + load(simd, row, at + k)).mul_add(weight, sum);
         }
         sum.store_slice(&mut out[x..x + 16]);
     }
@@ -39,9 +39,9 @@ pub(super) fn blur_row<S: Simd>(simd: S, row: &[f32], out: &mut [f32]) {
 fn blur_column<S: Simd>(simd: S, rows: &[f32], stride: usize, row: usize, x: usize) -> f32x16<S> {
     let at = row * stride + x;
     let mut sum = load(simd, rows, at) * WINDOW[0];
-    for k in 1..=RADIUS {
+    for (k, &weight) in WINDOW.iter().enumerate().skip(1) {
         let pair = load(simd, rows, at - k * stride) + load(simd, rows, at + k * stride);
-        sum = pair.mul_add(WINDOW[k], sum);
+        sum = pair.mul_add(weight, sum);
     }
     sum
 }

@@ -56,7 +56,7 @@ pub struct TrainReport {
     pub peak_memory_bytes: Option<u64>,
     /// Whether per-photo exposures were fitted.
     pub exposure: bool,
-    /// Spread of the photos' log gains that this was decided by (0.03 is the bound).
+    /// Spread of the photos' log gains that this was decided by (0.1 is the bound).
     pub exposure_gain_spread: f64,
     /// Length that learning rates refer to, world units.
     pub extent: f64,
@@ -120,7 +120,7 @@ impl fmt::Display for TrainReport {
         let kept = if self.exposure { "fitted" } else { "left out" };
         write!(
             f,
-            "per-photo exposure {kept}: brightness of the photos differs by {:.1} % (bound 3 %)",
+            "per-photo exposure {kept}: brightness of the photos differs by {:.1} % (bound 10 %)",
             100.0 * self.exposure_gain_spread
         )
     }

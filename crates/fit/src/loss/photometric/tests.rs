@@ -47,13 +47,13 @@ fn definition(case: &Case, background: [f32; 3]) -> f64 {
     let mut x = case.render.data.clone();
     let mut y = vec![0.0; x.len()];
     for i in 0..w * h {
-        for c in 0..3 {
+        for (c, &behind) in background.iter().enumerate() {
             let k = 3 * i + c;
             x[k] = x[k] * case.transform.gain[c] + case.transform.offset[c];
             y[k] = f32::from(case.target.rgb[c * w * h + i]) / 255.0;
             if let Some(alpha) = &case.target.alpha {
                 let a = f32::from(alpha[i]) / 255.0;
-                y[k] = y[k] * a + background[c] * (1.0 - a);
+                y[k] = y[k] * a + behind * (1.0 - a);
             }
             if case.target.weight.as_ref().is_some_and(|weight| weight[i] == 0) {
                 x[k] = y[k];
