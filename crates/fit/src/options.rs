@@ -68,9 +68,10 @@ pub enum FreezeGroup {
 #[derive(Clone, Debug, Args, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", default)]
 pub struct FitOptions {
-    /// Point on the measured speed-quality front
-    #[arg(long, value_enum, default_value_t)]
-    pub preset: Preset,
+    /// Point on the measured speed-quality front [default: balanced; with a time budget the one
+    /// that fits it]
+    #[arg(long, value_enum)]
+    pub preset: Option<Preset>,
     /// Optimiser steps, one view each [default: from the preset]
     #[arg(short = 'n', long, help_heading = "Schedule", value_name = "STEPS")]
     pub iterations: Option<u32>,
@@ -226,6 +227,17 @@ pub struct FitOptions {
 }
 
 impl FitOptions {
+    /// These options with, unless one was asked for, the preset that fits a wall-time budget: many
+    /// Gaussians cost more per step than a short run can pay back.
+    pub fn for_time_budget(mut self, seconds: f64) -> Self {
+        self.preset.get_or_insert(match seconds {
+            s if s < 40.0 => Preset::Draft,
+            s if s < 300.0 => Preset::Balanced,
+            _ => Preset::High,
+        });
+        self
+    }
+
     /// Whether a group is left alone, by its own name or as part of the geometry.
     pub(crate) fn is_frozen(&self, group: FreezeGroup) -> bool {
         use FreezeGroup::{Geometry, Means, Rotations, Scales};

@@ -71,7 +71,8 @@ struct Args {
     #[arg(long, value_name = "STEPS", help_heading = "Schedule")]
     eval_every: Option<u32>,
 
-    /// Train for this long instead of a number of steps; such a run depends on the machine
+    /// Train for this long instead of a number of steps, by default with the preset that fits the
+    /// time; such a run depends on the machine
     #[arg(long, value_name = "SECONDS", conflicts_with_all = ["iterations", "resume"], help_heading = "Schedule")]
     time_budget: Option<f64>,
 
@@ -125,6 +126,9 @@ fn run(args: &Args, context: &Context) -> anyhow::Result<TrainReport> {
         }
         (options, seed) = (checkpoint.options, checkpoint.seed);
         state = Some(checkpoint.state);
+    }
+    if let Some(seconds) = args.time_budget {
+        options = options.for_time_budget(seconds);
     }
     let start = match &args.init_ply {
         Some(path) => {
