@@ -14,6 +14,7 @@ mod moments;
 mod options;
 mod plan;
 mod refine;
+mod state;
 mod target;
 mod trainer;
 
@@ -25,5 +26,6 @@ pub use moments::{MomentColumns, Moments};
 pub use options::{Background, FitOptions, FreezeGroup, Preset, Switch};
 pub use plan::{Plan, Stage};
 pub use refine::{RefineCounts, RefineStats};
+pub use state::{FitState, PhaseSeconds, StepReport};
 pub use target::{AlphaMode, Target, TrainingImage, TrainingView};
-pub use trainer::{FitState, PhaseSeconds, StepReport, Trainer};
+pub use trainer::Trainer;

@@ -50,11 +50,12 @@ const VERY_FEW_VIEWS: usize = 12;
 impl Plan {
     /// Resolves options for `views` training photos.
     pub fn new(options: &FitOptions, views: usize) -> Result<Self, FitError> {
-        let (iterations, max_gaussians, refine_every, schedule) = match options.preset.unwrap_or_default() {
-            Preset::Draft => (1000, 30_000, 100, "0.25:0.5,0.5:0.35,1:0.15"),
-            Preset::Balanced => (4000, 60_000, 150, "0.25:0.25,0.5:0.35,1:0.4"),
-            Preset::High => (12000, 150_000, 200, "0.25:0.2,0.5:0.3,1:0.5"),
-        };
+        let (iterations, max_gaussians, refine_every, schedule) =
+            match options.preset.unwrap_or_default() {
+                Preset::Draft => (1000, 30_000, 100, "0.25:0.5,0.5:0.35,1:0.15"),
+                Preset::Balanced => (4000, 60_000, 150, "0.25:0.25,0.5:0.35,1:0.4"),
+                Preset::High => (12000, 150_000, 200, "0.25:0.2,0.5:0.3,1:0.5"),
+            };
         let iterations = match options.iterations {
             Some(n) => n,
             None => (f64::from(iterations) * options.steps_scale).round().max(1.0) as u32,

@@ -3,21 +3,21 @@
 use std::time::Instant;
 
 use motes_math::rng::keyed_rng;
-use motes_raster::{Frame, FrameStats, GaussianGradients, Modifiers, Planes, RenderOptions};
+use motes_raster::{Frame, GaussianGradients, Modifiers, Planes, RenderOptions};
 use motes_scene::{Gaussians, SparsePoints};
 use rand::RngExt;
 use rand::seq::SliceRandom;
-use serde::Serialize;
 
 use crate::error::FitError;
 use crate::exposure::{Exposures, NEEDED_SPREAD, gain_spread};
 use crate::filter3d;
 use crate::init;
-use crate::loss::{ColorTransform, LossValue, PhotometricLoss};
+use crate::loss::{ColorTransform, PhotometricLoss};
 use crate::moments::{Moments, Rates};
 use crate::options::{Background, FitOptions, FreezeGroup, Switch};
 use crate::plan::Plan;
 use crate::refine::{RefineCounts, RefineLimits, RefineStats, refine};
+use crate::state::{FitState, PhaseSeconds, StepReport};
 use crate::target::{TrainingImage, TrainingView};
 
 /// Purposes of random streams.
@@ -27,71 +27,6 @@ const STREAM_BACKGROUND: u64 = 3;
 
 /// Share of the run after which the need for exposures is judged.
 const EXPOSURE_DECISION: f64 = 0.25;
-
-/// Everything that changes from step to step: what a checkpoint holds.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct FitState {
-    /// Steps done.
-    pub step: u32,
-    /// The model, without the 3D filter.
-    pub gaussians: Gaussians,
-    /// Adam's memory.
-    pub moments: Moments,
-    /// Statistics since the last refinement.
-    pub refine_stats: RefineStats,
-    /// 3D filter width per Gaussian; empty when off.
-    pub filter_3d: Vec<f32>,
-    /// Exposure of every photo.
-    pub exposures: Exposures,
-    /// Whether exposures are fitted; `None`: not decided yet.
-    pub exposure_on: Option<bool>,
-    /// The measure behind that decision; 0 before it.
-    pub gain_spread: f64,
-    /// Number of Gaussians at the start, from which the budget curve rises.
-    pub initial_gaussians: usize,
-}
-
-/// What one step did.
-#[derive(Clone, Copy, Debug)]
-pub struct StepReport {
-    /// Index of the view.
-    pub view: usize,
-    /// Loss before the update.
-    pub loss: LossValue,
-    /// Set when this step refined.
-    pub refined: Option<RefineCounts>,
-}
-
-/// CPU-independent wall times of the phases, seconds, summed over all steps.
-#[derive(Clone, Copy, Debug, Default, Serialize)]
-pub struct PhaseSeconds {
-    /// Projection and SH.
-    pub project: f64,
-    /// Sorting and tile lists.
-    pub bin: f64,
-    /// Forward kernels.
-    pub forward: f64,
-    /// Loss and its gradient.
-    pub loss: f64,
-    /// Backward kernels.
-    pub backward: f64,
-    /// Chain to the stored parameters.
-    pub project_backward: f64,
-    /// Adam.
-    pub optimise: f64,
-    /// Densification, pruning, filter.
-    pub refine: f64,
-}
-
-impl PhaseSeconds {
-    fn add_frame(&mut self, stats: &FrameStats) {
-        self.project += stats.project.as_secs_f64();
-        self.bin += stats.bin.as_secs_f64();
-        self.forward += stats.forward.as_secs_f64();
-        self.backward += stats.backward.as_secs_f64();
-        self.project_backward += stats.project_backward.as_secs_f64();
-    }
-}
 
 /// A fit in progress.
 pub struct Trainer {
