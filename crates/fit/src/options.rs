@@ -193,9 +193,10 @@ pub struct FitOptions {
         value_name = "RATE"
     )]
     pub lr_sh_rest: f64,
-    /// Share of the rates (other than that of the centres) left at the end
-    #[arg(long, help_heading = "Learning rates", default_value_t = 1.0, value_name = "SHARE")]
-    pub lr_final: f64,
+    /// Share of the rates (other than that of the centres) left at the end [default: from the
+    /// preset; a short run cannot afford to slow down]
+    #[arg(long, help_heading = "Learning rates", value_name = "SHARE")]
+    pub lr_final: Option<f64>,
     /// Opacity of the first Gaussians
     #[arg(
         long,

@@ -35,6 +35,8 @@ pub struct Plan {
     pub opacity_weight: f32,
     /// Weight of the mean scale over the extent.
     pub scale_weight: f32,
+    /// Share of the learning rates left at the end.
+    pub lr_final: f64,
     /// Spacing of the matched start points, pixels; 0: none.
     pub dense_step: usize,
     /// Whether the 3D filter is on.
@@ -50,11 +52,11 @@ const VERY_FEW_VIEWS: usize = 12;
 impl Plan {
     /// Resolves options for `views` training photos.
     pub fn new(options: &FitOptions, views: usize) -> Result<Self, FitError> {
-        let (iterations, max_gaussians, refine_every, schedule) =
+        let (iterations, max_gaussians, refine_every, schedule, lr_final) =
             match options.preset.unwrap_or_default() {
-                Preset::Draft => (1000, 30_000, 100, "0.25:0.5,0.5:0.35,1:0.15"),
-                Preset::Balanced => (4000, 60_000, 150, "0.25:0.25,0.5:0.35,1:0.4"),
-                Preset::High => (12000, 150_000, 200, "0.25:0.2,0.5:0.3,1:0.5"),
+                Preset::Draft => (1000, 30_000, 100, "0.25:0.5,0.5:0.35,1:0.15", 1.0),
+                Preset::Balanced => (1500, 100_000, 150, "0.25:0.25,0.5:0.35,1:0.4", 1.0),
+                Preset::High => (4000, 200_000, 200, "0.25:0.2,0.5:0.3,1:0.5", 0.5),
             };
         let iterations = match options.iterations {
             Some(n) => n,
@@ -74,6 +76,7 @@ impl Plan {
             max_anisotropy: options.max_anisotropy.unwrap_or(if few { 10.0 } else { 100.0 }),
             opacity_weight: options.opacity_weight.unwrap_or(0.0),
             scale_weight: options.scale_weight.unwrap_or(0.0),
+            lr_final: options.lr_final.unwrap_or(lr_final).clamp(1e-4, 1.0),
             dense_step: options.dense_step.unwrap_or(0),
             filter_3d: options.filter_3d != Switch::Off,
         })

@@ -349,7 +349,7 @@ impl Trainer {
     fn rates(&self, progress: f64) -> Rates {
         use FreezeGroup::{Colors, Means, Opacities, Rotations, Scales};
         let o = &self.options;
-        let late = o.lr_final.powf(progress);
+        let late = self.plan.lr_final.powf(progress);
         let rate = |group, value: f64| if o.is_frozen(group) { 0.0 } else { value as f32 };
         Rates {
             // Falls to 1 % at the end, exponentially.
