@@ -4,9 +4,9 @@
 //! a Gaussian projects to a 2D Gaussian, `alpha = min(0.99, opacity exp(-Q/2))`, and the pixels
 //! composite front to back, `colour = Σ c_i alpha_i T_i + T background`, `T_{i+1} = T_i (1 - alpha_i)`.
 //!
-//! - [`reference`]: the equations in double precision, one loop each: the oracle of the tests.
+//! - [`mod@reference`]: the equations in double precision, one loop each: the oracle of the tests.
 //! - [`Frame`]: the tiled SIMD path, forward and backward.
-//! - [`render`]: one picture with its AOVs.
+//! - [`fn@render`]: one picture with its AOVs.
 //!
 //! Invariants: forward and backward decide with the same function whether a Gaussian touches a
 //! pixel; a comparison that decides is written so that NaN means "no"; results do not depend on
