@@ -9,15 +9,12 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use motes_fit::{FitError, FitOptions, Trainer};
-use motes_formats::capture::read_capture;
+use motes_fit::FitOptions;
 use motes_formats::documents::to_pretty_json;
-use motes_formats::ply::{PlyWriteOptions, read_gaussians, write_gaussians};
-use motes_scene::Split;
+use motes_formats::ply::{PlyWriteOptions, write_gaussians};
 use motes_stage::{CommonArgs, Context, HasCommon, StageError};
 use motes_stages::training::{
-    Held, Session, SessionEnd, Target, TrainReport, default_checkpoint, load_training_images,
-    read_checkpoint, sha256_of,
+    Held, Session, SessionEnd, StartRequest, Target, TrainReport, default_checkpoint,
 };
 use serde::Serialize;
 
@@ -108,52 +105,25 @@ fn run(args: &Args, context: &Context) -> anyhow::Result<TrainReport> {
     if let Some(metrics) = &args.metrics {
         context.output(metrics)?;
     }
-    context.input("capture", &args.capture)?;
-    let capture = read_capture(&args.capture)?;
-    let load = |split| load_training_images(&args.capture, &capture, &capture.views_of(split));
-    let (train, held_out) = (load(Split::Train)?, load(Split::Test)?);
-    let capture_sha256 = sha256_of(&args.capture)?;
-
-    let (mut options, mut seed, mut state) = (args.options.clone(), args.seed, None);
-    if let Some(path) = &args.resume {
-        context.input("resume", path)?;
-        let checkpoint = read_checkpoint(path)?;
-        if checkpoint.capture_sha256 != capture_sha256 {
-            let text = format!("the checkpoint belongs to another capture: {}", path.display());
-            return Err(StageError::bad_input(text)
-                .help("use --init-ply to start from its model")
-                .into());
-        }
-        (options, seed) = (checkpoint.options, checkpoint.seed);
-        state = Some(checkpoint.state);
-    }
-    if let Some(seconds) = args.time_budget {
-        options = options.for_time_budget(seconds);
-    }
-    let start = match &args.init_ply {
-        Some(path) => {
-            context.input("init-ply", path)?;
-            Some(read_gaussians(path)?)
-        }
-        None => None,
+    let request = StartRequest {
+        capture: &args.capture,
+        init_ply: args.init_ply.as_deref(),
+        resume: args.resume.as_deref(),
+        options: args.options.clone(),
+        seed: args.seed,
+        time_budget: args.time_budget,
     };
+    let start = request.load(context)?;
     context.stop_if_dry_run()?;
 
-    let trainer = match state {
-        Some(state) => Trainer::resume(&train, &capture.points, state, &options, seed),
-        None => Trainer::new(&train, &capture.points, start, &options, seed),
-    };
-    let mut trainer = trainer.map_err(to_stage)?;
-    if let Some(seconds) = args.time_budget {
-        trainer.set_time_budget(seconds);
-    }
+    let trainer = start.trainer()?;
     let checkpoint = args.checkpoint.clone().unwrap_or_else(|| default_checkpoint(&args.output));
     let mut session = Session {
         trainer,
-        held_out: &held_out,
-        options,
-        seed,
-        capture_sha256,
+        held_out: &start.held_out,
+        options: start.options.clone(),
+        seed: start.seed,
+        capture_sha256: start.capture_sha256.clone(),
         checkpoint,
         eval_every: args.eval_every.or(args.target.map(|_| 100)),
         save_every: args.save_every,
@@ -170,22 +140,11 @@ fn run(args: &Args, context: &Context) -> anyhow::Result<TrainReport> {
     }
     let trainer = &session.trainer;
     write_gaussians(&output, &trainer.model(), &PlyWriteOptions::default())?;
-    let scores = [&train, &held_out].map(|images| Held::score(trainer, images));
+    let scores = [&start.train, &start.held_out].map(|images| Held::score(trainer, images));
     let report = TrainReport::new(&session, scores, context);
     if let Some(path) = &args.metrics {
         let text = to_pretty_json(&report);
         motes_formats::atomic::write_atomic(path, |out| out.write_all(text.as_bytes()))?;
     }
     Ok(report)
-}
-
-fn to_stage(error: FitError) -> anyhow::Error {
-    let text = error.to_string();
-    match error {
-        FitError::Option { .. } => StageError::usage(text).into(),
-        FitError::NoViews => StageError::bad_input(text)
-            .help("import with --test-every or --test-list so that some views stay for training")
-            .into(),
-        FitError::Checkpoint(_) => StageError::bad_input(text).into(),
-    }
 }

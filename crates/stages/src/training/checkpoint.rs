@@ -18,7 +18,7 @@ const VERSION: &str = "1.0";
 
 /// A checkpoint and what it belongs to.
 #[derive(Clone, Debug)]
-pub struct Checkpoint {
+pub(super) struct Checkpoint {
     /// The state of the fit.
     pub state: FitState,
     /// The options it runs with.
@@ -33,7 +33,7 @@ pub struct Checkpoint {
 ///
 /// # Errors
 /// When the file cannot be written.
-pub fn write_checkpoint(path: &Path, checkpoint: &Checkpoint) -> Result<()> {
+pub(super) fn write_checkpoint(path: &Path, checkpoint: &Checkpoint) -> Result<()> {
     let s = &checkpoint.state;
     let n = s.gaussians.len();
     let k = s.gaussians.sh_coefficients();
@@ -95,7 +95,7 @@ fn columns_of(g: &Gaussians) -> MomentColumns {
 ///
 /// # Errors
 /// When the file is no checkpoint of this version or its arrays do not belong together.
-pub fn read_checkpoint(path: &Path) -> Result<Checkpoint> {
+pub(super) fn read_checkpoint(path: &Path) -> Result<Checkpoint> {
     let (tensors, metadata) = read_tensors(path)?;
     let mut file = File { path, tensors, metadata };
     if file.text("format")? != FORMAT {

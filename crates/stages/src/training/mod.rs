@@ -5,9 +5,9 @@ mod photos;
 mod report;
 mod scores;
 mod session;
+mod start;
 
-pub use checkpoint::{Checkpoint, read_checkpoint, write_checkpoint};
-pub use photos::{load_training_images, sha256_of};
 pub use report::{HistoryRow, TrainReport};
 pub use scores::{Held, Target};
 pub use session::{Session, SessionEnd, default_checkpoint};
+pub use start::{Start, StartRequest};

@@ -15,7 +15,7 @@ use sha2::{Digest, Sha256};
 ///
 /// # Errors
 /// When a file cannot be read, its size is not that of its camera, or a camera is distorted.
-pub fn load_training_images(
+pub(crate) fn load_training_images(
     document: &Path,
     capture: &Capture,
     views: &[usize],
@@ -63,7 +63,7 @@ fn load(document: &Path, capture: &Capture, view: usize) -> Result<TrainingImage
 ///
 /// # Errors
 /// When the file cannot be read.
-pub fn sha256_of(path: &Path) -> Result<String> {
+pub(crate) fn sha256_of(path: &Path) -> Result<String> {
     let mut hasher = Sha256::new();
     let mut file = std::fs::File::open(path).map_err(|e| FormatError::io(path, e))?;
     io::copy(&mut file, &mut hasher).map_err(|e| FormatError::io(path, e))?;
