@@ -99,6 +99,13 @@ fn the_bytes_depend_on_the_seed_alone() {
     assert!(bytes("other.ply", "2", "4") != one);
 }
 
+fn wait_for(file: &Path) {
+    let patience = Instant::now();
+    while !file.exists() && patience.elapsed() < Duration::from_secs(60) {
+        std::thread::sleep(Duration::from_millis(2));
+    }
+}
+
 #[test]
 fn a_killed_run_continues_to_the_same_bytes() {
     let folder = imported();
@@ -111,11 +118,7 @@ fn a_killed_run_continues_to_the_same_bytes() {
         .current_dir(folder.path())
         .spawn()
         .unwrap();
-    let checkpoint = path("half.checkpoint.safetensors");
-    let patience = Instant::now();
-    while !checkpoint.exists() && patience.elapsed() < Duration::from_secs(60) {
-        std::thread::sleep(Duration::from_millis(2));
-    }
+    wait_for(&path("half.checkpoint.safetensors"));
     child.kill().unwrap();
     child.wait().unwrap();
     let line = ["-o", "resumed.ply", "--resume", "half.checkpoint.safetensors"];
@@ -129,19 +132,21 @@ fn an_interrupt_saves_a_checkpoint_and_says_130() {
     let folder = imported();
     let child = Command::new(TRAIN)
         .args(SHORT)
-        .args(["-o", "long.ply", "-n=100000", "--eval-every=1000000"])
+        .args(["-o", "long.ply", "-n=100000", "--save-every=5"])
         .current_dir(folder.path())
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
-    std::thread::sleep(Duration::from_millis(1500));
+    // Its first checkpoint says that it is under way; the next periodic one is never awaited.
+    let checkpoint = folder.path().join("long.checkpoint.safetensors");
+    wait_for(&checkpoint);
     let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
     assert!(kill.success());
     let output = child.wait_with_output().unwrap();
     let text = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(130), "{text}");
     assert!(text.contains("--resume"), "{text}");
-    assert!(folder.path().join("long.checkpoint.safetensors").exists());
+    assert!(checkpoint.exists());
     assert!(!folder.path().join("long.ply").exists());
 }
 
