@@ -13,6 +13,7 @@ pub mod loss;
 mod moments;
 mod options;
 mod plan;
+mod priors;
 mod refine;
 mod state;
 mod target;

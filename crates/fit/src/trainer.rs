@@ -16,6 +16,7 @@ use crate::loss::{ColorTransform, PhotometricLoss};
 use crate::moments::{Moments, Rates};
 use crate::options::{Background, FitOptions, FreezeGroup, Switch};
 use crate::plan::Plan;
+use crate::priors;
 use crate::refine::{RefineCounts, RefineLimits, RefineStats, refine};
 use crate::state::{FitState, PhaseSeconds, StepReport};
 use crate::target::{TrainingImage, TrainingView};
@@ -273,7 +274,7 @@ impl Trainer {
 
         let start = Instant::now();
         self.state.refine_stats.add(&self.gradients);
-        self.regularise();
+        priors::add_gradients(&self.plan, self.extent, &self.state.gaussians, &mut self.gradients);
         let rates = self.rates(progress);
         let state = &mut self.state;
         state.moments.apply(&mut state.gaussians, &self.gradients, &rates, u64::from(step) + 1);
@@ -281,7 +282,9 @@ impl Trainer {
             state.exposures.step(view, &loss);
         }
         state.step += 1;
-        self.limit_shapes();
+        if !self.options.is_frozen(FreezeGroup::Scales) {
+            priors::limit_shapes(&self.plan, self.extent, &mut self.state.gaussians);
+        }
         self.seconds.optimise += start.elapsed().as_secs_f64();
 
         let start = Instant::now();
@@ -359,44 +362,6 @@ impl Trainer {
             opacity_logits: rate(Opacities, o.lr_opacities * late),
             sh0: rate(Colors, o.lr_sh0 * late),
             sh_rest: rate(Colors, o.lr_sh_rest * late),
-        }
-    }
-
-    /// Adds the gradients of the opacity and scale priors.
-    fn regularise(&mut self) {
-        let n = self.state.gaussians.len().max(1) as f32;
-        let g = &self.state.gaussians;
-        if self.plan.opacity_weight > 0.0 {
-            let weight = self.plan.opacity_weight / n;
-            for (d, &logit) in self.gradients.opacity_logits.iter_mut().zip(&g.opacity_logits) {
-                let o = motes_math::sigmoid::sigmoid(logit);
-                *d += weight * o * (1.0 - o);
-            }
-        }
-        if self.plan.scale_weight > 0.0 {
-            let weight = self.plan.scale_weight / (3.0 * n * self.extent as f32);
-            for (d, s) in self.gradients.log_scales.iter_mut().zip(&g.log_scales) {
-                for (d, s) in d.iter_mut().zip(s) {
-                    *d += weight * s.exp();
-                }
-            }
-        }
-    }
-
-    /// Keeps scales in a range around the scene and needles short.
-    fn limit_shapes(&mut self) {
-        if self.options.is_frozen(FreezeGroup::Scales) {
-            return;
-        }
-        let high = (self.extent * 10.0).ln() as f32;
-        let low = (self.extent * 1e-7).ln() as f32;
-        let ratio = self.plan.max_anisotropy.max(1.0).ln();
-        for s in &mut self.state.gaussians.log_scales {
-            let [a, b, c] = *s;
-            let middle = a.max(b).min(a.min(b).max(c));
-            for s in s.iter_mut() {
-                *s = s.min(middle + ratio).clamp(low, high);
-            }
         }
     }
 
