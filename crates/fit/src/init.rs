@@ -5,7 +5,8 @@ use motes_math::knn::rms_neighbour_distance;
 use motes_math::rng::keyed_rng;
 use motes_math::sh::SH_C0;
 use motes_math::sigmoid::logit;
-use motes_scene::{Gaussians, SparsePoints};
+use motes_scene::camera_path::common_point;
+use motes_scene::{Gaussians, Pose, SparsePoints};
 use rand::RngExt;
 
 use crate::dense::dense_points;
@@ -99,26 +100,11 @@ fn push(g: &mut Gaussians, mean: [f32; 3], color: [f32; 3], scale: f32) {
     g.sh.extend(color.map(|c| (c - 0.5) / SH_C0 as f32));
 }
 
-/// The point nearest to all optical axes in the least-squares sense; in front of the first camera
-/// when the axes are parallel.
+/// The point that all optical axes pass nearest to; in front of the first camera when there is none.
 pub(crate) fn axes_focus(images: &[TrainingImage]) -> DVec3 {
-    let mut normal = glam::DMat3::ZERO;
-    let mut rhs = DVec3::ZERO;
-    for image in images {
-        let center = image.camera_from_world.center_in_world();
-        let axis = image.camera_from_world.rotation_matrix().row(2);
-        let projector = glam::DMat3::IDENTITY
-            - glam::DMat3::from_cols(axis * axis.x, axis * axis.y, axis * axis.z);
-        normal += projector;
-        rhs += projector * center;
-    }
-    let count = images.len().max(1) as f64;
-    if (normal * (1.0 / count)).determinant() > 1e-6 {
-        return normal.inverse() * rhs;
-    }
-    images.first().map_or(DVec3::ZERO, |image| {
-        let pose = &image.camera_from_world;
-        pose.center_in_world() + pose.rotation_matrix().row(2)
+    let poses: Vec<Pose> = images.iter().map(|image| image.camera_from_world).collect();
+    common_point(&poses).unwrap_or_else(|_| {
+        poses.first().map_or(DVec3::ZERO, |pose| pose.inverse().transform_point(DVec3::Z))
     })
 }
 
@@ -148,7 +134,7 @@ pub fn scene_extent(images: &[TrainingImage], points: &SparsePoints) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use motes_scene::{ImageU8, Pinhole, Pose};
+    use motes_scene::{ImageU8, Pinhole};
 
     use super::*;
 

@@ -17,7 +17,7 @@ pub(crate) struct Ellipse {
 }
 
 /// Slack of every bound, pixels: rounding must never drop a pixel that the kernel would keep.
-const SLACK: f32 = 0.01;
+pub(crate) const SLACK: f32 = 0.01;
 
 impl Ellipse {
     /// Touches nothing.

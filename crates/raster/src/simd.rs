@@ -5,6 +5,7 @@
 
 use fearless_simd::{Level, Simd, f32x4, f32x16, prelude::*};
 
+use crate::ellipse::SLACK;
 use crate::options::TILE;
 use crate::project::Splat;
 
@@ -134,8 +135,6 @@ pub(crate) fn block_mask<S: Simd>(simd: S, splat: &Splat, x0: f32, y0: f32) -> u
     }
     mask
 }
-
-const SLACK: f32 = 0.01;
 
 #[cfg(test)]
 mod tests {

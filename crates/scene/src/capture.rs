@@ -77,13 +77,4 @@ impl Capture {
     pub fn view_named(&self, name: &str) -> Option<usize> {
         self.views.iter().position(|view| view.name == name)
     }
-
-    /// Radius of the smallest centred ball around the mean camera centre that holds all camera
-    /// centres, world units: the scale that learning rates refer to. 0 with one view.
-    pub fn camera_extent(&self, views: &[usize]) -> f64 {
-        let centers: Vec<DVec3> =
-            views.iter().map(|&i| self.views[i].camera_from_world.center_in_world()).collect();
-        let mean = centers.iter().sum::<DVec3>() / centers.len().max(1) as f64;
-        centers.iter().map(|c| (*c - mean).length()).fold(0.0, f64::max)
-    }
 }
