@@ -1,0 +1,115 @@
+//! How a fit begins: views at every resolution, the first Gaussians, or a checkpoint.
+
+use motes_raster::{Frame, GaussianGradients};
+use motes_scene::{Gaussians, SparsePoints};
+
+use super::Trainer;
+use crate::error::FitError;
+use crate::exposure::Exposures;
+use crate::init;
+use crate::loss::PhotometricLoss;
+use crate::moments::Moments;
+use crate::options::{Background, FitOptions, Switch};
+use crate::plan::Plan;
+use crate::refine::RefineStats;
+use crate::state::{FitState, PhaseSeconds};
+use crate::target::{TrainingImage, TrainingView};
+
+impl Trainer {
+    /// Prepares a fit of `images`, starting from `start` or else from `points`.
+    pub fn new(
+        images: &[TrainingImage],
+        points: &SparsePoints,
+        start: Option<Gaussians>,
+        options: &FitOptions,
+        seed: u64,
+    ) -> Result<Self, FitError> {
+        if images.is_empty() {
+            return Err(FitError::NoViews);
+        }
+        let plan = Plan::new(options, images.len())?;
+        let extent = init::scene_extent(images, points);
+        let mut gaussians = match start {
+            Some(gaussians) => gaussians,
+            None if points.is_empty() => init::random(images, seed, extent, options),
+            None => {
+                let wanted = (options.dense_share * plan.max_gaussians as f64) as usize;
+                let all = init::with_dense_points(images, points, plan.dense_step, wanted);
+                init::from_points(&all, extent, options)
+            }
+        };
+        gaussians = gaussians.with_sh_degree(plan.sh_degree);
+        if gaussians.len() > plan.max_gaussians {
+            // Evenly spread rows, not the first ones: points often come in spatial order.
+            let n = gaussians.len();
+            let rows: Vec<u32> = (0..plan.max_gaussians)
+                .map(|i| (i as u64 * n as u64 / plan.max_gaussians as u64) as u32)
+                .collect();
+            gaussians.gather(&rows);
+        }
+        let scales: Vec<f64> = plan.stages.iter().map(|s| s.scale).collect();
+        let views: Vec<TrainingView> = images
+            .iter()
+            .map(|image| TrainingView::new(image, &scales, options.alpha_mode))
+            .collect();
+        let has_alpha = views.iter().any(|v| v.levels[0].1.alpha.is_some());
+        let random_background = match options.background {
+            Background::Auto => has_alpha,
+            Background::Random => true,
+            Background::Black | Background::White => false,
+        };
+        let state = FitState {
+            step: 0,
+            moments: Moments::zeros(&gaussians),
+            refine_stats: RefineStats::zeros(gaussians.len()),
+            filter_3d: Vec::new(),
+            exposures: Exposures::identity(images.len()),
+            exposure_on: match options.exposure {
+                Switch::Auto => None,
+                switch => Some(switch == Switch::On),
+            },
+            gain_spread: 0.0,
+            initial_gaussians: gaussians.len(),
+            gaussians,
+        };
+        let mut trainer = Self {
+            options: options.clone(),
+            plan,
+            seed,
+            extent,
+            views,
+            random_background,
+            state,
+            seconds: PhaseSeconds::default(),
+            frame: Frame::new(),
+            loss: PhotometricLoss::new(),
+            gradient_image: None,
+            gradients: GaussianGradients::default(),
+            order: (u64::MAX, Vec::new()),
+            clock: None,
+        };
+        trainer.update_filter();
+        Ok(trainer)
+    }
+
+    /// Continues from a checkpoint of the same capture, options and seed.
+    pub fn resume(
+        images: &[TrainingImage],
+        points: &SparsePoints,
+        state: FitState,
+        options: &FitOptions,
+        seed: u64,
+    ) -> Result<Self, FitError> {
+        if state.exposures.values.len() != images.len() {
+            let (was, is) = (state.exposures.values.len(), images.len());
+            let text = format!("it was made with {was} training views, there are {is}");
+            return Err(FitError::Checkpoint(text));
+        }
+        let mut trainer = Self::new(images, points, Some(state.gaussians.clone()), options, seed)?;
+        if trainer.plan.sh_degree != state.gaussians.sh_degree {
+            return Err(FitError::Checkpoint("its SH degree differs".into()));
+        }
+        trainer.state = state;
+        Ok(trainer)
+    }
+}

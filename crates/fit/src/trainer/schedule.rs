@@ -1,0 +1,100 @@
+//! What depends on how far the run is: the end, learning rates, degrees, and random draws.
+
+use std::time::Instant;
+
+use motes_math::rng::keyed_rng;
+use rand::RngExt;
+use rand::seq::SliceRandom;
+
+use super::Trainer;
+use crate::moments::Rates;
+use crate::options::FreezeGroup;
+
+/// Purposes of random streams.
+const STREAM_ORDER: u64 = 1;
+const STREAM_DROPOUT: u64 = 2;
+pub(super) const STREAM_BACKGROUND: u64 = 3;
+
+/// A run whose progress is measured in time instead of steps.
+pub(super) struct Clock {
+    start: Instant,
+    budget_seconds: f64,
+}
+
+impl Trainer {
+    /// Measures progress in wall time from now on: the run ends after `seconds`, however many steps
+    /// that are. Such a run depends on the machine; repeat it with `--iterations` to compare.
+    pub fn set_time_budget(&mut self, seconds: f64) {
+        self.clock = Some(Clock { start: Instant::now(), budget_seconds: seconds });
+    }
+
+    /// Whether progress is measured in time.
+    pub fn is_timed(&self) -> bool {
+        self.clock.is_some()
+    }
+
+    /// Whether all steps are done.
+    pub fn is_done(&self) -> bool {
+        match &self.clock {
+            Some(_) => self.progress() >= 1.0,
+            None => self.state.step >= self.plan.iterations,
+        }
+    }
+
+    /// Share of the steps done, in [0, 1].
+    pub fn progress(&self) -> f64 {
+        match &self.clock {
+            Some(clock) => {
+                (clock.start.elapsed().as_secs_f64() / clock.budget_seconds.max(1e-9)).min(1.0)
+            }
+            None => f64::from(self.state.step) / f64::from(self.plan.iterations.max(1)),
+        }
+    }
+
+    /// Views in a new random order each epoch, so that every view is seen equally often.
+    pub(super) fn next_view(&mut self) -> usize {
+        let count = self.views.len() as u64;
+        let step = u64::from(self.state.step);
+        let epoch = step / count;
+        if self.order.0 != epoch {
+            let mut order: Vec<u32> = (0..count as u32).collect();
+            order.shuffle(&mut keyed_rng(self.seed, STREAM_ORDER, epoch));
+            self.order = (epoch, order);
+        }
+        self.order.1[(step % count) as usize] as usize
+    }
+
+    /// One degree more every tenth of the run: colour first, its view dependence later.
+    pub(super) fn sh_degree_at(&self, progress: f64) -> u8 {
+        ((progress * 10.0) as u8).min(self.plan.sh_degree)
+    }
+
+    /// Opacity factors of DropGaussian (Park et al. 2025): a rising share is left out, the rest
+    /// compensates.
+    pub(super) fn dropout_gains(&self, progress: f64) -> Option<Vec<f32>> {
+        let share = self.plan.dropout * progress as f32;
+        if share <= 0.0 {
+            return None;
+        }
+        let mut rng = keyed_rng(self.seed, STREAM_DROPOUT, u64::from(self.state.step));
+        let kept = 1.0 / (1.0 - share);
+        let draw = |_| if rng.random::<f32>() < share { 0.0 } else { kept };
+        Some((0..self.state.gaussians.len()).map(draw).collect())
+    }
+
+    pub(super) fn rates(&self, progress: f64) -> Rates {
+        use FreezeGroup::{Colors, Means, Opacities, Rotations, Scales};
+        let o = &self.options;
+        let late = self.plan.lr_final.powf(progress);
+        let rate = |group, value: f64| if o.is_frozen(group) { 0.0 } else { value as f32 };
+        Rates {
+            // Falls to 1 % at the end, exponentially.
+            means: rate(Means, o.lr_means * self.extent * 0.01f64.powf(progress)),
+            rotations: rate(Rotations, o.lr_rotations * late),
+            log_scales: rate(Scales, o.lr_scales * late),
+            opacity_logits: rate(Opacities, o.lr_opacities * late),
+            sh0: rate(Colors, o.lr_sh0 * late),
+            sh_rest: rate(Colors, o.lr_sh_rest * late),
+        }
+    }
+}
