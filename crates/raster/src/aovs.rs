@@ -57,7 +57,8 @@ fn composite<'a>(splats: impl Iterator<Item = (&'a Splat, Vec3)>, x: f32, y: f32
     let (mut depth, mut weights, mut normal, mut median) = (0.0f32, 0.0f32, Vec3::ZERO, 0.0f32);
     for (s, n) in splats {
         let (dx, dy) = (x - s.x, y - s.y);
-        let q = (s.a * dx + s.b2 * dy) * dx + s.c * dy * dy;
+        let u = dx + s.ellipse.shear * dy;
+        let q = s.a * (u * u + s.ellipse.aspect * dy * dy);
         let alpha = (s.log2_opacity - q).exp2().min(ALPHA_MAX);
         if !(alpha >= ALPHA_MIN) {
             continue;

@@ -15,7 +15,8 @@ use crate::options::{ALPHA_MAX, TRANSMITTANCE_MIN};
 use crate::project::Splat;
 use crate::simd::{BLOCKS, TilePlane, block_mask, lane_offsets};
 
-/// `Σ v`, `Σ v dx`, `Σ v dy`, `Σ v dx²`, `Σ v dx dy`, `Σ v dy²`, `Σ w g_r`, `Σ w g_g`, `Σ w g_b`.
+/// `Σ v`, `Σ v u`, `Σ v dy`, `Σ v u²`, `Σ v u dy`, `Σ v dy²`, `Σ w g_r`, `Σ w g_g`, `Σ w g_b`, where
+/// `u = dx + shear dy` is what the exponent is made of: moments of dx would cancel for needles.
 pub(crate) const MOMENTS: usize = 9;
 
 /// Inputs and running state of a tile's backward pass.
@@ -66,7 +67,7 @@ pub(crate) fn backward_tile<S: Simd>(
             let dx = lane_x + (x0 + bx - splat.x);
             let dy = lane_y + (y0 + by - splat.y);
             let t = tile.transmittance.block(simd, i);
-            let (raw_alpha, seen) = splat_alpha(simd, splat, dx, dy, t);
+            let (raw_alpha, seen, u) = splat_alpha(simd, splat, dx, dy, t);
             let alpha = seen.select(raw_alpha.min(ALPHA_MAX), zero);
             let weight = alpha * t;
             let gradient = [
@@ -83,12 +84,12 @@ pub(crate) fn backward_tile<S: Simd>(
             let d_alpha = t * gc - behind / (one - alpha);
             // Above the cap alpha is constant, so nothing flows through its exponent.
             let v = raw_alpha.simd_lt(ALPHA_MAX).select(alpha * d_alpha, zero);
-            let (vx, vy) = (v * dx, v * dy);
+            let (vu, vy) = (v * u, v * dy);
             sum[0] += v;
-            sum[1] += vx;
+            sum[1] += vu;
             sum[2] += vy;
-            sum[3] = vx.mul_add(dx, sum[3]);
-            sum[4] = vx.mul_add(dy, sum[4]);
+            sum[3] = vu.mul_add(u, sum[3]);
+            sum[4] = vu.mul_add(dy, sum[4]);
             sum[5] = vy.mul_add(dy, sum[5]);
             sum[6] = weight.mul_add(gradient[0], sum[6]);
             sum[7] = weight.mul_add(gradient[1], sum[7]);

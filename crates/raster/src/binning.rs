@@ -168,10 +168,8 @@ mod tests {
                     x: (f * 13.7) % 90.0 - 10.0,
                     y: (f * 7.3) % 70.0 - 10.0,
                     a,
-                    b2: 2.0 * b,
-                    c,
                     depth: 1.0 + (f * 0.71).sin(),
-                    ellipse: Ellipse::new(a, b, c, 5.0).unwrap(),
+                    ellipse: Ellipse::from_conic(a, b, c, 5.0).unwrap(),
                     ..Splat::INVISIBLE
                 }
             })
@@ -188,7 +186,8 @@ mod tests {
                     let touched = (0..TILE * TILE).any(|p| {
                         let dx = (tx * TILE + p % TILE) as f32 + 0.5 - s.x;
                         let dy = (ty * TILE + p / TILE) as f32 + 0.5 - s.y;
-                        s.a * dx * dx + s.b2 * dx * dy + s.c * dy * dy <= 5.0
+                        let u = dx + s.ellipse.shear * dy;
+                        s.a * (u * u + s.ellipse.aspect * dy * dy) <= 5.0
                     });
                     let count = list.iter().filter(|&&e| e == id as u32).count();
                     assert!(count <= 1 && (count == 1 || !touched), "tile {tx},{ty} splat {id}");

@@ -1,14 +1,19 @@
 //! Where a projected Gaussian is brighter than the cut-off: an ellipse, and its exact overlap
 //! with bands of rows. Tiles and 4×4 pixel blocks are chosen by the same function.
 
-/// The region `a dx² + 2 b dx dy + c dy² <= k` around a centre, `a c > b²`.
+/// The region `d Σ'⁻¹ d <= radius²` around a centre.
+///
+/// With `Σ' = [xx xy; xy yy]` and `schur = det / yy` (the variance of dx once dy is known),
+/// `d Σ'⁻¹ d = (dx + r dy)² / schur + dy² / yy`, `r = -xy / yy`. Nothing here subtracts nearly
+/// equal numbers, so a needle a thousand pixels long keeps its digits.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ellipse {
-    pub(crate) b_over_a: f32,
-    /// `k / a`
-    pub(crate) k_over_a: f32,
-    /// `det / a²`
-    pub(crate) det_over_a2: f32,
+    /// `r`
+    pub(crate) shear: f32,
+    /// `radius² schur`
+    pub(crate) reach2: f32,
+    /// `schur / yy`
+    pub(crate) aspect: f32,
     /// Half width and half height of the bounding box.
     pub(crate) half_width: f32,
     pub(crate) half_height: f32,
@@ -22,9 +27,9 @@ pub(crate) const SLACK: f32 = 0.01;
 impl Ellipse {
     /// Touches nothing.
     pub(crate) const EMPTY: Self = Self {
-        b_over_a: 0.0,
-        k_over_a: 0.0,
-        det_over_a2: 0.0,
+        shear: 0.0,
+        reach2: 0.0,
+        aspect: 0.0,
         half_width: 0.0,
         half_height: 0.0,
         rightmost_dy: 0.0,
@@ -32,24 +37,30 @@ impl Ellipse {
 
     /// `None` when the ellipse is empty or not an ellipse (also for NaN).
     #[inline]
-    pub(crate) fn new(a: f32, b: f32, c: f32, k: f32) -> Option<Self> {
-        let det = a * c - b * b;
-        if !(k > 0.0 && a > 0.0 && det > 0.0) {
+    pub(crate) fn new([xx, xy, yy]: [f32; 3], schur: f32, radius2: f32) -> Option<Self> {
+        if !(radius2 > 0.0 && schur > 0.0 && xx > 0.0 && yy > 0.0) {
             return None;
         }
-        let half_width = (k * c / det).sqrt();
-        let half_height = (k * a / det).sqrt();
-        if !(half_width < f32::MAX && half_height < f32::MAX) {
+        let half_width = (radius2 * xx).sqrt();
+        let half_height = (radius2 * yy).sqrt();
+        if !(half_width < f32::MAX && half_height < f32::MAX && schur < f32::MAX) {
             return None;
         }
         Some(Self {
-            b_over_a: b / a,
-            k_over_a: k / a,
-            det_over_a2: det / (a * a),
+            shear: -xy / yy,
+            reach2: radius2 * schur,
+            aspect: schur / yy,
             half_width,
             half_height,
-            rightmost_dy: -b * half_width / c,
+            rightmost_dy: xy / xx * half_width,
         })
+    }
+
+    /// The region `a dx² + 2 b dx dy + c dy² <= k`.
+    #[cfg(test)]
+    pub(crate) fn from_conic(a: f32, b: f32, c: f32, k: f32) -> Option<Self> {
+        let det = a * c - b * b;
+        Self::new([c / det, -b / det, a / det], 1.0 / a, k).filter(|_| det > 0.0)
     }
 
     /// Range of dx over rows `dy_min..=dy_max` (relative to the centre); `None` when the band
@@ -63,12 +74,12 @@ impl Ellipse {
         }
         // The right edge is a concave function of dy, so it is largest as near as the band comes
         // to the rightmost point; likewise on the left.
-        let reach = |dy: f32| (self.k_over_a - self.det_over_a2 * dy * dy).max(0.0).sqrt();
+        let reach = |dy: f32| (self.reach2 - self.aspect * dy * dy).max(0.0).sqrt();
         let dy_right = self.rightmost_dy.max(low).min(high);
         let dy_left = (-self.rightmost_dy).max(low).min(high);
         Some((
-            -self.b_over_a * dy_left - reach(dy_left) - SLACK,
-            -self.b_over_a * dy_right + reach(dy_right) + SLACK,
+            -self.shear * dy_left - reach(dy_left) - SLACK,
+            -self.shear * dy_right + reach(dy_right) + SLACK,
         ))
     }
 }
@@ -85,7 +96,7 @@ mod tests {
             (2.0, -0.9, 0.5, 7.0),
             (1e-3, 1e-4, 1e-3, 6.0),
         ] {
-            let ellipse = Ellipse::new(a, b, c, k).unwrap();
+            let ellipse = Ellipse::from_conic(a, b, c, k).unwrap();
             let inside = |dx: f32, dy: f32| a * dx * dx + 2.0 * b * dx * dy + c * dy * dy <= k;
             let size = ellipse.half_width.max(ellipse.half_height) * 1.2;
             let steps = 200;
@@ -118,9 +129,9 @@ mod tests {
 
     #[test]
     fn degenerate_input_is_empty() {
-        assert!(Ellipse::new(1.0, 1.0, 1.0, 1.0).is_none());
-        assert!(Ellipse::new(1.0, 0.0, 1.0, 0.0).is_none());
-        assert!(Ellipse::new(f32::NAN, 0.0, 1.0, 1.0).is_none());
-        assert!(Ellipse::new(1e-39, 0.0, 1e-39, 1e38).is_none());
+        assert!(Ellipse::from_conic(1.0, 1.0, 1.0, 1.0).is_none());
+        assert!(Ellipse::from_conic(1.0, 0.0, 1.0, 0.0).is_none());
+        assert!(Ellipse::from_conic(f32::NAN, 0.0, 1.0, 1.0).is_none());
+        assert!(Ellipse::from_conic(1e-39, 0.0, 1e-39, 1e38).is_none());
     }
 }

@@ -30,7 +30,7 @@ pub(crate) struct PairCount {
     pub(crate) composited: u64,
 }
 
-/// Alpha of a splat over one block, and which lanes it changes.
+/// Alpha of a splat over one block, which lanes it changes, and `u = dx + shear dy`.
 ///
 /// The only place that decides what a splat contributes: forward and backward both call it, so
 /// they cannot disagree (positive comparisons: NaN contributes nothing).
@@ -41,13 +41,14 @@ pub(crate) fn splat_alpha<S: Simd>(
     dx: f32x16<S>,
     dy: f32x16<S>,
     transmittance: f32x16<S>,
-) -> (f32x16<S>, fearless_simd::mask32x16<S>) {
-    let q = (dx * splat.a + dy * splat.b2).mul_add(dx, dy * dy * splat.c);
-    let log2_alpha = f32x16::splat(simd, splat.log2_opacity) - q;
+) -> (f32x16<S>, fearless_simd::mask32x16<S>, f32x16<S>) {
+    let u = dy.mul_add(splat.ellipse.shear, dx);
+    let q = (dy * dy).mul_add(splat.ellipse.aspect, u * u);
+    let log2_alpha = q.mul_add(-splat.a, f32x16::splat(simd, splat.log2_opacity));
     let log2_min = const { -7.994_353_4f32 };
     debug_assert!((log2_min - ALPHA_MIN.log2()).abs() < 1e-6);
     let seen = log2_alpha.simd_ge(log2_min) & transmittance.simd_ge(TRANSMITTANCE_MIN);
-    (exp2_unit(log2_alpha), seen)
+    (exp2_unit(log2_alpha), seen, u)
 }
 
 /// Composites `entries` over the tile with corner `(x0, y0)` into `tile` (start: black, 1).
@@ -73,7 +74,7 @@ pub(crate) fn forward_tile<S: Simd, const COUNT: bool>(
             let dx = lane_x + (x0 + bx - splat.x);
             let dy = lane_y + (y0 + by - splat.y);
             let t = tile.transmittance.block(simd, i);
-            let (alpha, seen) = splat_alpha(simd, splat, dx, dy, t);
+            let (alpha, seen, _) = splat_alpha(simd, splat, dx, dy, t);
             let weight = seen.select(alpha.min(ALPHA_MAX) * t, f32x16::splat(simd, 0.0));
             for (plane, color) in tile.color.iter_mut().zip(splat.color) {
                 plane.set_block(i, weight.mul_add(color, plane.block(simd, i)));

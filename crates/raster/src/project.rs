@@ -22,6 +22,9 @@ pub struct ViewTransform {
     pub rotation: Mat3,
     /// Camera centre in world.
     pub center: Vec3,
+    /// What single precision leaves of it: a Gaussian close to a camera far from the origin would
+    /// otherwise be off by the rounding of the camera.
+    center_rest: Vec3,
     /// Focal lengths, pixels.
     pub focal: [f32; 2],
     /// Principal point, pixels.
@@ -38,10 +41,13 @@ impl ViewTransform {
     /// From intrinsics and pose.
     pub fn new(camera: &Pinhole, camera_from_world: &Pose) -> Self {
         let (w, h) = (camera.width as f64, camera.height as f64);
+        let exact = camera_from_world.center_in_world();
+        let center = exact.as_vec3();
         let margin = [0.15 * w / camera.fx, 0.15 * h / camera.fy];
         Self {
             rotation: camera_from_world.rotation_matrix().as_mat3(),
-            center: camera_from_world.center_in_world().as_vec3(),
+            center,
+            center_rest: (exact - center.as_dvec3()).as_vec3(),
             focal: [camera.fx as f32, camera.fy as f32],
             principal: [camera.cx as f32, camera.cy as f32],
             size: [camera.width, camera.height],
@@ -55,20 +61,24 @@ impl ViewTransform {
             ],
         }
     }
+
+    /// From the camera centre to a point, world axes.
+    #[inline]
+    pub fn offset_to(&self, point: [f32; 3]) -> Vec3 {
+        (Vec3::from(point) - self.center) - self.center_rest
+    }
 }
 
 /// One projected Gaussian as the tile kernels read it: exactly one cache line.
 ///
-/// `log2 alpha(dx, dy) = log2_opacity - (a dx² + b2 dx dy + c dy²)`, offsets in pixels from
-/// `(x, y)`. `half_height` 0 means: not visible.
+/// `log2 alpha(dx, dy) = log2_opacity - a (u² + aspect dy²)`, `u = dx + shear dy`, offsets in pixels
+/// from `(x, y)`. `half_height` 0 means: not visible.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub(crate) struct Splat {
     pub(crate) x: f32,
     pub(crate) y: f32,
     pub(crate) a: f32,
-    pub(crate) b2: f32,
-    pub(crate) c: f32,
     pub(crate) log2_opacity: f32,
     pub(crate) color: [f32; 3],
     pub(crate) depth: f32,
@@ -80,8 +90,6 @@ impl Splat {
         x: 0.0,
         y: 0.0,
         a: 0.0,
-        b2: 0.0,
-        c: 0.0,
         log2_opacity: f32::MIN,
         color: [0.0; 3],
         depth: 0.0,
@@ -111,6 +119,9 @@ pub(crate) struct Footprint {
     pub(crate) slope_free: [bool; 2],
     /// Projected covariance with blur: xx, xy, yy, px².
     pub(crate) covariance: [f32; 3],
+    /// Its determinant over yy, px²: with blur, and without it.
+    pub(crate) schur: f32,
+    pub(crate) sharp_schur: f32,
     /// Opacity after the 3D filter.
     pub(crate) opacity: f32,
 }
@@ -125,7 +136,7 @@ impl Footprint {
         modifiers: &Modifiers<'_>,
         near: f32,
     ) -> Option<Self> {
-        let offset = Vec3::from(gaussians.means[i]) - view.center;
+        let offset = view.offset_to(gaussians.means[i]);
         let p = view.rotation * offset;
         // The second bound keeps directions at a right angle to the axis from exploding.
         if !(p.z > near && p.z > 1e-3 * p.length()) {
@@ -163,9 +174,17 @@ impl Footprint {
             (row0 - row2 * slope[0]) * (view.focal[0] * inverse_z),
             (row1 - row2 * slope[1]) * (view.focal[1] * inverse_z),
         ];
-        let sigma = smoothed_variance;
-        let local = jw.map(|row| rotation.transpose() * row);
-        let dot = |u: Vec3, v: Vec3| (u * sigma).dot(v);
+        // Rows of the Gaussian's own axes in pixels; Σ' is their Gram matrix plus blur.
+        let sigma = Vec3::from(smoothed_variance.to_array().map(f32::sqrt));
+        let [u, v] = jw.map(|row| (rotation.transpose() * row) * sigma);
+        let (sharp_xx, sharp_yy) = (u.dot(u), v.dot(v));
+        let yy = sharp_yy + BLUR_VARIANCE_PX2;
+        // det = |u × v|² + blur (|u|² + |v|²) + blur² has no difference in it, unlike xx yy - xy²,
+        // and divided by yy it cannot overflow before the footprint does.
+        let sharp_schur = (u.cross(v) * yy.sqrt().recip()).length_squared();
+        let schur = sharp_schur
+            + BLUR_VARIANCE_PX2 * (sharp_xx / yy)
+            + BLUR_VARIANCE_PX2 * (sharp_yy + BLUR_VARIANCE_PX2) / yy;
         Some(Self {
             p,
             rotation,
@@ -175,11 +194,9 @@ impl Footprint {
             jw,
             slope,
             slope_free: [raw[0] == slope[0], raw[1] == slope[1]],
-            covariance: [
-                dot(local[0], local[0]) + BLUR_VARIANCE_PX2,
-                dot(local[0], local[1]),
-                dot(local[1], local[1]) + BLUR_VARIANCE_PX2,
-            ],
+            covariance: [sharp_xx + BLUR_VARIANCE_PX2, u.dot(v), yy],
+            schur,
+            sharp_schur,
             opacity,
         })
     }
@@ -224,15 +241,9 @@ fn project_visible(
     options: &RenderOptions,
 ) -> Option<Splat> {
     let f = Footprint::new(view, gaussians, i, modifiers, options.near)?;
-    let [xx, xy, yy] = f.covariance;
-    let det = xx * yy - xy * xy;
-    if !(det > 0.0 && det < f32::MAX) {
-        return None;
-    }
     let mut opacity = f.opacity;
     if options.antialias == Antialias::Mip {
-        let sharp = (xx - BLUR_VARIANCE_PX2) * (yy - BLUR_VARIANCE_PX2) - xy * xy;
-        opacity *= (sharp / det).max(0.0).sqrt();
+        opacity *= (f.sharp_schur / f.schur).sqrt();
     }
     if !(opacity > ALPHA_MIN) {
         return None;
@@ -241,10 +252,10 @@ fn project_visible(
     let y = view.focal[1] * (f.p.y / f.p.z) + view.principal[1];
     // exp(-Q/2) as a power of two: the kernels then need no multiplication by log2 e.
     let half_log2_e = 0.5 * std::f32::consts::LOG2_E;
-    let scale = half_log2_e / det;
-    let (a, b, c) = (yy * scale, -xy * scale, xx * scale);
     let log2_opacity = opacity.log2();
-    let ellipse = Ellipse::new(a, b, c, log2_opacity - ALPHA_MIN.log2())?;
+    let radius2 = (log2_opacity - ALPHA_MIN.log2()) / half_log2_e;
+    let ellipse = Ellipse::new(f.covariance, f.schur, radius2)?;
+    let a = half_log2_e / f.schur;
     let [w, h] = view.size.map(|s| s as f32);
     let on_image = x + ellipse.half_width > 0.0
         && x - ellipse.half_width < w
@@ -254,12 +265,12 @@ fn project_visible(
         return None;
     }
     let degree = options.sh_degree_limit.unwrap_or(4).min(gaussians.sh_degree);
-    let direction = (Vec3::from(gaussians.means[i]) - view.center).normalize_or_zero();
+    let direction = view.offset_to(gaussians.means[i]).normalize_or_zero();
     let mut basis = [0.0; 25];
     sh_basis(degree, direction.to_array(), &mut basis);
     let color = raw_color(gaussians, i, degree, &basis).map(|v| v.max(0.0));
     if !color.iter().all(|v| v.is_finite()) {
         return None;
     }
-    Some(Splat { x, y, a, b2: 2.0 * b, c, log2_opacity, color, depth: f.p.z, ellipse })
+    Some(Splat { x, y, a, log2_opacity, color, depth: f.p.z, ellipse })
 }

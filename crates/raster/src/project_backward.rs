@@ -1,7 +1,9 @@
 //! From gradients of one projected Gaussian to gradients of its stored parameters.
 //!
-//! The chain of [`crate::project`], backwards. `A B C` is the inverse of the projected covariance,
-//! `G` a gradient by a symmetric matrix (off-diagonal entries each hold half).
+//! The chain of [`crate::project`], backwards. The moments are those of `v` with `e = Σ'⁻¹ d`
+//! written as `e_x = u / schur`, `e_y = shear e_x + dy / yy`; then `∂L/∂centre = Σ v e` and
+//! `∂L/∂Σ' = ½ Σ v e eᵀ`. Sums of rows with `shear` are formed first, because that is where the
+//! length of a needle cancels.
 
 use glam::{Mat3, Vec3};
 use motes_math::sh::{sh_basis, sh_basis_gradient, sh_coefficients};
@@ -34,39 +36,32 @@ pub(crate) fn project_backward(
     let Some(f) = Footprint::new(view, gaussians, i, modifiers, options.near) else {
         return RowGradient::default();
     };
-    let [v0, vx, vy, vxx, vxy, vyy, ..] = *moments;
-    let [xx, xy, yy] = f.covariance;
-    let det = xx * yy - xy * xy;
-    let (a, b, c) = (yy / det, -xy / det, xx / det);
-
-    // ∂L/∂centre: Q grows with the offset, the offset falls with the centre.
-    let d_center = [a * vx + b * vy, b * vx + c * vy];
-    // ∂L/∂(A, B, C) as a symmetric matrix, then through the inverse: G_cov = -Σ'⁻¹ G Σ'⁻¹.
-    let (ga, gb, gc) = (-0.5 * vxx, -0.5 * vxy, -0.5 * vyy);
-    let (m00, m01) = (ga * a + gb * b, ga * b + gb * c);
-    let (m10, m11) = (gb * a + gc * b, gb * b + gc * c);
-    let (g00, g01, g11) = (-(a * m00 + b * m10), -(a * m01 + b * m11), -(b * m01 + c * m11));
+    let [v0, vu, vy, vuu, vuy, vyy, ..] = *moments;
+    let [_, xy, yy] = f.covariance;
+    let (schur, shear) = (f.schur, -xy / yy);
+    let vu = vu / schur;
+    let d_center = [vu, shear * vu + vy / yy];
+    let (alpha, beta, gamma) = (vuu / schur / schur, vuy / schur / yy, vyy / yy / yy);
 
     // Σ' = (JW) Σ (JW)ᵀ with Σ = R diag(s) Rᵀ; work in local axes, where Σ is diagonal.
     let local = f.jw.map(|row| f.rotation.transpose() * row);
+    let sheared = local[0] + local[1] * shear;
     let s = f.smoothed_variance;
-    // ∂L/∂(JW rows) = 2 G (JW) Σ
-    let sigma_rows = local.map(|row| row * s);
-    let d_local = [
-        2.0 * (g00 * sigma_rows[0] + g01 * sigma_rows[1]),
-        2.0 * (g01 * sigma_rows[0] + g11 * sigma_rows[1]),
-    ];
+    // ∂L/∂(JW rows) = 2 ∂L/∂Σ' (JW) Σ
+    let d_local0 = (sheared * alpha + local[1] * beta) * s;
+    let d_local1 = d_local0 * shear + (sheared * beta + local[1] * gamma) * s;
+    let d_local = [d_local0, d_local1];
     let d_jw = d_local.map(|row| f.rotation * row);
-    // ∂L/∂s_k = l0k² g00 + 2 l0k l1k g01 + l1k² g11
+    // ∂L/∂s_k, twice
     let d_s =
-        local[0] * local[0] * g00 + local[0] * local[1] * (2.0 * g01) + local[1] * local[1] * g11;
+        sheared * sheared * alpha + sheared * local[1] * (2.0 * beta) + local[1] * local[1] * gamma;
     // ∂L/∂R: Σ' depends on R through local = Rᵀ jw, so ∂L/∂R = Σ_r jw_r (∂L/∂local_r)ᵀ, and
     // ∂L/∂local_r is 2 G local Σ, the same as d_local.
     let d_rotation = outer(f.jw[0], d_local[0]) + outer(f.jw[1], d_local[1]);
 
     // Opacity and the 3D filter: ln o = ln sigmoid + Σ (ln σ_k - ½ ln s_k).
     let sigmoid = motes_math::sigmoid::sigmoid(gaussians.opacity_logits[i]);
-    let mut d_log_scale = d_s * (2.0 * f.variance);
+    let mut d_log_scale = d_s * f.variance;
     if modifiers.filter_3d(i) > 0.0 {
         d_log_scale += v0 * (Vec3::ONE - f.variance / f.smoothed_variance);
     }
@@ -128,7 +123,7 @@ fn color_backward(
     sh: &mut [f32],
 ) -> Vec3 {
     let degree = options.sh_degree_limit.unwrap_or(4).min(gaussians.sh_degree);
-    let offset = Vec3::from(gaussians.means[i]) - view.center;
+    let offset = view.offset_to(gaussians.means[i]);
     let distance = offset.length();
     let direction = offset.normalize_or_zero();
     let mut basis = [0.0; 25];

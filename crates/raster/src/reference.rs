@@ -40,6 +40,22 @@ impl ReferenceGaussians {
     }
 }
 
+/// Where contributions stop counting. Those of the model, or moved a little: a test that compares
+/// two implementations leaves out the pixels that a cut-off passes between.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cutoffs {
+    /// Fainter contributions are dropped.
+    pub alpha: f64,
+    /// A pixel is finished below this.
+    pub transmittance: f64,
+}
+
+impl Default for Cutoffs {
+    fn default() -> Self {
+        Self { alpha: f64::from(ALPHA_MIN), transmittance: f64::from(TRANSMITTANCE_MIN) }
+    }
+}
+
 struct Projected {
     center: [f64; 2],
     /// Inverse of the blurred projected covariance: A, B, C.
@@ -57,6 +73,19 @@ pub fn render_reference(
     background: [f64; 3],
     antialias: Antialias,
 ) -> Vec<[f64; 4]> {
+    let cutoffs = Cutoffs::default();
+    render_reference_with(gaussians, camera, camera_from_world, background, antialias, cutoffs)
+}
+
+/// [`render_reference`] with other cut-offs.
+pub fn render_reference_with(
+    gaussians: &ReferenceGaussians,
+    camera: &Pinhole,
+    camera_from_world: &Pose,
+    background: [f64; 3],
+    antialias: Antialias,
+    cutoffs: Cutoffs,
+) -> Vec<[f64; 4]> {
     let mut projected: Vec<Projected> = (0..gaussians.means.len())
         .filter_map(|i| project(gaussians, i, camera, camera_from_world, antialias))
         .collect();
@@ -72,10 +101,10 @@ pub fn render_reference(
                 let [a, b, c] = g.conic;
                 let q = a * dx * dx + 2.0 * b * dx * dy + c * dy * dy;
                 let alpha = (g.opacity * (-0.5 * q).exp()).min(f64::from(ALPHA_MAX));
-                if alpha < f64::from(ALPHA_MIN) {
+                if !(alpha >= cutoffs.alpha) {
                     continue;
                 }
-                if transmittance < f64::from(TRANSMITTANCE_MIN) {
+                if transmittance < cutoffs.transmittance {
                     break;
                 }
                 for (out, c) in color.iter_mut().zip(g.color) {
@@ -103,6 +132,10 @@ fn project(
         return None;
     }
     let [w, x, y, z] = gaussians.rotations[i];
+    // A quaternion without a direction is no rotation; the bounds are those of single precision.
+    if !(1e-20..=1e20).contains(&(w * w + x * x + y * y + z * z)) {
+        return None;
+    }
     let axes = DMat3::from_quat(DQuat::from_xyzw(x, y, z, w).normalize());
     let variance = DVec3::from(gaussians.log_scales[i].map(|s| (2.0 * s).exp()));
     let smoothed = variance + gaussians.filter_3d[i].powi(2);

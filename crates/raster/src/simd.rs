@@ -114,10 +114,10 @@ pub(crate) fn block_mask<S: Simd>(simd: S, splat: &Splat, x0: f32, y0: f32) -> u
     let zero = f32x4::splat(simd, 0.0);
     let right_y = low.max(e.rightmost_dy).min(high);
     let left_y = low.max(-e.rightmost_dy).min(high);
-    let det = f32x4::splat(simd, -e.det_over_a2);
-    let reach_right = (det * right_y).mul_add(right_y, e.k_over_a).max(zero).sqrt();
-    let reach_left = (det * left_y).mul_add(left_y, e.k_over_a).max(zero).sqrt();
-    let slope = f32x4::splat(simd, -e.b_over_a);
+    let det = f32x4::splat(simd, -e.aspect);
+    let reach_right = (det * right_y).mul_add(right_y, e.reach2).max(zero).sqrt();
+    let reach_left = (det * left_y).mul_add(left_y, e.reach2).max(zero).sqrt();
+    let slope = f32x4::splat(simd, -e.shear);
     let base = splat.x - x0;
     let left = slope.mul_add(left_y, base) - reach_left;
     let right = slope.mul_add(right_y, base) + reach_right;
@@ -172,9 +172,7 @@ mod tests {
                 x: 40.0 * u(5) - 12.0,
                 y: 40.0 * u(6) - 12.0,
                 a,
-                b2: 2.0 * b,
-                c,
-                ellipse: Ellipse::new(a, b, c, k).unwrap(),
+                ellipse: Ellipse::from_conic(a, b, c, k).unwrap(),
                 ..Splat::INVISIBLE
             };
             let mask = dispatch!(level(), simd => block_mask(simd, &splat, 0.0, 0.0));

@@ -1,7 +1,11 @@
 //! Synthetic scenes and checkers for the tests of motes; a dev-dependency only.
 
+mod extremes;
 mod gradients;
+mod property;
 mod scenes;
 
+pub use extremes::{ExtremeGaussian, ExtremeScene, extreme_scenes};
 pub use gradients::{GradientCheck, check_gradient};
+pub use property::check_property;
 pub use scenes::{orbit_pose, random_gaussians, small_camera};
