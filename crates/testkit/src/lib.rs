@@ -1,10 +1,12 @@
 //! Synthetic scenes and checkers for the tests of motes; a dev-dependency only.
 
+mod chi_square;
 mod extremes;
 mod gradients;
 mod property;
 mod scenes;
 
+pub use chi_square::chi_square_z;
 pub use extremes::{ExtremeGaussian, ExtremeScene, extreme_scenes};
 pub use gradients::{GradientCheck, check_gradient};
 pub use property::check_property;

@@ -1,0 +1,13 @@
+//! The image formation of relighting:
+//!
+//! `L_o(x, w_o) = ∫ f_r(w_i, w_o) L_i(x, w_i) (n · w_i)⁺ dw_i` (Kajiya 1986).
+//!
+//! `f_r` is in [`brdf`]. Everything exists twice: a readable f64 reference, and an f32 path that
+//! is tested against it. `docs/shading.md` holds conventions, equations with their papers,
+//! measured costs, and what is approximated.
+//!
+//! Directions point away from the surface: `w_o` (`to_viewer`) towards the camera, `w_i`
+//! (`to_light`) towards the light. Colours and radiances are linear, Rec. 709 primaries.
+
+pub mod brdf;
+pub mod frame;
