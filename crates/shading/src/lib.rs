@@ -2,7 +2,8 @@
 //!
 //! `L_o(x, w_o) = ∫ f_r(w_i, w_o) L_i(x, w_i) (n · w_i)⁺ dw_i` (Kajiya 1986).
 //!
-//! `f_r` is in [`brdf`]. Everything exists twice: a readable f64 reference, and an f32 path that
+//! `f_r` is in [`brdf`], `L_i` in [`environment`], visibility in [`tracing`], the integral in
+//! [`integrate`]. Everything exists twice: a readable f64 reference, and an f32 path that
 //! is tested against it. `docs/shading.md` holds conventions, equations with their papers,
 //! measured costs, and what is approximated.
 //!
@@ -10,4 +11,8 @@
 //! (`to_light`) towards the light. Colours and radiances are linear, Rec. 709 primaries.
 
 pub mod brdf;
+pub mod environment;
 pub mod frame;
+pub mod integrate;
+pub mod sampling;
+pub mod tracing;

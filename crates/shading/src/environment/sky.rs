@@ -1,0 +1,140 @@
+//! Sun and clear sky from four numbers, so that sunrise, midday and evening need no picture.
+//!
+//! Sky: Hosek & Wilkie, "An Analytic Model for Full Spectral Sky-Dome Radiance" (2012), the RGB
+//! fit, valid for a sun above the horizon. Sun: [`super::sun_spectrum`] in the same unit. Below the
+//! horizon a Lambertian ground of the given albedo reflects the irradiance of both.
+
+use glam::{DVec3, Vec3};
+use hw_skymodel::rgb::{Channel, SkyParams, SkyState};
+use motes_scene::ImageF32;
+use thiserror::Error;
+
+use super::map::row_solid_angle;
+use super::sun::SOLAR_RADIUS;
+use super::sun_spectrum::sun_radiance;
+use super::{EnvironmentError, EnvironmentMap, MapOptions, SunDisc, direction_from_uv};
+
+/// Why there is no such sky.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum SkyError {
+    /// The model has no night.
+    #[error("the sun's elevation must be 0 to 90 degrees, got {0}")]
+    Elevation(f64),
+    /// Outside of the fit.
+    #[error("turbidity must be 1 (pure air) to 10 (haze), got {0}")]
+    Turbidity(f64),
+    /// Not a reflectance.
+    #[error("ground albedo must be 0 to 1, got {0}")]
+    GroundAlbedo(f64),
+    /// Not a direction.
+    #[error("the sun's azimuth must be a finite number of degrees, got {0}")]
+    Azimuth(f64),
+    /// The map could not be made.
+    #[error(transparent)]
+    Map(#[from] EnvironmentError),
+}
+
+/// A clear sky.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SunSky {
+    /// Degrees from the map's centre, counter-clockwise seen from above: in Blender's axes from
+    /// +x towards +y.
+    pub azimuth_deg: f64,
+    /// Degrees above the horizon, 0 to 90.
+    pub elevation_deg: f64,
+    /// 1 pure air, 3 a clear day, 10 haze.
+    pub turbidity: f64,
+    /// Reflectance of the ground, 0 to 1.
+    pub ground_albedo: f64,
+}
+
+impl Default for SunSky {
+    fn default() -> Self {
+        Self { azimuth_deg: 0.0, elevation_deg: 45.0, turbidity: 3.0, ground_albedo: 0.3 }
+    }
+}
+
+impl SunSky {
+    /// The map of the sky without the sun, and the sun, both times the exposure of `options`.
+    ///
+    /// `height` rows, twice as many columns; 128 hold the sky's slow changes within a percent.
+    ///
+    /// # Errors
+    /// When a number is out of the model's range.
+    pub fn build(
+        &self,
+        height: usize,
+        options: &MapOptions,
+    ) -> Result<(EnvironmentMap, SunDisc), SkyError> {
+        let state = self.state()?;
+        let to_sun = self.to_sun_in_map();
+        let (elevation, albedo) = (self.elevation_deg.to_radians(), self.ground_albedo);
+        let sun = sun_radiance(elevation, self.turbidity);
+
+        let width = 2 * height;
+        let mut image = ImageF32::filled(width, height, 3, 0.0);
+        let mut irradiance = DVec3::ZERO;
+        for y in 0..height {
+            let solid_angle = row_solid_angle(y, height) / width as f64;
+            for x in 0..width {
+                let (u, v) = ((x as f64 + 0.5) / width as f64, (y as f64 + 0.5) / height as f64);
+                let d = direction_from_uv(u, v);
+                if d.y > 0.0 {
+                    let radiance = radiance(&state, d, to_sun);
+                    irradiance += radiance * (d.y * solid_angle);
+                    image.pixel_mut(x, y).copy_from_slice(&radiance.as_vec3().to_array());
+                }
+            }
+        }
+        let solid_angle = std::f64::consts::TAU * 2.0 * (0.5 * SOLAR_RADIUS).sin().powi(2);
+        irradiance += sun * (solid_angle * elevation.sin());
+        let ground = (irradiance * (albedo / std::f64::consts::PI)).as_vec3().to_array();
+        for y in height.div_ceil(2)..height {
+            for x in 0..width {
+                image.pixel_mut(x, y).copy_from_slice(&ground);
+            }
+        }
+        let map = EnvironmentMap::new(&image, options)?;
+        let world = options.orientation.world_from_map(to_sun).as_vec3();
+        let disc = SunDisc::new(world, SOLAR_RADIUS, sun.as_vec3() * options.exposure);
+        Ok((map, disc))
+    }
+
+    fn to_sun_in_map(self) -> DVec3 {
+        let u = (0.5 - self.azimuth_deg / 360.0).rem_euclid(1.0);
+        direction_from_uv(u, 0.5 - self.elevation_deg / 180.0)
+    }
+
+    fn state(&self) -> Result<SkyState, SkyError> {
+        if !(0.0..=90.0).contains(&self.elevation_deg) {
+            return Err(SkyError::Elevation(self.elevation_deg));
+        }
+        if !(1.0..=10.0).contains(&self.turbidity) {
+            return Err(SkyError::Turbidity(self.turbidity));
+        }
+        if !(0.0..=1.0).contains(&self.ground_albedo) {
+            return Err(SkyError::GroundAlbedo(self.ground_albedo));
+        }
+        if !self.azimuth_deg.is_finite() {
+            return Err(SkyError::Azimuth(self.azimuth_deg));
+        }
+        let params = SkyParams {
+            elevation: (self.elevation_deg.to_radians() as f32).min(std::f32::consts::FRAC_PI_2),
+            turbidity: self.turbidity as f32,
+            albedo: [self.ground_albedo as f32; 3],
+        };
+        // Its ranges were checked above.
+        SkyState::new(&params).map_err(|_| SkyError::Elevation(self.elevation_deg))
+    }
+}
+
+fn radiance(state: &SkyState, d: DVec3, to_sun: DVec3) -> DVec3 {
+    let theta = d.y.clamp(-1.0, 1.0).acos() as f32;
+    // The chord is exact for small angles, where the aureole is.
+    let gamma = (2.0 * (0.5 * (d - to_sun).length()).min(1.0).asin()) as f32;
+    let channel = |c| state.radiance(theta, gamma, c);
+    // The fit dips below 0 far from a low sun in clear air.
+    Vec3::new(channel(Channel::R), channel(Channel::G), channel(Channel::B))
+        .max(Vec3::ZERO)
+        .as_dvec3()
+}

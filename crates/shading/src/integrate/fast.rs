@@ -1,0 +1,204 @@
+//! The same estimator in f32, with stratified points and samples of the light that all points share.
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use super::{IndirectRadiance, IntegrationOptions, LightPool, SurfacePoint};
+use crate::brdf::{Brdf, BrdfValue};
+use crate::environment::Environment;
+use crate::sampling::{PointSet, unit_f32};
+use crate::tracing::{Ray, Tracer, offset_origin};
+
+/// Points per task; the result does not depend on it.
+const CHUNK: usize = 64;
+const BRDF_PURPOSE: u32 = 1;
+const BLOCK_PURPOSE: u32 = 2;
+/// Samples in the pool of the light, see [`LightPool`].
+const LOG2_POOL: u32 = 16;
+
+/// Outgoing radiance of a point.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Shaded {
+    /// Direct light by the diffuse lobe.
+    pub diffuse: Vec3,
+    /// Direct light by the specular lobe.
+    pub specular: Vec3,
+    /// Light that came over one more surface.
+    pub indirect: Vec3,
+    /// Share of the direct light that is not blocked, 0 to 1; 1 where there is none.
+    pub visibility: f32,
+    /// Estimated variance of the sum of all, mean of the channels. Samples are stratified, so the
+    /// true variance is smaller.
+    pub variance: f32,
+}
+
+impl Shaded {
+    /// All light.
+    pub fn total(&self) -> Vec3 {
+        self.diffuse + self.specular + self.indirect
+    }
+}
+
+/// One direction of a point's incident light: its share of the outgoing radiance is
+/// `f_r (n · w_i)⁺ * weighted_radiance`.
+///
+/// A fit that keeps these fixed and re-evaluates [`Brdf::eval_with_derivatives`] has the exact
+/// derivatives of its estimate by material and normal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Incident {
+    /// Unit vector towards the light.
+    pub to_light: Vec3,
+    /// Radiance over the density of all strategies; 0 where blocked and nothing comes back.
+    pub weighted_radiance: Vec3,
+    /// What it would be if nothing were in the way.
+    pub unblocked: Vec3,
+    /// Whether the radiance came from a surface.
+    pub is_indirect: bool,
+}
+
+/// Shades points of one scene under one light.
+pub struct Shader<'a, T> {
+    light: &'a Environment,
+    tracer: &'a T,
+    indirect: Option<IndirectRadiance<'a>>,
+    options: IntegrationOptions,
+    pool: LightPool,
+}
+
+impl<'a, T: Tracer> Shader<'a, T> {
+    /// Prepares a light; `indirect` tells what blocked rays bring back (nothing, without it).
+    pub fn new(
+        light: &'a Environment,
+        tracer: &'a T,
+        indirect: Option<IndirectRadiance<'a>>,
+        options: IntegrationOptions,
+    ) -> Self {
+        let pool = LightPool::new(light, LOG2_POOL, options.seed);
+        Self { light, tracer, indirect, options, pool }
+    }
+
+    /// Shades `points`; point `i` uses the random numbers of item `first_item + i`, so that parts
+    /// of a picture agree with the whole.
+    pub fn shade(&self, points: &[SurfacePoint], first_item: u64) -> Vec<Shaded> {
+        let mut out = vec![Shaded::default(); points.len()];
+        out.par_chunks_mut(CHUNK).zip(points.par_chunks(CHUNK)).enumerate().for_each(
+            |(chunk, (out, points))| {
+                let first = first_item + (chunk * CHUNK) as u64;
+                for (i, (shaded, point)) in out.iter_mut().zip(points).enumerate() {
+                    *shaded = self.shade_point(point, first + i as u64);
+                }
+            },
+        );
+        out
+    }
+
+    /// Shades one point.
+    pub fn shade_point(&self, point: &SurfacePoint, item: u64) -> Shaded {
+        let mut out = Shaded::default();
+        let (mut unblocked, mut squares) = (Vec3::ZERO, Vec3::ZERO);
+        self.visit(point, item, |incident, f| {
+            let (diffuse, specular) =
+                (f.diffuse * incident.weighted_radiance, f.specular * incident.weighted_radiance);
+            let total = diffuse + specular;
+            squares += total * total;
+            unblocked += f.total() * incident.unblocked;
+            if incident.is_indirect {
+                out.indirect += total;
+            } else {
+                out.diffuse += diffuse;
+                out.specular += specular;
+            }
+        });
+        let direct = (out.diffuse + out.specular).element_sum();
+        let reachable = unblocked.element_sum();
+        out.visibility = if reachable > 0.0 { (direct / reachable).min(1.0) } else { 1.0 };
+        let count = (self.options.light_samples + self.options.brdf_samples).max(1) as f32;
+        let total = out.total();
+        out.variance = (squares - total * total / count).max(Vec3::ZERO).element_sum() / 3.0;
+        out
+    }
+
+    /// The directions that [`Self::shade_point`] sums over.
+    pub fn incident_light(&self, point: &SurfacePoint, item: u64) -> Vec<Incident> {
+        let mut all = Vec::new();
+        self.visit(point, item, |incident, _| all.push(incident));
+        all
+    }
+
+    /// Calls `add` for every direction that carries light or could, with `f_r (n · w_i)⁺` there.
+    #[inline]
+    fn visit(&self, point: &SurfacePoint, item: u64, mut add: impl FnMut(Incident, &BrdfValue)) {
+        let brdf = Brdf::new(&point.material, point.shading_normal, point.to_viewer);
+        if brdf.faces_away() {
+            return;
+        }
+        let o = &self.options;
+        let (n_l, n_b) = (o.light_samples as f32, o.brdf_samples as f32);
+        let leaves = |w: Vec3| point.geometric_normal.dot(w) > 0.0;
+        let ray = |w: Vec3| {
+            Ray::new(offset_origin(point.position, point.geometric_normal, w, o.ray_bias), w)
+        };
+
+        let key = PointSet::new(o.seed, item, BLOCK_PURPOSE, 1).point(0)[0];
+        for sample in self.pool.block(u64::from(key), o.light_samples).iter().flatten() {
+            let w = sample.to_light;
+            let (f, p_b) = brdf.eval_pdf(w);
+            if !(p_b > 0.0) {
+                continue;
+            }
+            let scale = self.scale(n_l * sample.pdf, n_b * p_b);
+            let unblocked = sample.radiance * scale;
+            let lit = leaves(w) && !self.tracer.occluded(&ray(w));
+            let weighted_radiance = if lit { unblocked } else { Vec3::ZERO };
+            add(Incident { to_light: w, weighted_radiance, unblocked, is_indirect: false }, &f);
+        }
+
+        let points = PointSet::new(o.seed, item, BRDF_PURPOSE, o.brdf_samples);
+        for i in 0..o.brdf_samples {
+            let Some(w) = brdf.sample(points.point(i).map(unit_f32)) else {
+                continue;
+            };
+            let (f, p_b) = brdf.eval_pdf(w);
+            if !(p_b > 0.0) {
+                continue;
+            }
+            let (radiance, p_l) = self.light.radiance_pdf(w);
+            let scale = self.scale(n_b * p_b, n_l * p_l);
+            let mut incident = Incident {
+                to_light: w,
+                weighted_radiance: Vec3::ZERO,
+                unblocked: radiance * scale,
+                is_indirect: false,
+            };
+            if leaves(w) {
+                self.trace(&ray(w), 1.0 / (n_b * p_b), &mut incident);
+            }
+            add(incident, &f);
+        }
+    }
+
+    #[inline]
+    fn scale(&self, this: f32, other: f32) -> f32 {
+        self.options.heuristic.scale(f64::from(this), f64::from(other)) as f32
+    }
+
+    /// Where a BRDF ray ends; `scale` is that of light which no other strategy finds.
+    #[inline]
+    fn trace(&self, ray: &Ray, scale: f32, incident: &mut Incident) {
+        match self.indirect {
+            None => {
+                // Darkness needs no ray.
+                let open = incident.unblocked != Vec3::ZERO && !self.tracer.occluded(ray);
+                incident.weighted_radiance = if open { incident.unblocked } else { Vec3::ZERO };
+            }
+            Some(l_hit) => match self.tracer.closest_hit(ray) {
+                None => incident.weighted_radiance = incident.unblocked,
+                Some(hit) => {
+                    // The light behind stays in `unblocked`: it is what visibility compares with.
+                    incident.weighted_radiance = l_hit(ray, &hit) * scale;
+                    incident.is_indirect = true;
+                }
+            },
+        }
+    }
+}
