@@ -8,9 +8,10 @@ use std::hint::black_box;
 
 use glam::Vec3;
 use motes_shading::brdf::{Brdf, Material};
-use motes_shading::environment::{Environment, MapOptions, SunSky};
+use motes_shading::environment::{Convention, Environment, MapOptions, Orientation, SunSky};
+use motes_shading::integrate::{IntegrationOptions, Shader, SurfacePoint};
 use motes_shading::sampling::PointSet;
-use motes_shading::tracing::{BuildQuality, MeshTracer, Ray, Tracer, TriangleMesh};
+use motes_shading::tracing::{BuildQuality, MeshTracer, Ray, Tracer, TriangleMesh, offset_origin};
 use nix::sys::resource::{UsageWho, getrusage};
 
 /// CPU seconds of this thread so far.
@@ -60,7 +61,7 @@ fn scene(n: u32) -> TriangleMesh {
 }
 
 fn main() {
-    const N: u32 = 200_000;
+    const N: u32 = 1_000_000;
     let points = PointSet::new(1, 2, 3, 64);
     println!("sample point         {:7.1}", nanoseconds(N, |i| points.point(i & 63)));
 
@@ -86,7 +87,12 @@ fn main() {
     let draw = nanoseconds(N, |i| brdf.sample(u[(i & 1023) as usize]));
     println!("BRDF sample          {draw:7.1}");
 
-    let (map, sun) = SunSky::default().build(128, &MapOptions::default()).expect("a valid sky");
+    let (map, sun) = SunSky::default()
+        .build(
+            128,
+            &MapOptions { orientation: Orientation::new(Convention::Blender), exposure: 0.1 },
+        )
+        .expect("a valid sky");
     let light = Environment::new(Some(map), Some(sun));
     println!("light look-up and pdf{:7.1}", nanoseconds(N, |i| light.radiance_pdf(d(i))));
     let bits: Vec<[u32; 3]> = (0..1024).map(|i| points.point(i)).collect();
@@ -95,32 +101,88 @@ fn main() {
 
     for (n, quality) in [
         (50, BuildQuality::Balanced),
+        (200, BuildQuality::Fast),
         (200, BuildQuality::Balanced),
-        (350, BuildQuality::Fast),
+        (200, BuildQuality::High),
         (350, BuildQuality::Balanced),
-        (350, BuildQuality::High),
     ] {
         let mesh = scene(n);
         let start = cpu_seconds();
         let tracer = MeshTracer::new(&mesh, quality).expect("indices are valid");
         let build = cpu_seconds() - start;
-        // Half of the points on the floor round the sphere, half on the sphere.
-        let origin = |i: u32| {
-            let w = d(i.wrapping_mul(977));
-            let p = mesh.vertices
-                [(i.wrapping_mul(2_654_435_761) % (mesh.vertices.len() as u32 - 4)) as usize];
-            if i & 64 == 0 { Vec3::new(w.x, w.y, 1e-4) } else { p + (p - Vec3::Z * 0.3) * 1e-3 }
+        let points = picture(&tracer, &material);
+        // 64 directions from every 16th pixel, in the order of the picture.
+        let spread: Vec<Vec3> = (0..64).map(|i| d(16 * i)).collect();
+        let ray = |i: u32| {
+            let p = &points[(i / 64 * 16) as usize % points.len()];
+            let w = spread[(i & 63) as usize];
+            let n = p.geometric_normal;
+            let w = if w.dot(n) < 0.0 { -w } else { w };
+            Ray::new(offset_origin(p.position, n, w, 1e-4), w)
         };
-        // Blocks of 64 rays from one point, as shading sends them.
-        let ray = |i: u32| Ray::new(origin(i / 64 * 7 + (i & 64)), d(i));
-        let base = nanoseconds(N, ray);
-        let any = nanoseconds(N, |i| tracer.occluded(&ray(i))) - base;
-        let near = nanoseconds(N, |i| tracer.closest_hit(&ray(i))) - base;
-        let blocked = (0..N).filter(|&i| tracer.occluded(&ray(i))).count() as f64 / f64::from(N);
+        let rays = points.len() as u32 / 16 * 64;
+        let base = nanoseconds(rays, ray);
+        let any = nanoseconds(rays, |i| tracer.occluded(&ray(i))) - base;
+        let near = nanoseconds(rays, |i| tracer.closest_hit(&ray(i))) - base;
+        let blocked = (0..rays).filter(|&i| tracer.occluded(&ray(i))).count();
         println!(
-            "{:7} triangles, {quality:?}: built in {build:.2} s; shadow ray {any:.1}, closest hit {near:.1}, {:.0} % blocked",
+            "{:7} triangles, {quality:?}: built in {build:.2} s; shadow ray {any:.0}, closest hit {near:.0}, {:.0} % blocked",
             mesh.triangles.len(),
-            100.0 * blocked
+            100.0 * blocked as f64 / f64::from(rays)
+        );
+        if n == 200 && quality == BuildQuality::Balanced {
+            whole_view(&points, &light, &tracer);
+        }
+    }
+}
+
+/// What a camera of 480 x 360 sees of the scene.
+fn picture(tracer: &MeshTracer, material: &Material) -> Vec<SurfacePoint> {
+    let eye = Vec3::new(0.0, -1.5, 1.2);
+    let forward = (Vec3::new(0.0, 0.0, 0.2) - eye).normalize();
+    let right = forward.cross(Vec3::Z).normalize();
+    let down = forward.cross(right);
+    let pixels = (0..360).flat_map(|y| (0..480).map(move |x| (x as f32, y as f32)));
+    pixels
+        .filter_map(|(x, y)| {
+            let d = (forward + right * ((x - 240.0) / 515.0) + down * ((y - 180.0) / 515.0))
+                .normalize();
+            let ray = Ray::new(eye, d);
+            let hit = tracer.closest_hit(&ray)?;
+            Some(SurfacePoint {
+                position: ray.at(hit.distance),
+                geometric_normal: hit.geometric_normal,
+                shading_normal: hit.geometric_normal,
+                to_viewer: -d,
+                material: *material,
+            })
+        })
+        .collect()
+}
+
+/// CPU seconds per picture on one thread.
+fn whole_view(points: &[SurfacePoint], light: &Environment, tracer: &MeshTracer) {
+    for (light_samples, brdf_samples) in [(16, 4), (64, 16), (64, 32), (256, 64)] {
+        let options = IntegrationOptions {
+            light_samples,
+            brdf_samples,
+            ray_bias: 1e-4,
+            ..IntegrationOptions::default()
+        };
+        let shader = Shader::new(light, tracer, None, options);
+        let start = cpu_seconds();
+        let noise: f64 = points
+            .iter()
+            .enumerate()
+            .map(|(i, p)| f64::from(shader.shade_point(p, i as u64).variance))
+            .sum::<f64>()
+            / points.len() as f64;
+        let seconds = cpu_seconds() - start;
+        println!(
+            "        view of {} pixels, {light_samples} + {brdf_samples} samples: {seconds:.2} CPU s, {:.0} ns per sample, noise {:.3}",
+            points.len(),
+            seconds * 1e9 / points.len() as f64 / f64::from(light_samples + brdf_samples),
+            noise.sqrt()
         );
     }
 }

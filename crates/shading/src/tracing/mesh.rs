@@ -1,21 +1,19 @@
 //! Triangle meshes under a bounding volume hierarchy.
 //!
-//! The tree is `obvhs`' eight-wide compressed one (Ylitie, Karras & Laine 2017), built by
-//! parallel locally ordered clustering and reinsertion (Meister & Bittner). Inside, coordinates
-//! are centred and scaled by a power of two to a box of about 1000, where the tree's fixed tolerances
-//! are far below a triangle whatever unit the world has.
+//! A binary tree by parallel locally ordered clustering and reinsertion (Meister & Bittner 2018,
+//! the crate `obvhs`), made eight wide for traversal. Inside, coordinates are centred and scaled by
+//! a power of two to a box of about 1000, so that tolerances are far below a triangle whatever unit
+//! the world has.
 
 use std::time::Duration;
 
 use glam::{Vec3, Vec3A};
 use obvhs::aabb::Aabb;
-use obvhs::cwbvh::CwBvh;
-use obvhs::cwbvh::builder::build_cwbvh;
-use obvhs::ray::RayHit;
+use obvhs::bvh2::builder::build_bvh2;
 use obvhs::{Boundable, BvhBuildParams};
 use thiserror::Error;
 
-use super::triangle::Triangle;
+use super::wide::{InnerRay, WideTree};
 use super::{Hit, Ray, Tracer};
 
 /// Why a mesh cannot be traced.
@@ -60,9 +58,9 @@ pub enum BuildQuality {
 /// A mesh that rays can meet.
 #[derive(Clone, Debug)]
 pub struct MeshTracer {
-    tree: CwBvh,
-    /// In the order of the leaves, internal coordinates.
-    triangles: Vec<Triangle>,
+    tree: WideTree,
+    /// Unit normals, by index in the mesh.
+    normals: Vec<Vec3>,
     centre: Vec3,
     scale: f32,
     skipped: usize,
@@ -89,26 +87,26 @@ impl MeshTracer {
             .iter()
             .map(|&i| Padded(corners[i as usize].map(|p| Vec3A::from(inner(p)))))
             .collect();
+        let triangles: Vec<([Vec3; 3], u32)> =
+            usable.iter().map(|&i| (corners[i as usize].map(inner), i)).collect();
         let tree = if boxes.is_empty() {
-            CwBvh::default()
+            WideTree::default()
         } else {
             let parameters = match quality {
                 BuildQuality::Fast => BvhBuildParams::fast_build(),
                 BuildQuality::Balanced => BvhBuildParams::medium_build(),
                 BuildQuality::High => BvhBuildParams::slow_build(),
             };
-            build_cwbvh(&boxes, parameters, &mut Duration::default())
+            // The wide tree fills its own leaves.
+            let parameters = BvhBuildParams { max_prims_per_leaf: 1, ..parameters };
+            WideTree::new(&build_bvh2(&boxes, parameters, &mut Duration::default()), &triangles)
         };
-        let triangles = tree
-            .primitive_indices
-            .iter()
-            .map(|&i| {
-                let index = usable[i as usize];
-                Triangle::new(corners[index as usize].map(inner), index)
-            })
-            .collect();
+        let normal = |[a, b, c]: &[Vec3; 3]| {
+            (*b - *a).as_dvec3().cross((*c - *a).as_dvec3()).normalize_or_zero().as_vec3()
+        };
+        let normals = corners.iter().map(normal).collect();
         let skipped = corners.len() - usable.len();
-        Ok(Self { tree, triangles, centre, scale, skipped })
+        Ok(Self { tree, normals, centre, scale, skipped })
     }
 
     /// Triangles that no ray can meet: without area, or not finite.
@@ -117,16 +115,13 @@ impl MeshTracer {
     }
 
     #[inline]
-    fn inner(&self, ray: &Ray) -> Option<obvhs::ray::Ray> {
+    fn inner(&self, ray: &Ray) -> Option<InnerRay> {
         let usable = ray.origin.is_finite() && ray.direction.is_finite() && ray.t_min < ray.t_max;
-        (usable && !self.triangles.is_empty()).then(|| {
-            obvhs::ray::Ray::new(
-                Vec3A::from((ray.origin - self.centre) * self.scale),
-                // The tree takes -0 for positive and divides by it as negative; + 0 makes it +0.
-                Vec3A::from(ray.direction + Vec3::ZERO),
-                ray.t_min * self.scale,
-                ray.t_max * self.scale,
-            )
+        (usable && !self.tree.is_empty()).then(|| InnerRay {
+            origin: (ray.origin - self.centre) * self.scale,
+            direction: ray.direction,
+            t_min: ray.t_min * self.scale,
+            t_max: ray.t_max * self.scale,
         })
     }
 }
@@ -134,47 +129,23 @@ impl MeshTracer {
 impl Tracer for MeshTracer {
     #[inline]
     fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
-        let inner = self.inner(ray)?;
-        let (origin, direction) = (Vec3::from(inner.origin), Vec3::from(inner.direction));
-        let mut weights = [0.0; 2];
-        let mut hit = RayHit::none();
-        self.tree.ray_traverse(inner, &mut hit, |ray, i| {
-            match self.triangles[i].intersect(origin, direction, ray.tmin, ray.tmax) {
-                Some((t, w)) => {
-                    weights = w;
-                    t
-                }
-                None => f32::INFINITY,
-            }
-        });
-        if !(hit.t < f32::INFINITY) {
-            return None;
-        }
-        let triangle = &self.triangles[hit.primitive_id as usize];
+        let hit = self.tree.nearest(&self.inner(ray)?)?;
         Some(Hit {
-            distance: hit.t / self.scale,
-            primitive: triangle.index,
-            barycentrics: weights,
-            geometric_normal: triangle.normal().normalize_or(-ray.direction),
+            distance: hit.distance / self.scale,
+            primitive: hit.index,
+            barycentrics: hit.weights,
+            geometric_normal: self.normals[hit.index as usize],
         })
     }
 
     #[inline]
     fn occluded(&self, ray: &Ray) -> bool {
-        let Some(inner) = self.inner(ray) else {
-            return false;
-        };
-        let (origin, direction) = (Vec3::from(inner.origin), Vec3::from(inner.direction));
-        !self.tree.ray_traverse_miss(inner, |ray, i| {
-            self.triangles[i]
-                .intersect(origin, direction, ray.tmin, ray.tmax)
-                .map_or(f32::INFINITY, |(t, _)| t)
-        })
+        self.inner(ray).is_some_and(|ray| self.tree.occluded(&ray))
     }
 }
 
-/// Boxes reach this far over their triangle: the tree's slab tests round by a quarter of it,
-/// and a box without thickness would be missed.
+/// Boxes reach this far over their triangle: four times the rounding of a slab test at the far
+/// end of the scene.
 const PADDING: f32 = 5e-4;
 
 /// Corners of a triangle, internal coordinates.

@@ -3,7 +3,8 @@
 mod analytic;
 mod mesh;
 mod offset;
-mod triangle;
+mod packet;
+mod wide;
 
 use glam::Vec3;
 
