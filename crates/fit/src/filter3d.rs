@@ -12,12 +12,16 @@ use rayon::prelude::*;
 /// Filter width in steps of the finest sampling: the variance of 0.2 of Mip-Splatting.
 const WIDTH: f32 = 0.447_213_6;
 
+/// Gaussians per task.
+const CHUNK: usize = 1024;
+
 /// Standard deviation of the filter per Gaussian, world units; for a Gaussian that no view sees,
 /// that of the coarsest seen one.
 pub(crate) fn filter_widths(gaussians: &Gaussians, views: &[&ViewTransform]) -> Vec<f32> {
     let mut widths: Vec<f32> = gaussians
         .means
         .par_iter()
+        .with_min_len(CHUNK)
         .map(|mean| {
             let steps = views.iter().filter_map(|view| sampling_step(view, Vec3::from(*mean)));
             steps.fold(f32::INFINITY, f32::min) * WIDTH
@@ -48,17 +52,23 @@ fn sampling_step(view: &ViewTransform, mean: Vec3) -> Option<f32> {
 
 /// Folds the filter into scales and opacities, so that any renderer shows the same.
 pub(crate) fn bake(gaussians: &mut Gaussians, widths: &[f32]) {
-    for (i, &width) in widths.iter().enumerate() {
-        let mut ratio = 1.0f64;
-        for s in &mut gaussians.log_scales[i] {
-            let variance = f64::from(*s * 2.0).exp();
-            let smoothed = variance + f64::from(width).powi(2);
-            ratio *= variance / smoothed;
-            *s = (0.5 * smoothed.ln()) as f32;
-        }
-        let opacity = motes_math::sigmoid::sigmoid(gaussians.opacity_logits[i]);
-        gaussians.opacity_logits[i] = motes_math::sigmoid::logit(opacity * ratio.sqrt() as f32);
-    }
+    gaussians
+        .log_scales
+        .par_iter_mut()
+        .zip(&mut gaussians.opacity_logits)
+        .zip(widths)
+        .with_min_len(CHUNK)
+        .for_each(|((log_scales, opacity_logit), &width)| {
+            let mut ratio = 1.0f64;
+            for s in log_scales {
+                let variance = f64::from(*s * 2.0).exp();
+                let smoothed = variance + f64::from(width).powi(2);
+                ratio *= variance / smoothed;
+                *s = (0.5 * smoothed.ln()) as f32;
+            }
+            let opacity = motes_math::sigmoid::sigmoid(*opacity_logit);
+            *opacity_logit = motes_math::sigmoid::logit(opacity * ratio.sqrt() as f32);
+        });
 }
 
 #[cfg(test)]

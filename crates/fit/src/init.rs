@@ -149,7 +149,7 @@ mod tests {
                     camera,
                     camera_from_world: Pose::look_at(eye, DVec3::new(0.0, 0.0, 0.2), DVec3::Z)
                         .unwrap(),
-                    image: ImageU8::filled(40, 30, 3, 200),
+                    image: ImageU8::filled(40, 30, 3, 200).into(),
                     mask: None,
                 }
             })

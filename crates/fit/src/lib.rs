@@ -4,17 +4,21 @@
 //! checkpoint. Random numbers are keyed by (seed, purpose, step), never drawn from a running
 //! generator, and every sum has a fixed order: the result depends on the seed alone.
 
+mod clock;
 mod dense;
 mod error;
 mod exposure;
 mod filter3d;
+mod front;
 mod init;
 pub mod loss;
 mod moments;
 mod options;
 mod plan;
 mod priors;
+mod profile;
 mod refine;
+mod skip;
 mod state;
 mod target;
 mod trainer;
@@ -24,9 +28,11 @@ pub use error::FitError;
 pub use exposure::Exposures;
 pub use init::scene_extent;
 pub use moments::{MomentColumns, Moments};
-pub use options::{Background, FitOptions, FreezeGroup, Preset, Switch};
+pub use options::{AdamRule, Background, FitOptions, FreezeGroup, Preset, Switch};
 pub use plan::{Plan, Stage};
+pub use profile::{Lap, PHASES, Phase, PhaseTime, Profile, UnitTimes, WorkCounts};
 pub use refine::{RefineCounts, RefineStats};
-pub use state::{FitState, PhaseSeconds, StepReport};
-pub use target::{AlphaMode, Target, TrainingImage, TrainingView};
-pub use trainer::Trainer;
+pub use skip::SkipState;
+pub use state::{FitState, StepReport};
+pub use target::{AlphaMode, LazyTarget, Target, TrainingImage, TrainingView};
+pub use trainer::{TimeBudget, Trainer};

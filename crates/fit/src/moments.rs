@@ -1,6 +1,6 @@
 //! Adam's memory, one array per parameter class, kept in step with the Gaussians.
 
-use motes_math::adam::{AdamOptions, adam_step};
+use motes_math::adam::{AdamOptions, adam_step, adam_step_columns};
 use motes_raster::GaussianGradients;
 use motes_scene::Gaussians;
 use rayon::prelude::*;
@@ -44,19 +44,37 @@ impl MomentColumns {
 
     /// Row `r` of the result is row `rows[r]`, or zero where `fresh[r]`.
     fn gather(&self, rows: &[u32], fresh: &[bool], sh_row: usize) -> Self {
-        let mut out = Self::zeros(rows.len(), rows.len() * sh_row);
-        for (to, (&from, _)) in rows.iter().zip(fresh).enumerate().filter(|(_, (_, f))| !**f) {
-            let from = from as usize;
-            out.means[to] = self.means[from];
-            out.rotations[to] = self.rotations[from];
-            out.log_scales[to] = self.log_scales[from];
-            out.opacity_logits[to] = self.opacity_logits[from];
-            out.sh[to * sh_row..(to + 1) * sh_row]
-                .copy_from_slice(&self.sh[from * sh_row..(from + 1) * sh_row]);
+        fn pick<T: Copy + Default + Send + Sync>(
+            values: &[T],
+            rows: &[u32],
+            fresh: &[bool],
+        ) -> Vec<T> {
+            let row = |(&from, &fresh): (&u32, &bool)| {
+                if fresh { T::default() } else { values[from as usize] }
+            };
+            rows.par_iter().zip(fresh).with_min_len(GATHER_CHUNK).map(row).collect()
         }
-        out
+        let mut sh = vec![0.0; rows.len() * sh_row];
+        sh.par_chunks_mut(sh_row.max(1)).zip(rows).zip(fresh).with_min_len(GATHER_CHUNK).for_each(
+            |((out, &from), &fresh)| {
+                if !fresh {
+                    let from = from as usize * sh_row;
+                    out.copy_from_slice(&self.sh[from..from + sh_row]);
+                }
+            },
+        );
+        Self {
+            means: pick(&self.means, rows, fresh),
+            rotations: pick(&self.rotations, rows, fresh),
+            log_scales: pick(&self.log_scales, rows, fresh),
+            opacity_logits: pick(&self.opacity_logits, rows, fresh),
+            sh,
+        }
     }
 }
+
+/// Rows per task when rows move.
+const GATHER_CHUNK: usize = 1024;
 
 /// Both moments of every parameter.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -79,59 +97,94 @@ impl Moments {
         self.second = self.second.gather(rows, fresh, sh_row);
     }
 
-    /// One Adam step on all parameters; `step` counts from 1.
+    /// One Adam step on all parameters.
     pub(crate) fn apply(
         &mut self,
         gaussians: &mut Gaussians,
         gradients: &GaussianGradients,
         rates: &Rates,
-        step: u64,
+        update: &Update,
     ) {
-        let options = AdamOptions::default();
+        let options = AdamOptions { sparse: update.sparse, ..AdamOptions::default() };
         let (first, second) = (&mut self.first, &mut self.second);
-        let mut sh_rates = vec![rates.sh_rest; 3 * gaussians.sh_coefficients()];
-        sh_rates[..3].fill(rates.sh0);
         let classes = [
             Class {
                 values: gaussians.means.as_flattened_mut(),
                 gradients: gradients.means.as_flattened(),
                 first: first.means.as_flattened_mut(),
                 second: second.means.as_flattened_mut(),
-                rates: &[rates.means],
+                rate: rates.means,
             },
             Class {
                 values: gaussians.rotations.as_flattened_mut(),
                 gradients: gradients.rotations.as_flattened(),
                 first: first.rotations.as_flattened_mut(),
                 second: second.rotations.as_flattened_mut(),
-                rates: &[rates.rotations],
+                rate: rates.rotations,
             },
             Class {
                 values: gaussians.log_scales.as_flattened_mut(),
                 gradients: gradients.log_scales.as_flattened(),
                 first: first.log_scales.as_flattened_mut(),
                 second: second.log_scales.as_flattened_mut(),
-                rates: &[rates.log_scales],
+                rate: rates.log_scales,
             },
             Class {
                 values: &mut gaussians.opacity_logits,
                 gradients: &gradients.opacity_logits,
                 first: &mut first.opacity_logits,
                 second: &mut second.opacity_logits,
-                rates: &[rates.opacity_logits],
-            },
-            Class {
-                values: &mut gaussians.sh,
-                gradients: &gradients.sh,
-                first: &mut first.sh,
-                second: &mut second.sh,
-                rates: &sh_rates,
+                rate: rates.opacity_logits,
             },
         ];
         for class in classes {
-            class.step(step, &options);
+            class.step(update.step, &options);
+        }
+        let row = 3 * ((gaussians.sh_degree as usize + 1).pow(2));
+        let mut sh_rates = vec![rates.sh_rest; row];
+        sh_rates[..3].fill(rates.sh0);
+        // Bands that are not in use yet have neither gradients nor moments: leaving them out is exact.
+        let used = row.min(3 * (update.sh_degree as usize + 1).pow(2));
+        let every = u64::from(update.sh_every.max(1));
+        let parts = match every {
+            1 => [(0..used, update.step), (0..0, 1)],
+            _ if update.step.is_multiple_of(every) => {
+                [(0..3, update.step), (3..used, update.step / every)]
+            }
+            _ => [(0..3, update.step), (0..0, 1)],
+        };
+        for (columns, step) in parts.into_iter().filter(|(columns, _)| !columns.is_empty()) {
+            let chunk = SH_CHUNK * row;
+            gaussians
+                .sh
+                .par_chunks_mut(chunk)
+                .zip(gradients.sh.par_chunks(chunk))
+                .zip(first.sh.par_chunks_mut(chunk))
+                .zip(second.sh.par_chunks_mut(chunk))
+                .for_each(|(((values, gradients), first), second)| {
+                    let columns = columns.clone();
+                    adam_step_columns(
+                        values, gradients, first, second, &sh_rates, columns, step, &options,
+                    );
+                });
         }
     }
+}
+
+/// Rows of spherical harmonics per task.
+const SH_CHUNK: usize = 512;
+
+/// Which of the parameters one step changes, and its number.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Update {
+    /// Counts from 1.
+    pub(crate) step: u64,
+    /// Spherical harmonics in use.
+    pub(crate) sh_degree: u8,
+    /// Bands above 0 change every so many steps.
+    pub(crate) sh_every: u32,
+    /// Parameters without a gradient keep their moments.
+    pub(crate) sparse: bool,
 }
 
 /// One parameter class: its values and all that Adam keeps or needs for them.
@@ -140,20 +193,19 @@ struct Class<'a> {
     gradients: &'a [f32],
     first: &'a mut [f32],
     second: &'a mut [f32],
-    rates: &'a [f32],
+    rate: f32,
 }
 
 impl Class<'_> {
     fn step(self, step: u64, options: &AdamOptions) {
-        // Whole rows per chunk, so that the pattern of rates starts anew in each.
-        let chunk = 4096 * self.rates.len();
+        const CHUNK: usize = 8192;
         self.values
-            .par_chunks_mut(chunk)
-            .zip(self.gradients.par_chunks(chunk))
-            .zip(self.first.par_chunks_mut(chunk))
-            .zip(self.second.par_chunks_mut(chunk))
+            .par_chunks_mut(CHUNK)
+            .zip(self.gradients.par_chunks(CHUNK))
+            .zip(self.first.par_chunks_mut(CHUNK))
+            .zip(self.second.par_chunks_mut(CHUNK))
             .for_each(|(((values, gradients), first), second)| {
-                adam_step(values, gradients, first, second, self.rates, step, options);
+                adam_step(values, gradients, first, second, &[self.rate], step, options);
             });
     }
 }

@@ -46,6 +46,17 @@ pub enum Background {
     White,
 }
 
+/// Which parameters a step of Adam changes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum AdamRule {
+    /// All: momentum goes on where the step's views see nothing.
+    #[default]
+    Dense,
+    /// Those with a gradient; the others keep their moments too (Taming 3DGS, Mallick et al. 2024).
+    Visible,
+}
+
 /// Parameters that a fit may leave alone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -68,8 +79,8 @@ pub enum FreezeGroup {
 #[derive(Clone, Debug, Args, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", default)]
 pub struct FitOptions {
-    /// Point on the measured speed-quality front [default: balanced; with a time budget the one
-    /// that fits it]
+    /// Point on the measured speed-quality front [default: balanced; with a time budget a
+    /// place between two]
     #[arg(long, value_enum)]
     pub preset: Option<Preset>,
     /// Optimiser steps, one view each [default: from the preset]
@@ -103,6 +114,20 @@ pub struct FitOptions {
         value_name = "OPACITY"
     )]
     pub prune_opacity: f32,
+    /// Views per step: their mean gradient makes one update, with rates times the root of the number
+    /// (Grendel, Zhao et al. 2024); a preset's number of steps is divided by it
+    #[arg(long, help_heading = "Speed", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=64), value_name = "VIEWS")]
+    pub batch_views: u32,
+    /// Steps between updates of the colour bands above 0 (Taming 3DGS)
+    #[arg(long, help_heading = "Speed", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..), value_name = "STEPS")]
+    pub sh_every: u32,
+    /// Which parameters a step changes
+    #[arg(long, value_enum, default_value_t, help_heading = "Speed")]
+    pub adam: AdamRule,
+    /// Largest share of the views, once the number of Gaussians is fixed, whose gradient is left out
+    /// because their loss is no worse than it usually is (SkipGS)
+    #[arg(long, help_heading = "Speed", default_value_t = 0.0, value_name = "SHARE")]
+    pub skip_backward: f64,
     /// Weight of 1 - SSIM against the absolute difference
     #[arg(long, visible_aliases = ["ssim-lambda"], help_heading = "Loss", default_value_t = 0.2, value_name = "WEIGHT")]
     pub ssim_weight: f32,
@@ -228,17 +253,6 @@ pub struct FitOptions {
 }
 
 impl FitOptions {
-    /// These options with, unless one was asked for, the preset that fits a wall-time budget: many
-    /// Gaussians cost more per step than a short run can pay back.
-    pub fn for_time_budget(mut self, seconds: f64) -> Self {
-        self.preset.get_or_insert(match seconds {
-            s if s < 40.0 => Preset::Draft,
-            s if s < 300.0 => Preset::Balanced,
-            _ => Preset::High,
-        });
-        self
-    }
-
     /// Whether a group is left alone, by its own name or as part of the geometry.
     pub(crate) fn is_frozen(&self, group: FreezeGroup) -> bool {
         use FreezeGroup::{Geometry, Means, Rotations, Scales};

@@ -3,7 +3,8 @@
 use serde::Serialize;
 
 use crate::error::FitError;
-use crate::options::{FitOptions, Preset, Switch};
+use crate::front::Settings;
+use crate::options::{FitOptions, Switch};
 
 /// One stretch of the resolution schedule.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -41,6 +42,8 @@ pub struct Plan {
     pub dense_step: usize,
     /// Whether the 3D filter is on.
     pub filter_3d: bool,
+    /// Views per step.
+    pub batch_views: u32,
 }
 
 /// Up to this many views needles are kept short.
@@ -52,23 +55,35 @@ const VERY_FEW_VIEWS: usize = 12;
 impl Plan {
     /// Resolves options for `views` training photos.
     pub fn new(options: &FitOptions, views: usize) -> Result<Self, FitError> {
-        let (iterations, max_gaussians, refine_every, schedule, lr_final) =
-            match options.preset.unwrap_or_default() {
-                Preset::Draft => (1000, 30_000, 100, "0.25:0.5,0.5:0.35,1:0.15", 1.0),
-                Preset::Balanced => (1500, 100_000, 150, "0.25:0.25,0.5:0.35,1:0.4", 1.0),
-                Preset::High => (4000, 200_000, 200, "0.25:0.2,0.5:0.3,1:0.5", 0.5),
-            };
+        Self::with_settings(options, &Settings::of(options.preset.unwrap_or_default()), views)
+    }
+
+    /// The same with settings in the place of the preset's.
+    pub(crate) fn with_settings(
+        options: &FitOptions,
+        settings: &Settings,
+        views: usize,
+    ) -> Result<Self, FitError> {
         let iterations = match options.iterations {
             Some(n) => n,
-            None => (f64::from(iterations) * options.steps_scale).round().max(1.0) as u32,
+            None => {
+                let steps = settings.iterations * options.steps_scale;
+                (steps / f64::from(options.batch_views.max(1))).round().max(1.0) as u32
+            }
         };
         let few = views < FEW_VIEWS;
         Ok(Self {
             iterations,
-            max_gaussians: options.max_gaussians.unwrap_or(max_gaussians),
+            max_gaussians: options.max_gaussians.unwrap_or(settings.max_gaussians.round() as usize),
             sh_degree: options.sh_degree.unwrap_or(if views < 8 { 1 } else { 3 }),
-            stages: parse_stages(options.resolution_schedule.as_deref().unwrap_or(schedule))?,
-            refine_every: options.refine_every.unwrap_or(refine_every).max(1),
+            stages: match &options.resolution_schedule {
+                Some(text) => parse_stages(text)?,
+                None => settings.stages(),
+            },
+            refine_every: options
+                .refine_every
+                .unwrap_or(settings.refine_every.round() as u32)
+                .max(1),
             dropout: options
                 .dropout
                 .unwrap_or(if views <= VERY_FEW_VIEWS { 0.2 } else { 0.0 })
@@ -76,9 +91,10 @@ impl Plan {
             max_anisotropy: options.max_anisotropy.unwrap_or(if few { 10.0 } else { 100.0 }),
             opacity_weight: options.opacity_weight.unwrap_or(0.0),
             scale_weight: options.scale_weight.unwrap_or(0.0),
-            lr_final: options.lr_final.unwrap_or(lr_final).clamp(1e-4, 1.0),
+            lr_final: options.lr_final.unwrap_or(settings.lr_final).clamp(1e-4, 1.0),
             dense_step: options.dense_step.unwrap_or(0),
             filter_3d: options.filter_3d != Switch::Off,
+            batch_views: options.batch_views.max(1),
         })
     }
 

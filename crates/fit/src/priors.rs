@@ -3,8 +3,12 @@
 use motes_math::sigmoid::sigmoid;
 use motes_raster::GaussianGradients;
 use motes_scene::Gaussians;
+use rayon::prelude::*;
 
 use crate::plan::Plan;
+
+/// Gaussians per task.
+const CHUNK: usize = 8192;
 
 /// Adds the gradients of `weight · mean opacity` and `weight · mean scale / extent`.
 pub(crate) fn add_gradients(
@@ -36,13 +40,13 @@ pub(crate) fn add_gradients(
 pub(crate) fn limit_shapes(plan: &Plan, extent: f64, gaussians: &mut Gaussians) {
     let (low, high) = ((extent * 1e-7).ln() as f32, (extent * 10.0).ln() as f32);
     let ratio = plan.max_anisotropy.max(1.0).ln();
-    for s in &mut gaussians.log_scales {
+    gaussians.log_scales.par_iter_mut().with_min_len(CHUNK).for_each(|s| {
         let [a, b, c] = *s;
         let middle = a.max(b).min(a.min(b).max(c));
         for s in s.iter_mut() {
             *s = s.min(middle + ratio).clamp(low, high);
         }
-    }
+    });
 }
 
 #[cfg(test)]

@@ -9,8 +9,12 @@ use glam::{Mat3, Quat, Vec3};
 use motes_math::sigmoid::{logit, sigmoid};
 use motes_raster::GaussianGradients;
 use motes_scene::Gaussians;
+use rayon::prelude::*;
 
 use crate::moments::Moments;
+
+/// Gaussians per task.
+const STATS_CHUNK: usize = 4096;
 
 /// What the steps since the last refinement saw of each Gaussian.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -26,13 +30,23 @@ impl RefineStats {
         Self { pull: vec![0.0; n], seen: vec![0; n] }
     }
 
-    pub(crate) fn add(&mut self, gradients: &GaussianGradients) {
-        for (i, (&norm, &seen)) in gradients.center_norm.iter().zip(&gradients.seen).enumerate() {
-            if seen && norm.is_finite() {
-                self.pull[i] += norm;
-                self.seen[i] += 1;
-            }
-        }
+    /// Adds one view; the number of Gaussians it saw.
+    pub(crate) fn add(&mut self, gradients: &GaussianGradients) -> u64 {
+        self.pull
+            .par_iter_mut()
+            .zip(&mut self.seen)
+            .zip(&gradients.center_norm)
+            .zip(&gradients.seen)
+            .with_min_len(STATS_CHUNK)
+            .map(|(((pull, seen), &norm), &visible)| {
+                let counts = visible && norm.is_finite();
+                if counts {
+                    *pull += norm;
+                    *seen += 1;
+                }
+                u64::from(counts)
+            })
+            .sum()
     }
 
     fn score(&self, i: usize) -> f32 {

@@ -1,5 +1,8 @@
 //! Photos as the fit reads them: planar 8-bit images at several resolutions, with weights.
 
+use std::ops::Deref;
+use std::sync::{Arc, OnceLock};
+
 use motes_math::resample::{Filter, resize};
 use motes_raster::{Planes, ViewTransform};
 use motes_scene::{ImageF32, ImageU8, Pinhole, Pose};
@@ -13,8 +16,8 @@ pub struct TrainingImage {
     pub camera: Pinhole,
     /// Pose.
     pub camera_from_world: Pose,
-    /// RGB or RGBA, sRGB-encoded, straight alpha.
-    pub image: ImageU8,
+    /// RGB or RGBA, sRGB-encoded, straight alpha. Shared: what reads photos need not copy them.
+    pub image: Arc<ImageU8>,
     /// 1 channel; 0 = ignore the pixel.
     pub mask: Option<ImageU8>,
 }
@@ -57,25 +60,57 @@ pub struct Target {
     pub alpha: Option<Vec<u8>>,
 }
 
+/// A [`Target`] that is resampled when it is first read: a run that ends before it reaches a
+/// photo or a resolution does not pay for it.
+#[derive(Clone, Debug)]
+pub struct LazyTarget {
+    source: Arc<TrainingImage>,
+    size: [usize; 2],
+    alpha_mode: AlphaMode,
+    built: OnceLock<Target>,
+}
+
+impl LazyTarget {
+    /// Whether the pixels are there already.
+    pub fn is_built(&self) -> bool {
+        self.built.get().is_some()
+    }
+}
+
+impl Deref for LazyTarget {
+    type Target = Target;
+
+    fn deref(&self) -> &Target {
+        let [width, height] = self.size;
+        self.built.get_or_init(|| Target::new(&self.source, width, height, self.alpha_mode))
+    }
+}
+
 /// A training view at every resolution of the schedule.
 #[derive(Clone, Debug)]
 pub struct TrainingView {
     /// Name of the view.
     pub name: String,
     /// One entry per scale of the schedule, same order.
-    pub levels: Vec<(ViewTransform, Target)>,
+    pub levels: Vec<(ViewTransform, LazyTarget)>,
 }
 
 impl TrainingView {
-    /// Resamples the photo to `scales` (1 = its own size) with a Lanczos filter.
+    /// Resamples the photo to `scales` (1 = its own size) with a Lanczos filter, when first read.
     pub fn new(image: &TrainingImage, scales: &[f64], alpha_mode: AlphaMode) -> Self {
+        let source = Arc::new(image.clone());
         let levels = scales
             .iter()
             .map(|&scale| {
                 let side = |length: usize| ((length as f64 * scale).round() as usize).max(1);
                 let camera =
                     image.camera.resized(side(image.camera.width), side(image.camera.height));
-                let target = Target::new(image, camera.width, camera.height, alpha_mode);
+                let target = LazyTarget {
+                    source: Arc::clone(&source),
+                    size: [camera.width, camera.height],
+                    alpha_mode,
+                    built: OnceLock::new(),
+                };
                 (ViewTransform::new(&camera, &image.camera_from_world), target)
             })
             .collect();
@@ -159,7 +194,7 @@ mod tests {
             name: "a".into(),
             camera,
             camera_from_world: Pose::IDENTITY,
-            image: ImageU8::from_data(8, 4, 4, data.collect()),
+            image: ImageU8::from_data(8, 4, 4, data.collect()).into(),
             mask: None,
         }
     }
@@ -181,7 +216,9 @@ mod tests {
     fn levels_scale_the_camera_with_the_image() {
         let view = TrainingView::new(&rgba(), &[0.5, 1.0], AlphaMode::Ignore);
         let (transform, target) = &view.levels[0];
+        assert!(!target.is_built());
         assert_eq!((target.width, target.height, transform.size), (4, 2, [4, 2]));
         assert_eq!(transform.focal, [4.5, 4.5]);
+        assert!(target.is_built() && !view.levels[1].1.is_built());
     }
 }

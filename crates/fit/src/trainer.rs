@@ -1,8 +1,9 @@
 //! The optimiser loop, one step at a time.
 //!
 //! The parts: [`construction`] (views, start, resume), [`schedule`] (progress, rates, order and
-//! draws), [`exposure`] (whether photos get exposures), [`step`] and [`refinement`].
+//! draws), [`budget`] (progress by wall time), [`exposure`] (whether photos get exposures), [`step`] and [`refinement`].
 
+mod budget;
 mod construction;
 mod exposure;
 mod refinement;
@@ -12,12 +13,14 @@ mod step;
 use motes_raster::{Frame, GaussianGradients, Planes};
 use motes_scene::Gaussians;
 
-use self::schedule::Clock;
+use self::budget::Clock;
+pub use self::budget::TimeBudget;
 use crate::filter3d;
 use crate::loss::PhotometricLoss;
 use crate::options::{Background, FitOptions};
 use crate::plan::Plan;
-use crate::state::{FitState, PhaseSeconds};
+use crate::profile::Profile;
+use crate::state::FitState;
 use crate::target::TrainingView;
 
 /// A fit in progress.
@@ -31,11 +34,13 @@ pub struct Trainer {
     /// The state; a checkpoint is a copy of it.
     pub state: FitState,
     /// Where the time went.
-    pub seconds: PhaseSeconds,
+    pub profile: Profile,
     frame: Frame,
     loss: PhotometricLoss,
     gradient_image: Option<Planes>,
     gradients: GaussianGradients,
+    /// Sum over the views of a step, when there are several.
+    batch: GaussianGradients,
     order: (u64, Vec<u32>),
     clock: Option<Clock>,
 }
@@ -49,6 +54,11 @@ impl Trainer {
     /// Length that learning rates refer to, world units.
     pub fn extent(&self) -> f64 {
         self.extent
+    }
+
+    /// Counts the work of the kernels from now on, which costs a few percent.
+    pub fn count_pairs(&mut self) {
+        self.frame.count_pairs = true;
     }
 
     /// The model as other programs should see it: the 3D filter folded in.

@@ -1,6 +1,8 @@
 //! The whole loop on scenes made in memory.
 
-use motes_fit::{FitOptions, FitState, FreezeGroup, Switch, Trainer, TrainingImage};
+use std::sync::Arc;
+
+use motes_fit::{AdamRule, FitOptions, FitState, FreezeGroup, Switch, Trainer, TrainingImage};
 use motes_math::metrics::psnr_f32;
 use motes_raster::{RenderOptions, render};
 use motes_scene::{Gaussians, ImageU8, SparsePoints};
@@ -16,7 +18,7 @@ fn photos(truth: &Gaussians, views: usize) -> Vec<TrainingImage> {
                 name: format!("view {i}"),
                 camera,
                 camera_from_world,
-                image: picture.color.to_u8(),
+                image: picture.color.to_u8().into(),
                 mask: None,
             }
         })
@@ -81,6 +83,42 @@ fn one_two_and_three_threads_give_the_same_bits() {
     assert!(fit(2) == one && fit(3) == one);
 }
 
+/// Every dial of the speed of a step, away from its default.
+fn fast(iterations: u32) -> FitOptions {
+    FitOptions {
+        batch_views: 2,
+        sh_every: 3,
+        adam: AdamRule::Visible,
+        skip_backward: 0.5,
+        ..options(iterations)
+    }
+}
+
+#[test]
+fn dials_of_speed_keep_the_bits_over_threads_and_resume() {
+    let truth = random_gaussians(2, 50, 0);
+    let images = photos(&truth, 5);
+    let new = || Trainer::new(&images, &points(&truth), None, &fast(120), 5).unwrap();
+    let whole = run(new(), 120);
+    assert!(whole.state.skip.skipped > 5, "{:?}", whole.state.skip);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().unwrap();
+    assert!(pool.install(|| run(new(), 120).state) == whole.state);
+    // In the middle of the time in which views are skipped.
+    let state = run(new(), 103).state;
+    let resumed = Trainer::resume(&images, &points(&truth), state, &fast(120), 5).unwrap();
+    assert!(run(resumed, 17).state == whole.state);
+}
+
+#[test]
+fn the_dials_of_speed_still_recover_a_scene() {
+    let truth = random_gaussians(1, 60, 1);
+    let images = photos(&truth, 9);
+    let (held_out, train) = images.split_first().unwrap();
+    let fitted = run(Trainer::new(train, &points(&truth), None, &fast(300), 0).unwrap(), 300);
+    let after = mean_psnr(&fitted.model(), std::slice::from_ref(held_out));
+    assert!(after > 24.0, "held out: {after:.2} dB");
+}
+
 #[test]
 fn a_resumed_fit_equals_an_uninterrupted_one() {
     let truth = random_gaussians(3, 40, 0);
@@ -122,7 +160,7 @@ fn exposures_are_kept_only_where_the_photos_differ() {
     let mut uneven = even.clone();
     for (i, image) in uneven.iter_mut().enumerate() {
         let gain = if i % 2 == 0 { 0.75 } else { 1.2 };
-        for value in &mut image.image.data {
+        for value in &mut Arc::make_mut(&mut image.image).data {
             *value = (f32::from(*value) * gain).min(255.0) as u8;
         }
     }
@@ -148,7 +186,7 @@ fn degenerate_captures_stay_finite() {
     // All black, all white, fully transparent, everything masked.
     for (value, channels, masked) in [(0, 3, false), (255, 3, false), (0, 4, false), (90, 3, true)]
     {
-        one[0].image = ImageU8::filled(72, 56, channels, value);
+        one[0].image = ImageU8::filled(72, 56, channels, value).into();
         one[0].mask = masked.then(|| ImageU8::filled(72, 56, 1, 0));
         let trainer = Trainer::new(&one, &points(&truth), None, &options(60), 0).unwrap();
         assert!(finite(&run(trainer, 60).state), "{value} {channels} {masked}");

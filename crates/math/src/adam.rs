@@ -1,5 +1,7 @@
 //! Adam (Kingma and Ba 2015).
 
+use std::ops::Range;
+
 use fearless_simd::{Level, Simd, dispatch, f32x16, prelude::*};
 
 /// Decay rates and the guard of the division.
@@ -11,13 +13,15 @@ pub struct AdamOptions {
     pub beta2: f32,
     /// Added to the root of the second moment.
     pub epsilon: f32,
+    /// Leaves values with a gradient of exactly 0 alone, moments included.
+    pub sparse: bool,
 }
 
 impl Default for AdamOptions {
     /// 0.9, 0.999, 1e-15: gradients of a mean over all pixels are tiny, so the customary 1e-8
     /// would swallow them (Kerbl et al. 2023).
     fn default() -> Self {
-        Self { beta1: 0.9, beta2: 0.999, epsilon: 1e-15 }
+        Self { beta1: 0.9, beta2: 0.999, epsilon: 1e-15, sparse: false }
     }
 }
 
@@ -39,22 +43,55 @@ pub fn adam_step(
     options: &AdamOptions,
 ) {
     assert!(!rates.is_empty(), "at least one learning rate");
-    assert_eq!(values.len(), gradients.len(), "one gradient per value");
-    assert_eq!((first.len(), second.len()), (values.len(), values.len()), "one moment per value");
-    let t = step.min(1 << 30) as i32;
-    let correction1 = 1.0 / (1.0 - f64::from(options.beta1).powi(t));
-    let correction2 = 1.0 / (1.0 - f64::from(options.beta2).powi(t));
-    let k = Constants {
-        beta1: options.beta1,
-        beta2: options.beta2,
-        epsilon: options.epsilon,
-        correction1: correction1 as f32,
-        correction2: correction2 as f32,
-    };
+    let count = values.len();
+    let slices = Slices { values, gradients, first, second };
+    slices.check(count);
+    let k = Constants::new(step, options);
     // The pattern of rates, repeated so that whole vectors of it can be loaded from any phase.
     let pattern: Vec<f32> = rates.iter().copied().cycle().take(rates.len() + 16).collect();
     let level = Level::new();
-    dispatch!(level, simd => step_simd(simd, values, gradients, first, second, &pattern, &k));
+    dispatch!(level, simd => step_flat(simd, slices, &pattern, &k));
+}
+
+/// The same for a range of columns of rows of `rates.len()` values; the others are not touched.
+///
+/// Equal to [`adam_step`] with zero gradients and moments elsewhere, for the price of the columns
+/// in use.
+///
+/// # Panics
+/// When the lengths differ, are not whole rows, or the columns lie outside.
+pub fn adam_step_columns(
+    values: &mut [f32],
+    gradients: &[f32],
+    first: &mut [f32],
+    second: &mut [f32],
+    rates: &[f32],
+    columns: Range<usize>,
+    step: u64,
+    options: &AdamOptions,
+) {
+    assert!(!rates.is_empty() && columns.end <= rates.len(), "columns {columns:?}");
+    assert_eq!(values.len() % rates.len(), 0, "whole rows");
+    let count = values.len();
+    let slices = Slices { values, gradients, first, second };
+    slices.check(count);
+    let k = Constants::new(step, options);
+    let level = Level::new();
+    dispatch!(level, simd => step_columns(simd, slices, rates, columns, &k));
+}
+
+struct Slices<'a> {
+    values: &'a mut [f32],
+    gradients: &'a [f32],
+    first: &'a mut [f32],
+    second: &'a mut [f32],
+}
+
+impl Slices<'_> {
+    fn check(&self, count: usize) {
+        assert_eq!(self.gradients.len(), count, "one gradient per value");
+        assert_eq!((self.first.len(), self.second.len()), (count, count), "one moment per value");
+    }
 }
 
 struct Constants {
@@ -63,50 +100,106 @@ struct Constants {
     epsilon: f32,
     correction1: f32,
     correction2: f32,
+    /// Smallest magnitude of a gradient that counts.
+    least: f32,
+}
+
+impl Constants {
+    fn new(step: u64, options: &AdamOptions) -> Self {
+        let t = step.min(1 << 30) as i32;
+        let correction = |beta: f32| (1.0 / (1.0 - f64::from(beta).powi(t))) as f32;
+        Self {
+            beta1: options.beta1,
+            beta2: options.beta2,
+            epsilon: options.epsilon,
+            correction1: correction(options.beta1),
+            correction2: correction(options.beta2),
+            least: if options.sparse { f32::from_bits(1) } else { 0.0 },
+        }
+    }
+}
+
+/// One vector: new values and moments.
+#[inline(always)]
+fn update<S: Simd>(
+    simd: S,
+    x: f32x16<S>,
+    g: f32x16<S>,
+    moments: [f32x16<S>; 2],
+    rate: f32x16<S>,
+    lanes: f32,
+    k: &Constants,
+) -> [f32x16<S>; 3] {
+    let [m0, v0] = moments;
+    // False for NaN and infinity.
+    let size = g.abs();
+    let index = f32x16::from_slice(simd, &INDEX);
+    let usable = size.simd_lt(f32::MAX) & size.simd_ge(k.least) & index.simd_lt(lanes);
+    let m = (m0 - g).mul_add(k.beta1, g);
+    let v = (v0 - g * g).mul_add(k.beta2, g * g);
+    let update = m * k.correction1 / ((v * k.correction2).sqrt() + k.epsilon);
+    [usable.select(x - rate * update, x), usable.select(m, m0), usable.select(v, v0)]
+}
+
+const INDEX: [f32; 16] = [0., 1., 2., 3., 4., 5., 6., 7., 8., 9., 10., 11., 12., 13., 14., 15.];
+
+/// Up to 16 values from `at` on, with zeros after the end.
+#[inline(always)]
+fn load<S: Simd>(simd: S, source: &[f32], at: usize) -> f32x16<S> {
+    if at + 16 <= source.len() {
+        return f32x16::from_slice(simd, &source[at..at + 16]);
+    }
+    let mut lanes = [0.0; 16];
+    lanes[..source.len() - at].copy_from_slice(&source[at..]);
+    f32x16::from_slice(simd, &lanes)
 }
 
 #[inline(always)]
-fn step_simd<S: Simd>(
-    simd: S,
-    values: &mut [f32],
-    gradients: &[f32],
-    first: &mut [f32],
-    second: &mut [f32],
-    pattern: &[f32],
-    k: &Constants,
-) {
+fn store<S: Simd>(from: f32x16<S>, to: &mut [f32], at: usize) {
+    if at + 16 <= to.len() {
+        from.store_slice(&mut to[at..at + 16]);
+    } else {
+        let count = to.len() - at;
+        to[at..].copy_from_slice(&from.as_slice()[..count]);
+    }
+}
+
+#[inline(always)]
+fn step_flat<S: Simd>(simd: S, s: Slices<'_>, pattern: &[f32], k: &Constants) {
     let period = pattern.len() - 16;
     let mut phase = 0;
-    let full = values.len() / 16 * 16;
-    let mut at = 0;
-    while at < values.len() {
-        let count = 16.min(values.len() - at);
-        let load = |source: &[f32]| -> f32x16<S> {
-            if at < full {
-                return f32x16::from_slice(simd, &source[at..at + 16]);
-            }
-            let mut lanes = [0.0; 16];
-            lanes[..count].copy_from_slice(&source[at..]);
-            f32x16::from_slice(simd, &lanes)
-        };
-        let (x, g, m0, v0) = (load(values), load(gradients), load(first), load(second));
+    for at in (0..s.values.len()).step_by(16) {
         let rate = f32x16::from_slice(simd, &pattern[phase..phase + 16]);
-        // False for NaN and infinity.
-        let usable = g.abs().simd_lt(f32::MAX);
-        let m = (m0 - g).mul_add(k.beta1, g);
-        let v = (v0 - g * g).mul_add(k.beta2, g * g);
-        let update = m * k.correction1 / ((v * k.correction2).sqrt() + k.epsilon);
-        let x = usable.select(x - rate * update, x);
-        let (m, v) = (usable.select(m, m0), usable.select(v, v0));
-        for (to, from) in [(&mut *values, x), (&mut *first, m), (&mut *second, v)] {
-            if at < full {
-                from.store_slice(&mut to[at..at + 16]);
-            } else {
-                to[at..].copy_from_slice(&from.as_slice()[..count]);
-            }
-        }
+        let moments = [load(simd, s.first, at), load(simd, s.second, at)];
+        let (x, g) = (load(simd, s.values, at), load(simd, s.gradients, at));
+        let [x, m, v] = update(simd, x, g, moments, rate, 16.0, k);
+        store(x, s.values, at);
+        store(m, s.first, at);
+        store(v, s.second, at);
         phase = (phase + 16) % period;
-        at += 16;
+    }
+}
+
+#[inline(always)]
+fn step_columns<S: Simd>(
+    simd: S,
+    s: Slices<'_>,
+    rates: &[f32],
+    columns: Range<usize>,
+    k: &Constants,
+) {
+    for row in 0..s.values.len() / rates.len() {
+        for column in columns.clone().step_by(16) {
+            let at = row * rates.len() + column;
+            let rate = load(simd, rates, column);
+            let moments = [load(simd, s.first, at), load(simd, s.second, at)];
+            let (x, g) = (load(simd, s.values, at), load(simd, s.gradients, at));
+            let lanes = (columns.end - column) as f32;
+            let [x, m, v] = update(simd, x, g, moments, rate, lanes, k);
+            store(x, s.values, at);
+            store(m, s.first, at);
+            store(v, s.second, at);
+        }
     }
 }
 
@@ -150,5 +243,37 @@ mod tests {
         adam_step(&mut x, &g, &mut m, &mut v, &[0.5], 1, &AdamOptions::default());
         assert_eq!((x[0], x[1], m[0], v[1]), (1.0, 2.0, 0.0, 0.0));
         assert!(x[2].is_finite());
+    }
+
+    #[test]
+    fn columns_are_stepped_as_if_alone() {
+        let options = AdamOptions::default();
+        let rates: Vec<f32> = (0..48).map(|i| 0.01 + i as f32 * 1e-3).collect();
+        let row = rates.len();
+        for columns in [0..3, 3..48, 0..48, 3..12, 17..18, 5..5] {
+            let n = 3 * row;
+            let mut x: Vec<f32> = (0..n).map(|i| i as f32 * 0.1).collect();
+            let g: Vec<f32> = (0..n).map(|i| (i as f32 * 0.7).sin() * 1e-3).collect();
+            let (mut m, mut v) = (vec![1e-3; n], vec![1e-6; n]);
+            let (mut ex, mut em, mut ev) = (x.clone(), m.clone(), v.clone());
+            adam_step_columns(&mut x, &g, &mut m, &mut v, &rates, columns.clone(), 3, &options);
+            adam_step(&mut ex, &g, &mut em, &mut ev, &rates, 3, &options);
+            for i in 0..n {
+                let touched = columns.contains(&(i % row));
+                let expected = if touched { ex[i] } else { i as f32 * 0.1 };
+                assert_eq!(x[i], expected, "{columns:?} {i}");
+                assert_eq!(m[i] == em[i] && v[i] == ev[i], touched, "{columns:?} {i}");
+            }
+        }
+    }
+
+    #[test]
+    fn sparse_steps_leave_values_without_a_gradient_alone() {
+        let mut x = [1.0f32, 2.0];
+        let (mut m, mut v) = ([0.5; 2], [0.5; 2]);
+        let options = AdamOptions { sparse: true, ..AdamOptions::default() };
+        adam_step(&mut x, &[0.0, 1e-30], &mut m, &mut v, &[0.1], 2, &options);
+        assert_eq!((x[0], m[0], v[0]), (1.0, 0.5, 0.5));
+        assert!(x[1] < 2.0 && m[1] < 0.5 && v[1] < 0.5);
     }
 }

@@ -151,14 +151,72 @@ fn an_interrupt_saves_a_checkpoint_and_says_130() {
 }
 
 #[test]
-fn a_time_budget_is_kept() {
+fn a_time_budget_is_kept_with_loading_scoring_and_writing() {
     let folder = imported();
-    let start = Instant::now();
-    let line = ["--capture", "cap/capture.json", "-q", "-o", "timed.ply", "--time-budget", "3"];
-    ok(&run(TRAIN, &line, folder.path()));
-    let seconds = start.elapsed().as_secs_f64();
-    // Reading, writing and scoring the tiny capture take well under a second.
-    assert!((2.7..5.0).contains(&seconds), "{seconds:.2} s");
+    for seconds in ["1", "4"] {
+        let asked: f64 = seconds.parse().unwrap();
+        let start = Instant::now();
+        let line = ["--capture", "cap/capture.json", "-q", "--overwrite", "-o", "timed.ply"];
+        ok(&run(TRAIN, &[&line[..], &["--time-budget", seconds]].concat(), folder.path()));
+        let taken = start.elapsed().as_secs_f64();
+        // A tenth is promised; starting a process on a busy machine gets the rest.
+        assert!(taken > 0.85 * asked && taken < 1.15 * asked + 0.3, "{asked} s: {taken:.2} s");
+        let model = motes_formats::ply::read_gaussians(&folder.path().join("timed.ply")).unwrap();
+        assert!(!model.is_empty() && model.invalid_rows().is_empty());
+    }
+}
+
+#[test]
+fn a_target_stops_the_run_and_a_missed_one_is_said() {
+    let folder = imported();
+    let report = |target: &str| -> Value {
+        let line = ["-o", "t.ply", "--overwrite", "--json", "--target", target];
+        let output = train(folder.path(), &line);
+        ok(&output);
+        serde_json::from_slice(&output.stdout).unwrap()
+    };
+    let reached = report("psnr=5");
+    assert_eq!(reached["target"]["reached"], true);
+    assert!(reached["iterations"].as_u64().unwrap() < 120, "{reached}");
+    assert!(reached["psnr_test"].as_f64().unwrap() >= 5.0);
+    let missed = report("psnr=70");
+    assert_eq!(missed["target"]["reached"], false);
+    assert_eq!(
+        (missed["iterations"].as_u64(), missed["complete"].as_bool()),
+        (Some(120), Some(true))
+    );
+    assert_eq!(missed["target"]["set_aside"], false);
+}
+
+#[test]
+fn without_test_photos_a_target_sets_training_photos_aside() {
+    let folder = tempfile::tempdir().unwrap();
+    let model = tiny();
+    ok(&run(IMPORT, &[model.to_str().unwrap(), "-o", "cap", "-q"], folder.path()));
+    let output = train(folder.path(), &["-o", "t.ply", "--target", "psnr=70", "--json", "-n=20"]);
+    ok(&output);
+    let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(report["target"]["set_aside"], true);
+    let (train_views, test_views) = (&report["train_views"], &report["test_views"]);
+    assert!(test_views.as_u64().unwrap() >= 1 && train_views.as_u64().unwrap() >= 1, "{report}");
+}
+
+#[test]
+fn a_profile_accounts_for_the_time() {
+    let folder = imported();
+    let output = train(folder.path(), &["-o", "p.ply", "--profile", "--json"]);
+    ok(&output);
+    let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let profile = &report["profile"];
+    let phases = profile["phases"].as_array().unwrap();
+    let wall: f64 = phases.iter().map(|p| p["wall_s"].as_f64().unwrap()).sum();
+    let (whole, other) =
+        (report["seconds"].as_f64().unwrap(), profile["other_wall_s"].as_f64().unwrap());
+    assert!((wall + other - whole).abs() < 0.02 * whole + 0.02, "{wall} + {other} of {whole}");
+    assert!(other < 0.5 * whole, "{profile}");
+    assert_eq!(profile["counts"]["steps"], 120);
+    assert!(profile["units"]["forward_per_pair_ns"].as_f64().unwrap() > 0.0);
+    assert!(profile["units"]["visited_per_composited"].as_f64().unwrap() >= 1.0);
 }
 
 #[test]

@@ -36,7 +36,7 @@ fn points_lie_on_the_surface() {
                 name: i.to_string(),
                 camera,
                 camera_from_world,
-                image: picture.color.to_u8(),
+                image: picture.color.to_u8().into(),
                 mask: None,
             }
         })

@@ -4,6 +4,7 @@
 //! Gaussian window with zeros outside the image, λ = 0.2 (Kerbl et al. 2023). Pixels of weight 0
 //! take `x = y`: they neither cost nor pull.
 
+mod band;
 mod photometric;
 mod reference;
 mod rows;

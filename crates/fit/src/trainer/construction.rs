@@ -11,9 +11,11 @@ use crate::loss::PhotometricLoss;
 use crate::moments::Moments;
 use crate::options::{Background, FitOptions, Switch};
 use crate::plan::Plan;
+use crate::profile::{Lap, Phase, Profile};
 use crate::refine::RefineStats;
-use crate::state::{FitState, PhaseSeconds};
-use crate::target::{TrainingImage, TrainingView};
+use crate::skip::SkipState;
+use crate::state::FitState;
+use crate::target::{AlphaMode, TrainingImage, TrainingView};
 
 impl Trainer {
     /// Prepares a fit of `images`, starting from `start` or else from `points`.
@@ -27,6 +29,7 @@ impl Trainer {
         if images.is_empty() {
             return Err(FitError::NoViews);
         }
+        let lap = Lap::start();
         let plan = Plan::new(options, images.len())?;
         let extent = init::scene_extent(images, points);
         let mut gaussians = match start {
@@ -52,7 +55,8 @@ impl Trainer {
             .iter()
             .map(|image| TrainingView::new(image, &scales, options.alpha_mode))
             .collect();
-        let has_alpha = views.iter().any(|v| v.levels[0].1.alpha.is_some());
+        let has_alpha = options.alpha_mode == AlphaMode::Transparent
+            && images.iter().any(|image| image.image.channels == 4);
         let random_background = match options.background {
             Background::Auto => has_alpha,
             Background::Random => true,
@@ -69,6 +73,7 @@ impl Trainer {
                 switch => Some(switch == Switch::On),
             },
             gain_spread: 0.0,
+            skip: SkipState::new(images.len()),
             initial_gaussians: gaussians.len(),
             gaussians,
         };
@@ -80,14 +85,16 @@ impl Trainer {
             views,
             random_background,
             state,
-            seconds: PhaseSeconds::default(),
+            profile: Profile::default(),
             frame: Frame::new(),
             loss: PhotometricLoss::new(),
             gradient_image: None,
             gradients: GaussianGradients::default(),
+            batch: GaussianGradients::default(),
             order: (u64::MAX, Vec::new()),
             clock: None,
         };
+        trainer.profile.add(Phase::Init, lap);
         trainer.update_filter();
         Ok(trainer)
     }

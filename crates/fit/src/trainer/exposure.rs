@@ -2,6 +2,8 @@
 
 use motes_raster::{Modifiers, RenderOptions};
 
+use rayon::prelude::*;
+
 use super::Trainer;
 use crate::exposure::{NEEDED_SPREAD, gain_spread};
 
@@ -23,6 +25,9 @@ impl Trainer {
         if self.state.exposure_on.is_some() || progress < EXPOSURE_DECISION {
             return;
         }
+        self.views.par_iter().with_max_len(1).for_each(|view| {
+            let _: usize = view.levels[stage].1.width;
+        });
         let options = RenderOptions {
             background: self.background(),
             sh_degree_limit: Some(0),

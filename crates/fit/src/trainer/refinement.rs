@@ -3,15 +3,27 @@
 use super::Trainer;
 use crate::filter3d;
 use crate::options::FreezeGroup;
+use crate::profile::{Lap, Phase};
 use crate::refine::{RefineCounts, RefineLimits, refine};
+
+/// Views that the filter looks at while the fit goes on, evenly spread: with more of them its cost
+/// per step would grow with the number of views. The last update looks at all.
+const FILTER_VIEWS: usize = 64;
 
 impl Trainer {
     pub(super) fn update_filter(&mut self) {
-        if self.plan.filter_3d {
-            let last = self.plan.stages.len() - 1;
-            let views: Vec<_> = self.views.iter().map(|v| &v.levels[last].0).collect();
-            self.state.filter_3d = filter3d::filter_widths(&self.state.gaussians, &views);
+        if !self.plan.filter_3d {
+            return;
         }
+        let lap = Lap::start();
+        let last = self.plan.stages.len() - 1;
+        let all = self.views.len();
+        let count = if self.is_done() { all } else { all.min(FILTER_VIEWS) };
+        let views: Vec<_> =
+            (0..count).map(|i| &self.views[i * all / count].levels[last].0).collect();
+        self.state.filter_3d = filter3d::filter_widths(&self.state.gaussians, &views);
+        self.profile.counts.filtered_gaussians += self.state.gaussians.len() as u64;
+        self.profile.add(Phase::Filter, lap);
     }
 
     pub(super) fn refine_if_due(&mut self) -> Option<RefineCounts> {
@@ -26,6 +38,7 @@ impl Trainer {
             self.update_filter();
             return None;
         }
+        let lap = Lap::start();
         let start = self.state.initial_gaussians as f64;
         let end = self.plan.max_gaussians as f64;
         let target = start + (end - start).max(0.0) * (progress / until.max(1e-9)).min(1.0);
@@ -38,6 +51,8 @@ impl Trainer {
         let state = &mut self.state;
         let counts =
             refine(&mut state.gaussians, &mut state.moments, &mut state.refine_stats, &limits);
+        self.profile.counts.refinements += 1;
+        self.profile.add(Phase::Refine, lap);
         self.update_filter();
         Some(counts)
     }

@@ -1,10 +1,9 @@
 //! What depends on how far the run is: the end, learning rates, degrees, and random draws.
 
-use std::time::Instant;
-
 use motes_math::rng::keyed_rng;
 use rand::RngExt;
 use rand::seq::SliceRandom;
+use rayon::prelude::*;
 
 use super::Trainer;
 use crate::moments::Rates;
@@ -15,19 +14,10 @@ const STREAM_ORDER: u64 = 1;
 const STREAM_DROPOUT: u64 = 2;
 pub(super) const STREAM_BACKGROUND: u64 = 3;
 
-/// A run whose progress is measured in time instead of steps.
-pub(super) struct Clock {
-    start: Instant,
-    budget_seconds: f64,
-}
+/// Gaussians per random stream.
+const DRAWS: usize = 4096;
 
 impl Trainer {
-    /// Measures progress in wall time from now on: the run ends after `seconds`, however many steps
-    /// that are. Such a run depends on the machine; repeat it with `--iterations` to compare.
-    pub fn set_time_budget(&mut self, seconds: f64) {
-        self.clock = Some(Clock { start: Instant::now(), budget_seconds: seconds });
-    }
-
     /// Whether progress is measured in time.
     pub fn is_timed(&self) -> bool {
         self.clock.is_some()
@@ -36,7 +26,7 @@ impl Trainer {
     /// Whether all steps are done.
     pub fn is_done(&self) -> bool {
         match &self.clock {
-            Some(_) => self.progress() >= 1.0,
+            Some(clock) => clock.is_over(),
             None => self.state.step >= self.plan.iterations,
         }
     }
@@ -44,17 +34,17 @@ impl Trainer {
     /// Share of the steps done, in [0, 1].
     pub fn progress(&self) -> f64 {
         match &self.clock {
-            Some(clock) => {
-                (clock.start.elapsed().as_secs_f64() / clock.budget_seconds.max(1e-9)).min(1.0)
-            }
+            Some(clock) => clock.progress,
             None => f64::from(self.state.step) / f64::from(self.plan.iterations.max(1)),
         }
     }
 
-    /// Views in a new random order each epoch, so that every view is seen equally often.
-    pub(super) fn next_view(&mut self) -> usize {
+    /// The view of this step, or of its part `index` when a step has several.
+    ///
+    /// Views come in a new random order each epoch, so that every view is seen equally often.
+    pub(super) fn next_view(&mut self, index: u32) -> usize {
         let count = self.views.len() as u64;
-        let step = u64::from(self.state.step);
+        let step = u64::from(self.state.step) * u64::from(self.plan.batch_views) + u64::from(index);
         let epoch = step / count;
         if self.order.0 != epoch {
             let mut order: Vec<u32> = (0..count as u32).collect();
@@ -76,20 +66,30 @@ impl Trainer {
         if share <= 0.0 {
             return None;
         }
-        let mut rng = keyed_rng(self.seed, STREAM_DROPOUT, u64::from(self.state.step));
         let kept = 1.0 / (1.0 - share);
-        let draw = |_| if rng.random::<f32>() < share { 0.0 } else { kept };
-        Some((0..self.state.gaussians.len()).map(draw).collect())
+        let mut gains = vec![kept; self.state.gaussians.len()];
+        gains.par_chunks_mut(DRAWS).enumerate().for_each(|(chunk, gains)| {
+            let item = u64::from(self.state.step) << 32 | chunk as u64;
+            let mut rng = keyed_rng(self.seed, STREAM_DROPOUT, item);
+            for gain in gains {
+                if rng.random::<f32>() < share {
+                    *gain = 0.0;
+                }
+            }
+        });
+        Some(gains)
     }
 
     pub(super) fn rates(&self, progress: f64) -> Rates {
         use FreezeGroup::{Colors, Means, Opacities, Rotations, Scales};
         let o = &self.options;
-        let late = self.plan.lr_final.powf(progress);
+        // The root of the number of views keeps the variance of a step (Zhao et al. 2024).
+        let batch = f64::from(self.plan.batch_views).sqrt();
+        let late = self.plan.lr_final.powf(progress) * batch;
         let rate = |group, value: f64| if o.is_frozen(group) { 0.0 } else { value as f32 };
         Rates {
             // Falls to 1 % at the end, exponentially.
-            means: rate(Means, o.lr_means * self.extent * 0.01f64.powf(progress)),
+            means: rate(Means, o.lr_means * self.extent * 0.01f64.powf(progress) * batch),
             rotations: rate(Rotations, o.lr_rotations * late),
             log_scales: rate(Scales, o.lr_scales * late),
             opacity_logits: rate(Opacities, o.lr_opacities * late),

@@ -9,13 +9,11 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use motes_fit::FitOptions;
+use motes_fit::{FitOptions, Lap, Phase};
 use motes_formats::documents::to_pretty_json;
 use motes_formats::ply::{PlyWriteOptions, write_gaussians};
-use motes_stage::{CommonArgs, Context, HasCommon, StageError};
-use motes_stages::training::{
-    Held, Session, SessionEnd, StartRequest, Target, TrainReport, default_checkpoint,
-};
+use motes_stage::{CommonArgs, Context, HasCommon};
+use motes_stages::training::{SessionEnd, StartRequest, Target, TrainReport, default_checkpoint};
 use serde::Serialize;
 
 const EXAMPLES: &str = "\
@@ -68,18 +66,23 @@ struct Args {
     #[arg(long, value_name = "STEPS", help_heading = "Schedule")]
     eval_every: Option<u32>,
 
-    /// Train for this long instead of a number of steps, by default with the preset that fits the
-    /// time; such a run depends on the machine
+    /// Take this long from start to end, scoring and writing included, with the settings that the
+    /// measured front holds best for the time; such a run depends on the machine
     #[arg(long, value_name = "SECONDS", conflicts_with_all = ["iterations", "resume"], help_heading = "Schedule")]
     time_budget: Option<f64>,
 
-    /// Stop when the held-out photos reach this, for example psnr=25
+    /// Stop when the held-out photos reach this, for example psnr=25; without test photos every
+    /// eighth training photo is set aside for it
     #[arg(long, value_name = "psnr=DB", help_heading = "Schedule")]
     target: Option<Target>,
 
     /// Write the report (curve, scores, times, plan) as JSON
     #[arg(long, value_name = "FILE.json")]
     metrics: Option<PathBuf>,
+
+    /// Report wall and CPU time per phase and per unit of work
+    #[arg(long)]
+    profile: bool,
 
     #[command(flatten)]
     #[serde(flatten)]
@@ -112,36 +115,29 @@ fn run(args: &Args, context: &Context) -> anyhow::Result<TrainReport> {
         options: args.options.clone(),
         seed: args.seed,
         time_budget: args.time_budget,
+        needs_held_out: args.target.is_some(),
     };
     let start = request.load(context)?;
     context.stop_if_dry_run()?;
 
-    let trainer = start.trainer()?;
     let checkpoint = args.checkpoint.clone().unwrap_or_else(|| default_checkpoint(&args.output));
-    let mut session = Session {
-        trainer,
-        held_out: &start.held_out,
-        options: start.options.clone(),
-        seed: start.seed,
-        capture_sha256: start.capture_sha256.clone(),
-        checkpoint,
-        eval_every: args.eval_every.or(args.target.map(|_| 100)),
-        save_every: args.save_every,
-        target: args.target,
-        history: Vec::new(),
-    };
-    if session.run(context)? == SessionEnd::Interrupted {
-        let text = format!(
-            "interrupted at step {}; checkpoint saved: {}",
-            session.trainer.state.step,
-            session.checkpoint.display()
-        );
-        return Err(StageError::interrupted(text).help("continue with --resume").into());
+    let mut session = start.session(checkpoint)?;
+    (session.eval_every, session.save_every) = (args.eval_every, args.save_every);
+    session.target = args.target;
+    if args.profile {
+        session.trainer.count_pairs();
     }
-    let trainer = &session.trainer;
-    write_gaussians(&output, &trainer.model(), &PlyWriteOptions::default())?;
-    let scores = [&start.train, &start.held_out].map(|images| Held::score(trainer, images));
-    let report = TrainReport::new(&session, scores, context);
+    if session.run(context)? == SessionEnd::Interrupted {
+        return Err(session.interrupted().into());
+    }
+    let lap = Lap::start();
+    write_gaussians(&output, &session.trainer.model(), &PlyWriteOptions::default())?;
+    session.trainer.profile.add(Phase::Write, lap);
+    let scores = session.final_scores(&start);
+    let mut report = TrainReport::new(&session, scores, context);
+    if args.profile {
+        report = report.with_profile(&session, context);
+    }
     if let Some(path) = &args.metrics {
         let text = to_pretty_json(&report);
         motes_formats::atomic::write_atomic(path, |out| out.write_all(text.as_bytes()))?;

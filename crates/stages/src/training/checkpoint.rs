@@ -2,19 +2,19 @@
 //!
 //! Tensors: the Gaussians in stored space (`means`, `rotations`, `log_scales`, `opacity_logits`,
 //! `sh`), Adam's moments under `first/` and `second/`, `refine/pull`, `refine/seen`, `filter_3d`,
-//! `exposure/values`, `exposure/first`, `exposure/second`, `exposure/steps`. Metadata: format, version, step, seed, options, capture
-//! hash. There is no generator state: random numbers are keyed by seed and step.
+//! `exposure/values`, `exposure/first`, `exposure/second`, `exposure/steps`, `skip/baseline`. Metadata:
+//! format, version, step, seed, options, capture hash. There is no generator state: random numbers are keyed by seed and step.
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use motes_fit::{Exposures, FitOptions, FitState, MomentColumns, Moments, RefineStats};
+use motes_fit::{Exposures, FitOptions, FitState, MomentColumns, Moments, RefineStats, SkipState};
 use motes_formats::tensors::{TensorData, read_tensors, write_tensors};
 use motes_formats::{FormatError, Result};
 use motes_scene::Gaussians;
 
 const FORMAT: &str = "motes/fit-checkpoint";
-const VERSION: &str = "1.0";
+const VERSION: &str = "2.0";
 
 /// A checkpoint and what it belongs to.
 #[derive(Clone, Debug)]
@@ -63,6 +63,7 @@ pub(super) fn write_checkpoint(path: &Path, checkpoint: &Checkpoint) -> Result<(
         put(format!("exposure/{name}"), TensorData::F32(vec![views, 6], flat));
     }
     put("exposure/steps".into(), TensorData::U64(vec![views], s.exposures.steps.clone()));
+    put("skip/baseline".into(), TensorData::F32(vec![views], s.skip.baseline.clone()));
     let options = serde_json::to_string(&checkpoint.options).unwrap_or_default();
     let metadata = [
         ("format", FORMAT.to_owned()),
@@ -72,6 +73,8 @@ pub(super) fn write_checkpoint(path: &Path, checkpoint: &Checkpoint) -> Result<(
         ("initial_gaussians", s.initial_gaussians.to_string()),
         ("exposure_on", s.exposure_on.map_or("undecided".into(), |on| on.to_string())),
         ("gain_spread_bits", s.gain_spread.to_bits().to_string()),
+        ("skip_eligible", s.skip.eligible.to_string()),
+        ("skip_skipped", s.skip.skipped.to_string()),
         ("seed", checkpoint.seed.to_string()),
         ("options", options),
         ("capture_sha256", checkpoint.capture_sha256.clone()),
@@ -133,7 +136,13 @@ pub(super) fn read_checkpoint(path: &Path) -> Result<Checkpoint> {
         second: rows(file.f32s("exposure/second")?),
         steps: file.u64s("exposure/steps")?,
     };
+    let skip = SkipState {
+        baseline: file.f32s("skip/baseline")?,
+        eligible: file.number("skip_eligible")?,
+        skipped: file.number("skip_skipped")?,
+    };
     let state = FitState {
+        skip,
         step: file.number("step")?,
         moments,
         refine_stats,
@@ -180,6 +189,7 @@ fn belongs_together(s: &FitState) -> bool {
         && s.exposures.first.len() == views
         && s.exposures.second.len() == views
         && s.exposures.steps.len() == views
+        && s.skip.baseline.len() == views
 }
 
 struct File<'a> {

@@ -2,12 +2,14 @@
 
 mod checkpoint;
 mod photos;
+mod profile;
 mod report;
 mod scores;
 mod session;
 mod start;
 
+pub use profile::ProfileReport;
 pub use report::{HistoryRow, TrainReport};
-pub use scores::{Held, Target};
+pub use scores::{Held, Target, TargetOutcome};
 pub use session::{Session, SessionEnd, default_checkpoint};
 pub use start::{Start, StartRequest};

@@ -54,7 +54,7 @@ fn load(document: &Path, capture: &Capture, view: usize) -> Result<TrainingImage
         name: record.name.clone(),
         camera,
         camera_from_world: record.camera_from_world,
-        image,
+        image: image.into(),
         mask,
     })
 }

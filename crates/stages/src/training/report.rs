@@ -2,11 +2,14 @@
 
 use std::fmt;
 
-use motes_fit::{PhaseSeconds, Plan};
+use std::collections::BTreeMap;
+
+use motes_fit::Plan;
 use motes_stage::Context;
 use serde::Serialize;
 
-use super::scores::Held;
+use super::profile::ProfileReport;
+use super::scores::{Held, TargetOutcome};
 use super::session::Session;
 
 /// One row of the training curve.
@@ -42,6 +45,10 @@ pub struct TrainReport {
     pub train_views: usize,
     /// Held-out photos.
     pub test_views: usize,
+    /// Training photos scored: all, unless time was short.
+    pub train_views_scored: usize,
+    /// Held-out photos scored.
+    pub test_views_scored: usize,
     /// Mean PSNR of the training photos, dB (8-bit renders, mean of views).
     pub psnr_train: Option<f64>,
     /// The same for the held-out photos.
@@ -63,7 +70,13 @@ pub struct TrainReport {
     /// The numbers of the run.
     pub plan: Plan,
     /// Wall seconds per phase.
-    pub phases: PhaseSeconds,
+    pub phases: BTreeMap<&'static str, f64>,
+    /// Where the time went, in detail, when asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub profile: Option<ProfileReport>,
+    /// What became of `--target`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub target: Option<TargetOutcome>,
     /// The training curve.
     pub history: Vec<HistoryRow>,
 }
@@ -72,6 +85,7 @@ impl TrainReport {
     /// The report of a finished session; `scores` are those of the training and held-out photos.
     pub fn new(session: &Session<'_>, scores: [Option<Held>; 2], context: &Context) -> Self {
         let trainer = &session.trainer;
+        let [train_scored, test_scored] = scores.map(|held| held.map_or(0, |h| h.views));
         let [train, test] = scores.map(|held| held.map(|h| h.psnr));
         Self {
             format: "motes/train-report",
@@ -81,6 +95,8 @@ impl TrainReport {
             gaussians: trainer.state.gaussians.len(),
             train_views: trainer.state.exposures.values.len(),
             test_views: session.held_out.len(),
+            train_views_scored: train_scored,
+            test_views_scored: test_scored,
             psnr_train: train,
             psnr_test: test,
             psnr_gap: train.zip(test).map(|(train, test)| train - test),
@@ -91,9 +107,22 @@ impl TrainReport {
             exposure_gain_spread: trainer.state.gain_spread,
             extent: trainer.extent(),
             plan: trainer.plan().clone(),
-            phases: trainer.seconds,
+            phases: trainer.profile.phases().iter().map(|t| (t.phase.name(), t.wall_s)).collect(),
+            profile: None,
+            target: session.outcome,
             history: session.history.clone(),
         }
+    }
+}
+
+impl TrainReport {
+    /// Adds where the time went, `--profile`.
+    #[must_use]
+    pub fn with_profile(mut self, session: &Session<'_>, context: &Context) -> Self {
+        let cpu_s = self.cpu_seconds.unwrap_or(0.0);
+        let profile = &session.trainer.profile;
+        self.profile = Some(ProfileReport::new(profile, context.threads(), self.seconds, cpu_s));
+        self
     }
 }
 
@@ -114,14 +143,36 @@ impl fmt::Display for TrainReport {
             "PSNR train {}  test {} ({} held-out photos)  gap {}",
             db(self.psnr_train),
             db(self.psnr_test),
-            self.test_views,
+            self.test_views_scored,
             db(self.psnr_gap),
         )?;
+        if let Some(target) = &self.target {
+            let aside = if target.set_aside { " set aside from training" } else { "" };
+            let on = format!("{} held-out photos{aside}", target.views);
+            match target.reached {
+                true => writeln!(
+                    f,
+                    "target {} dB reached at step {} on {on}",
+                    target.psnr, target.best_step
+                )?,
+                false => writeln!(
+                    f,
+                    "target {} dB NOT reached: best {} at step {} on {on}",
+                    target.psnr,
+                    db(target.best_psnr),
+                    target.best_step
+                )?,
+            }
+        }
         let kept = if self.exposure { "fitted" } else { "left out" };
         write!(
             f,
             "per-photo exposure {kept}: brightness of the photos differs by {:.1} % (bound 10 %)",
             100.0 * self.exposure_gain_spread
-        )
+        )?;
+        match &self.profile {
+            Some(profile) => write!(f, "\n{profile}"),
+            None => Ok(()),
+        }
     }
 }

@@ -2,16 +2,24 @@
 
 use std::path::{Path, PathBuf};
 
-use motes_fit::{FitOptions, Trainer, TrainingImage};
-use motes_stage::Context;
+use motes_fit::{FitOptions, Lap, Phase, Trainer, TrainingImage};
+use motes_stage::{Context, StageError};
 use serde_json::json;
 
 use super::checkpoint::{Checkpoint, write_checkpoint};
 use super::report::HistoryRow;
-use super::scores::{Held, Target};
+use super::scores::{Held, Target, TargetOutcome};
+use super::start::Start;
 
 /// Rows of the training curve at least this many steps apart.
 const HISTORY_EVERY: u32 = 50;
+/// Held-out photos that are looked at on the way to a target.
+const TARGET_VIEWS: usize = 8;
+/// Share of a run that looking at them may take.
+const TARGET_SHARE: f64 = 0.05;
+/// Cost of a step over that of a rendering of as many pixels: forward, loss, twice as much
+/// backward, and what is done per Gaussian.
+const STEP_OVER_RENDER: f64 = 3.0;
 
 /// A fit and what surrounds it.
 pub struct Session<'a> {
@@ -19,6 +27,8 @@ pub struct Session<'a> {
     pub trainer: Trainer,
     /// Held-out photos.
     pub held_out: &'a [TrainingImage],
+    /// Whether they are training photos set aside for the target.
+    pub set_aside: bool,
     /// Options of the fit, for the checkpoint.
     pub options: FitOptions,
     /// Seed of the fit, for the checkpoint.
@@ -33,6 +43,8 @@ pub struct Session<'a> {
     pub save_every: Option<u32>,
     /// Stop once the held-out photos reach this.
     pub target: Option<Target>,
+    /// What became of it.
+    pub outcome: Option<TargetOutcome>,
     /// The curve so far.
     pub history: Vec<HistoryRow>,
 }
@@ -58,6 +70,7 @@ impl Session<'_> {
         progress.resume_from(u64::from(self.trainer.state.step).min(total));
         let began = context.elapsed_seconds();
         let (mut loss_sum, mut loss_count) = (0.0, 0u32);
+        let mut pixels = 0;
         while !self.trainer.is_done() {
             if context.interrupted() {
                 self.save()?;
@@ -66,6 +79,7 @@ impl Session<'_> {
             let report = self.trainer.step();
             loss_sum += report.loss.loss;
             loss_count += 1;
+            pixels += report.pixels;
             let step = self.trainer.state.step;
             let done =
                 if by_time { (self.trainer.progress() * 1000.0) as u64 } else { u64::from(step) };
@@ -76,8 +90,16 @@ impl Session<'_> {
             if due(self.save_every) {
                 self.save()?;
             }
-            let held =
-                due(self.eval_every).then(|| Held::score(&self.trainer, self.held_out)).flatten();
+            let by_work = self.eval_every.is_none()
+                && self.target.is_some()
+                && TARGET_SHARE * STEP_OVER_RENDER * pixels as f64 >= self.look_pixels() as f64;
+            let (held, reached) = match by_work || due(self.eval_every) {
+                true => {
+                    pixels = 0;
+                    self.evaluate(by_work)
+                }
+                false => (None, false),
+            };
             if step.is_multiple_of(HISTORY_EVERY) || held.is_some() || self.trainer.is_done() {
                 let row = HistoryRow {
                     step,
@@ -93,27 +115,96 @@ impl Session<'_> {
                 progress.event("step", &json!(row));
                 self.history.push(row);
             }
-            if let (Some(target), Some(held)) = (self.target, held)
-                && held.psnr >= target.psnr
-            {
+            if reached {
                 break;
             }
         }
         Ok(SessionEnd::Done)
     }
 
+    /// Scores of the training and of the held-out photos: all, or as many as a time budget leaves
+    /// room for.
+    pub fn final_scores(&mut self, start: &Start) -> [Option<Held>; 2] {
+        let lap = Lap::start();
+        let most = usize::MAX;
+        let test = Held::score_until(&self.trainer, self.held_out, most, start.end);
+        let train = Held::score_until(&self.trainer, &start.train, most, start.end);
+        self.note(test.filter(|held| held.views == self.held_out.len()));
+        self.trainer.profile.add(Phase::Score, lap);
+        [train, test]
+    }
+
+    /// Pixels of one look at the held-out photos.
+    fn look_pixels(&self) -> u64 {
+        let looked = self.held_out.len().min(TARGET_VIEWS) as u64;
+        let all: u64 = self.held_out.iter().map(|image| image.image.pixel_count() as u64).sum();
+        all * looked / self.held_out.len().max(1) as u64
+    }
+
+    /// Scores the held-out photos, a few of them when `some`, and whether the target is reached:
+    /// what a few say, all have to confirm.
+    fn evaluate(&mut self, some: bool) -> (Option<Held>, bool) {
+        let lap = Lap::start();
+        let most = if some { TARGET_VIEWS } else { usize::MAX };
+        let mut held = Held::score_until(&self.trainer, self.held_out, most, None);
+        let mut reached = self.reaches(held);
+        if reached && held.is_some_and(|h| h.views < self.held_out.len()) {
+            held = Held::score(&self.trainer, self.held_out);
+            reached = self.reaches(held);
+        }
+        self.trainer.profile.add(Phase::Evaluate, lap);
+        self.note(held);
+        (held, reached)
+    }
+
+    fn reaches(&self, held: Option<Held>) -> bool {
+        self.target.zip(held).is_some_and(|(target, held)| held.psnr >= target.psnr)
+    }
+
+    /// Keeps the best score for the report of a target.
+    pub fn note(&mut self, held: Option<Held>) {
+        let Some(target) = self.target else { return };
+        let step = self.trainer.state.step;
+        let reached = self.reaches(held);
+        let views = self.held_out.len();
+        let outcome = self.outcome.get_or_insert(TargetOutcome {
+            psnr: target.psnr,
+            reached: false,
+            best_psnr: None,
+            best_step: 0,
+            views,
+            set_aside: self.set_aside,
+        });
+        outcome.reached |= reached;
+        if let Some(held) = held
+            && outcome.best_psnr.is_none_or(|best| held.psnr > best)
+        {
+            (outcome.best_psnr, outcome.best_step) = (Some(held.psnr), step);
+        }
+    }
+
+    /// The error that an interrupted run ends with.
+    pub fn interrupted(&self) -> StageError {
+        let (step, path) = (self.trainer.state.step, self.checkpoint.display());
+        let text = format!("interrupted at step {step}; checkpoint saved: {path}");
+        StageError::interrupted(text).help("continue with --resume")
+    }
+
     /// Saves a checkpoint.
     ///
     /// # Errors
     /// When it cannot be written.
-    pub fn save(&self) -> anyhow::Result<()> {
+    pub fn save(&mut self) -> anyhow::Result<()> {
+        let lap = Lap::start();
         let checkpoint = Checkpoint {
             state: self.trainer.state.clone(),
             options: self.options.clone(),
             seed: self.seed,
             capture_sha256: self.capture_sha256.clone(),
         };
-        Ok(write_checkpoint(&self.checkpoint, &checkpoint)?)
+        write_checkpoint(&self.checkpoint, &checkpoint)?;
+        self.trainer.profile.add(Phase::Write, lap);
+        Ok(())
     }
 }
 

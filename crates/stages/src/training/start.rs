@@ -1,8 +1,10 @@
 //! What a fit starts from: photos, options, and a checkpoint or a model when there is one.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use motes_fit::{FitError, FitOptions, FitState, Trainer, TrainingImage};
+use std::time::{Duration, Instant};
+
+use motes_fit::{FitError, FitOptions, FitState, Lap, Phase, TimeBudget, Trainer, TrainingImage};
 use motes_formats::capture::read_capture;
 use motes_formats::ply::read_gaussians;
 use motes_scene::{Gaussians, SparsePoints, Split};
@@ -10,6 +12,7 @@ use motes_stage::{Context, StageError};
 
 use super::checkpoint::read_checkpoint;
 use super::photos::{load_training_images, sha256_of};
+use super::session::Session;
 
 /// What the command line asks for.
 pub struct StartRequest<'a> {
@@ -23,8 +26,10 @@ pub struct StartRequest<'a> {
     pub options: FitOptions,
     /// Seed of the command line; a checkpoint brings its own.
     pub seed: u64,
-    /// Wall seconds instead of steps.
+    /// Wall seconds instead of steps, from the start of the program to its end.
     pub time_budget: Option<f64>,
+    /// Whether held-out photos are needed to decide when to stop.
+    pub needs_held_out: bool,
 }
 
 /// Everything loaded and checked.
@@ -33,6 +38,8 @@ pub struct Start {
     pub train: Vec<TrainingImage>,
     /// Photos to measure on.
     pub held_out: Vec<TrainingImage>,
+    /// Whether those are training photos, because the capture has no test photos.
+    pub set_aside: bool,
     /// Options in effect.
     pub options: FitOptions,
     /// Seed in effect.
@@ -42,7 +49,9 @@ pub struct Start {
     points: SparsePoints,
     model: Option<Gaussians>,
     state: Option<FitState>,
-    time_budget: Option<f64>,
+    /// When a time budget ends.
+    pub(super) end: Option<Instant>,
+    load_seconds: [f64; 2],
 }
 
 impl StartRequest<'_> {
@@ -51,10 +60,24 @@ impl StartRequest<'_> {
     /// # Errors
     /// When a file is missing or bad, or the checkpoint belongs to another capture.
     pub fn load(self, context: &Context) -> anyhow::Result<Start> {
+        let lap = Lap::start();
+        let end = self.time_budget.map(|seconds| {
+            let left = (seconds - context.elapsed_seconds()).clamp(0.0, 1e9);
+            Instant::now() + Duration::from_secs_f64(left)
+        });
         context.input("capture", self.capture)?;
         let capture = read_capture(self.capture)?;
         let load = |split| load_training_images(self.capture, &capture, &capture.views_of(split));
-        let (train, held_out) = (load(Split::Train)?, load(Split::Test)?);
+        let (mut train, mut held_out) = (load(Split::Train)?, load(Split::Test)?);
+        let set_aside = self.needs_held_out && held_out.is_empty();
+        if set_aside {
+            (train, held_out) = set_photos_aside(train)?;
+            context.warn(format!(
+                "the capture has no test photos: {} of its {} training photos are set aside for --target",
+                held_out.len(),
+                held_out.len() + train.len()
+            ));
+        }
         let capture_sha256 = sha256_of(self.capture)?;
         let (mut options, mut seed, mut state, mut model) = (self.options, self.seed, None, None);
         if let Some(path) = self.resume {
@@ -72,25 +95,45 @@ impl StartRequest<'_> {
             context.input("init-ply", path)?;
             model = Some(read_gaussians(path)?);
         }
-        if let Some(seconds) = self.time_budget {
-            options = options.for_time_budget(seconds);
-        }
-        let (points, time_budget) = (capture.points, self.time_budget);
+        let points = capture.points;
         Ok(Start {
             train,
             held_out,
+            set_aside,
             options,
             seed,
             capture_sha256,
             points,
             model,
             state,
-            time_budget,
+            end,
+            load_seconds: lap.elapsed(),
         })
     }
 }
 
 impl Start {
+    /// The session around the fit.
+    ///
+    /// # Errors
+    /// As [`Self::trainer`].
+    pub fn session(&self, checkpoint: PathBuf) -> anyhow::Result<Session<'_>> {
+        Ok(Session {
+            trainer: self.trainer()?,
+            held_out: &self.held_out,
+            set_aside: self.set_aside,
+            options: self.options.clone(),
+            seed: self.seed,
+            capture_sha256: self.capture_sha256.clone(),
+            checkpoint,
+            eval_every: None,
+            save_every: None,
+            target: None,
+            outcome: None,
+            history: Vec::new(),
+        })
+    }
+
     /// The fit, ready for its first step.
     ///
     /// # Errors
@@ -102,11 +145,34 @@ impl Start {
             None => Trainer::new(&self.train, &self.points, self.model.clone(), options, seed),
         };
         let mut trainer = trainer.map_err(to_stage)?;
-        if let Some(seconds) = self.time_budget {
-            trainer.set_time_budget(seconds);
+        trainer.profile.add_seconds(Phase::Load, self.load_seconds);
+        if let Some(end) = self.end {
+            let scored_views = self.train.len() + self.held_out.len();
+            trainer.set_time_budget(&TimeBudget { end, scored_views }).map_err(to_stage)?;
         }
         Ok(trainer)
     }
+}
+
+/// One photo in so many is set aside.
+const SET_ASIDE_EVERY: usize = 8;
+/// With fewer photos none can be spared.
+const FEWEST_PHOTOS: usize = 3;
+
+/// Training photos, and every eighth of them (at least one) to measure on.
+fn set_photos_aside(
+    photos: Vec<TrainingImage>,
+) -> anyhow::Result<(Vec<TrainingImage>, Vec<TrainingImage>)> {
+    let count = photos.len();
+    if count < FEWEST_PHOTOS {
+        let text = format!("--target needs photos to measure on, and there are only {count}");
+        return Err(StageError::usage(text).help("give --iterations instead").into());
+    }
+    let every = SET_ASIDE_EVERY.min(count);
+    let (aside, rest): (Vec<_>, Vec<_>) =
+        photos.into_iter().enumerate().partition(|(i, _)| i % every == every / 2);
+    let plain = |photos: Vec<(usize, TrainingImage)>| photos.into_iter().map(|(_, p)| p).collect();
+    Ok((plain(rest), plain(aside)))
 }
 
 /// The exit code that each kind of error stands for.
