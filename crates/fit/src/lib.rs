@@ -28,7 +28,7 @@ pub use error::FitError;
 pub use exposure::Exposures;
 pub use init::scene_extent;
 pub use moments::{MomentColumns, Moments};
-pub use options::{AdamRule, Background, FitOptions, FreezeGroup, Preset, Switch};
+pub use options::{AdamRule, Background, Densify, FitOptions, FreezeGroup, Preset, Switch};
 pub use plan::{Plan, Stage};
 pub use profile::{Lap, PHASES, Phase, PhaseTime, Profile, UnitTimes, WorkCounts};
 pub use refine::{RefineCounts, RefineStats};

@@ -57,6 +57,20 @@ pub enum AdamRule {
     Visible,
 }
 
+/// Where Gaussians are added.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Densify {
+    /// Those whose projected centres are pulled most are divided (Kerbl et al. 2023).
+    #[default]
+    Pull,
+    /// Those that cover most of the error of several views are divided (after FastGS, 2025).
+    Error,
+    /// Faint ones move to where opaque ones are, the centres take random steps (3DGS as Markov chain
+    /// Monte Carlo, Kheradmand et al. 2024).
+    Relocate,
+}
+
 /// Parameters that a fit may leave alone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -128,6 +142,16 @@ pub struct FitOptions {
     /// because their loss is no worse than it usually is (SkipGS)
     #[arg(long, help_heading = "Speed", default_value_t = 0.0, value_name = "SHARE")]
     pub skip_backward: f64,
+    /// Which Gaussians are added to
+    #[arg(long, value_enum, default_value_t, help_heading = "Densification")]
+    pub densify: Densify,
+    /// Views that --densify error looks at in each round
+    #[arg(long, help_heading = "Densification", default_value_t = 8, value_name = "VIEWS")]
+    pub score_views: usize,
+    /// Gaussians that carry nothing in any of so many views are removed at each densification; 0:
+    /// none are
+    #[arg(long, help_heading = "Densification", default_value_t = 0, value_name = "VIEWS")]
+    pub prune_views: usize,
     /// Weight of 1 - SSIM against the absolute difference
     #[arg(long, visible_aliases = ["ssim-lambda"], help_heading = "Loss", default_value_t = 0.2, value_name = "WEIGHT")]
     pub ssim_weight: f32,

@@ -49,6 +49,12 @@ impl RefineStats {
             .sum()
     }
 
+    /// Puts other scores in the place of the mean pulls.
+    pub(crate) fn replace(&mut self, scores: Vec<f32>) {
+        self.seen = vec![1; scores.len()];
+        self.pull = scores;
+    }
+
     fn score(&self, i: usize) -> f32 {
         self.pull[i] / self.seen[i].max(1) as f32
     }
@@ -76,19 +82,25 @@ pub struct RefineCounts {
     pub divided: usize,
 }
 
-/// Removes what carries nothing, then divides the most-pulled Gaussians up to the target.
+impl RefineLimits {
+    /// Whether a Gaussian is neither too faint nor too large; false for NaN.
+    fn keeps(&self, gaussians: &Gaussians, i: usize) -> bool {
+        let largest = gaussians.log_scales[i].iter().copied().fold(f32::MIN, f32::max).exp();
+        sigmoid(gaussians.opacity_logits[i]) >= self.prune_opacity && largest <= self.max_scale
+    }
+}
+
+/// Removes what carries nothing (and what `unneeded`, empty or one per Gaussian, says), then divides
+/// the most-pulled Gaussians up to the target.
 pub(crate) fn refine(
     gaussians: &mut Gaussians,
     moments: &mut Moments,
     stats: &mut RefineStats,
     limits: &RefineLimits,
+    unneeded: &[bool],
 ) -> RefineCounts {
     let keep: Vec<u32> = (0..gaussians.len())
-        .filter(|&i| {
-            let largest = gaussians.log_scales[i].iter().copied().fold(f32::MIN, f32::max).exp();
-            sigmoid(gaussians.opacity_logits[i]) >= limits.prune_opacity
-                && largest <= limits.max_scale
-        })
+        .filter(|&i| limits.keeps(gaussians, i) && !unneeded.get(i).is_some_and(|u| *u))
         .map(|i| i as u32)
         .collect();
     let pruned = gaussians.len() - keep.len();
@@ -148,5 +160,6 @@ fn divide(gaussians: &mut Gaussians, a: usize, b: usize) {
     }
 }
 
+pub(crate) mod relocate;
 #[cfg(test)]
 mod tests;

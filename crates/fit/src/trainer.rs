@@ -8,6 +8,7 @@ mod construction;
 mod exposure;
 mod refinement;
 mod schedule;
+mod scoring;
 mod step;
 
 use motes_raster::{Frame, GaussianGradients, Planes};

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use motes_fit::{AdamRule, FitOptions, FitState, FreezeGroup, Switch, Trainer, TrainingImage};
+use motes_fit::{AdamRule, Densify, FitOptions, FitState, FreezeGroup, Switch, Trainer, TrainingImage};
 use motes_math::metrics::psnr_f32;
 use motes_raster::{RenderOptions, render};
 use motes_scene::{Gaussians, ImageU8, SparsePoints};
@@ -107,6 +107,25 @@ fn dials_of_speed_keep_the_bits_over_threads_and_resume() {
     let state = run(new(), 103).state;
     let resumed = Trainer::resume(&images, &points(&truth), state, &fast(120), 5).unwrap();
     assert!(run(resumed, 17).state == whole.state);
+}
+
+#[test]
+fn every_densification_grows_prunes_and_keeps_the_bits_over_threads() {
+    let truth = random_gaussians(2, 50, 0);
+    let images = photos(&truth, 6);
+    let (held_out, train) = images.split_first().unwrap();
+    for densify in [Densify::Pull, Densify::Error, Densify::Relocate] {
+        let options =
+            FitOptions { densify, score_views: 3, prune_views: 3, ..options(300) };
+        let new = || Trainer::new(train, &points(&truth), None, &options, 5).unwrap();
+        let before = mean_psnr(&new().model(), std::slice::from_ref(held_out));
+        let whole = run(new(), 300);
+        let after = mean_psnr(&whole.model(), std::slice::from_ref(held_out));
+        assert!(whole.state.gaussians.len() > 60, "{densify:?}: densification took part");
+        assert!(after > before + 5.0, "{densify:?}: {before:.2} -> {after:.2} dB");
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().unwrap();
+        assert!(pool.install(|| run(new(), 300).state) == whole.state, "{densify:?}");
+    }
 }
 
 #[test]

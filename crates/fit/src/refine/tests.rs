@@ -39,7 +39,7 @@ fn halves_keep_mean_covariance_and_coverage() {
         let before = mean_and_covariance(&g, &[0]);
         let opacity = sigmoid(g.opacity_logits[0]);
         let mut moments = Moments::zeros(&g);
-        refine(&mut g, &mut moments, &mut stats(1, &[0]), &limits(2));
+        refine(&mut g, &mut moments, &mut stats(1, &[0]), &limits(2), &[]);
         assert_eq!(g.len(), 2);
         let after = mean_and_covariance(&g, &[0, 1]);
         assert!((before.0 - after.0).length() < 1e-6);
@@ -58,7 +58,7 @@ fn the_target_is_met_and_the_most_pulled_are_divided() {
     let mut moments = Moments::zeros(&g);
     moments.first.opacity_logits = (0..50).map(|i| i as f32).collect();
     let mut s = stats(50, &(0..50).collect::<Vec<_>>());
-    let counts = refine(&mut g, &mut moments, &mut s, &limits(60));
+    let counts = refine(&mut g, &mut moments, &mut s, &limits(60), &[]);
     assert_eq!(counts, RefineCounts { pruned: 0, divided: 10 });
     assert!(g.is_consistent() && g.len() == 60 && s == RefineStats::zeros(60));
     assert_eq!(moments.first.sh.len(), g.sh.len());
@@ -74,7 +74,17 @@ fn faint_and_huge_gaussians_go() {
     g.log_scales[7] = [-3.0, 5.0, -3.0];
     g.opacity_logits[8] = f32::NAN;
     let mut moments = Moments::zeros(&g);
-    let counts = refine(&mut g, &mut moments, &mut stats(10, &[3, 7]), &limits(10));
+    let counts = refine(&mut g, &mut moments, &mut stats(10, &[3, 7]), &limits(10), &[]);
     assert_eq!(counts, RefineCounts { pruned: 3, divided: 0 });
     assert_eq!(g.len(), 7);
+}
+
+#[test]
+fn what_no_view_needs_goes() {
+    let mut g = random_gaussians(2, 4, 0);
+    let mut moments = Moments::zeros(&g);
+    let kept = g.means[2];
+    let unneeded = [true, false, false, true];
+    let counts = refine(&mut g, &mut moments, &mut stats(4, &[]), &limits(2), &unneeded);
+    assert_eq!((counts.pruned, g.len(), g.means[1]), (2, 2, kept));
 }

@@ -2,9 +2,11 @@
 
 use super::Trainer;
 use crate::filter3d;
-use crate::options::FreezeGroup;
+use crate::options::{Densify, FreezeGroup};
 use crate::profile::{Lap, Phase};
+use crate::refine::relocate::relocate;
 use crate::refine::{RefineCounts, RefineLimits, refine};
+use crate::state::FitState;
 
 /// Views that the filter looks at while the fit goes on, evenly spread: with more of them its cost
 /// per step would grow with the number of views. The last update looks at all.
@@ -48,9 +50,33 @@ impl Trainer {
             max_scale: (self.extent * 5.0) as f32,
             min_pull: 0.0,
         };
-        let state = &mut self.state;
-        let counts =
-            refine(&mut state.gaussians, &mut state.moments, &mut state.refine_stats, &limits);
+        let (seed, strategy) = (self.seed, self.options.densify);
+        let looked = match strategy {
+            Densify::Error => self.options.score_views.max(self.options.prune_views),
+            Densify::Pull | Densify::Relocate => self.options.prune_views,
+        };
+        let mut unneeded = Vec::new();
+        if looked > 0 {
+            let scores = self.score_gaussians(looked, self.plan.stage_at(progress));
+            if self.options.prune_views > 0 {
+                unneeded = scores.unneeded;
+            }
+            if strategy == Densify::Error {
+                self.state.refine_stats.replace(scores.error);
+            }
+        }
+        let FitState { gaussians, moments, refine_stats: stats, .. } = &mut self.state;
+        let counts = match strategy {
+            Densify::Relocate => {
+                for (logit, _) in
+                    gaussians.opacity_logits.iter_mut().zip(&unneeded).filter(|(_, u)| **u)
+                {
+                    *logit = f32::NEG_INFINITY;
+                }
+                relocate(gaussians, moments, stats, &limits, seed, step)
+            }
+            Densify::Pull | Densify::Error => refine(gaussians, moments, stats, &limits, &unneeded),
+        };
         self.profile.counts.refinements += 1;
         self.profile.add(Phase::Refine, lap);
         self.update_filter();

@@ -9,9 +9,10 @@ use super::Trainer;
 use super::schedule::STREAM_BACKGROUND;
 use crate::loss::{ColorTransform, LossValue};
 use crate::moments::Update;
-use crate::options::{AdamRule, FreezeGroup};
+use crate::options::{AdamRule, Densify, FreezeGroup};
 use crate::priors;
 use crate::profile::{Lap, Phase};
+use crate::refine::relocate::add_noise;
 use crate::state::StepReport;
 
 /// Photos resampled together when the next one is missing: enough for all threads.
@@ -180,6 +181,9 @@ impl Trainer {
         };
         let state = &mut self.state;
         state.moments.apply(&mut state.gaussians, &self.gradients, &rates, &update);
+        if self.options.densify == Densify::Relocate && rates.means > 0.0 {
+            add_noise(&mut state.gaussians, rates.means, self.seed, state.step);
+        }
         if !self.options.is_frozen(FreezeGroup::Scales) {
             priors::limit_shapes(&self.plan, self.extent, &mut self.state.gaussians);
         }
