@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
-use motes_fit::{AdamRule, Densify, FitOptions, FitState, FreezeGroup, Switch, Trainer, TrainingImage};
+use motes_fit::{
+    AdamRule, Densify, FitOptions, FitState, FreezeGroup, Switch, Trainer, TrainingImage,
+};
 use motes_math::metrics::psnr_f32;
 use motes_raster::{RenderOptions, render};
 use motes_scene::{Gaussians, ImageU8, SparsePoints};
@@ -115,8 +117,7 @@ fn every_densification_grows_prunes_and_keeps_the_bits_over_threads() {
     let images = photos(&truth, 6);
     let (held_out, train) = images.split_first().unwrap();
     for densify in [Densify::Pull, Densify::Error, Densify::Relocate] {
-        let options =
-            FitOptions { densify, score_views: 3, prune_views: 3, ..options(300) };
+        let options = FitOptions { densify, score_views: 3, prune_views: 3, ..options(300) };
         let new = || Trainer::new(train, &points(&truth), None, &options, 5).unwrap();
         let before = mean_psnr(&new().model(), std::slice::from_ref(held_out));
         let whole = run(new(), 300);

@@ -59,8 +59,7 @@ impl Trainer {
         let (mut carried, mut seen) = (vec![0.0f32; n], vec![false; n]);
         for &view in &order[..count] {
             let (transform, target) = &self.views[view].levels[stage];
-            let image =
-                self.frame.forward(&self.state.gaussians, transform, &modifiers, &options);
+            let image = self.frame.forward(&self.state.gaussians, transform, &modifiers, &options);
             let [width, height] = transform.size;
             let mut picture = Planes::new(width, height, 4);
             for y in 0..height {
