@@ -20,7 +20,7 @@ fn value(p: &[f64; 8], lobes: Lobes, w_i: DVec3, w_o: DVec3) -> DVec3 {
 fn derivatives_match_finite_differences() {
     // Off the nodes of the albedo table: between them it is linear, at them it has kinks.
     for (roughness, metallic) in [(0.11, 0.0), (0.27, 1.0), (0.45, 0.3), (0.7, 0.05), (0.96, 0.8)] {
-        for lobes in [Lobes::Principled, Lobes::Lambert] {
+        for lobes in [Lobes::Principled, Lobes::Burley, Lobes::Lambert] {
             let normal = DVec3::new(0.1, 0.2, 1.0).normalize();
             for (to_light, to_viewer) in [
                 (DVec3::new(0.5, 0.1, 0.8), DVec3::new(-0.3, 0.2, 0.9)),

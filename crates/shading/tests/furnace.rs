@@ -73,6 +73,17 @@ fn lambert_reflects_its_base_color() {
 }
 
 #[test]
+fn burleys_diffuse_lobe_has_its_own_albedo() {
+    // 1.011 and 0.996 by quadrature of the published formula; the difference of two materials
+    // leaves out the coat.
+    for (roughness, mu, expected) in [(0.6, 0.7, 1.011), (0.35, 0.7, 0.996), (0.9, 0.4, 1.075)] {
+        let of = |base| Material { lobes: Lobes::Burley, ..material(base, roughness, 0.0) };
+        let diffuse = albedo(&of(1.0), mu, 60_000).x - albedo(&of(0.0), mu, 60_000).x;
+        assert!((diffuse - expected).abs() < 4e-3, "{roughness} {mu}: {diffuse}");
+    }
+}
+
+#[test]
 fn no_material_reflects_more_than_it_gets() {
     for (base, metallic) in [(0.0, 0.0), (0.0, 1.0), (0.5, 0.5), (1.0, 0.5), (0.8, 0.0), (0.9, 1.0)]
     {
@@ -90,7 +101,8 @@ fn light_and_viewer_may_swap() {
     let n = DVec3::new(0.36, -0.48, 0.8);
     for roughness in ROUGHNESSES {
         for metallic in [0.0, 0.4, 1.0] {
-            let m = material(0.7, roughness, metallic);
+            let lobes = if metallic == 0.4 { Lobes::Burley } else { Lobes::Principled };
+            let m = Material { lobes, ..material(0.7, roughness, metallic) };
             for i in 0..50 {
                 let (a, b) = (direction(2 * i), direction(2 * i + 1));
                 let there = m.eval(n, a, b).total().x;
@@ -114,7 +126,7 @@ fn direction(i: u32) -> DVec3 {
 fn the_fast_path_agrees_with_the_reference() {
     let n = DVec3::new(0.36, -0.48, 0.8).as_vec3().normalize();
     let n64 = n.as_dvec3().normalize();
-    for lobes in [Lobes::Principled, Lobes::Lambert] {
+    for lobes in [Lobes::Principled, Lobes::Burley, Lobes::Lambert] {
         for roughness in [0.1, 0.3, 0.6, 1.0] {
             for metallic in [0.0, 0.5, 1.0] {
                 let m = motes_shading::brdf::Material {

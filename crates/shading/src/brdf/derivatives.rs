@@ -8,7 +8,8 @@ use std::f32::consts::FRAC_1_PI;
 
 use glam::Vec3;
 
-use super::{Brdf, BrdfValue, DIELECTRIC_F0, MIN_ALPHA, albedo_table};
+use super::fast::burley;
+use super::{Brdf, BrdfValue, DIELECTRIC_F0, Lobes, MIN_ALPHA, albedo_table};
 
 /// Value and derivatives of `f_r (n · w_i)⁺`, per channel.
 #[derive(Clone, Copy, Debug, Default)]
@@ -92,7 +93,13 @@ impl Brdf {
             [value, by_roughness, by_mu_i, by_mu_o]
         };
         let [multiple, multiple_by_r, multiple_by_i, multiple_by_o] = couple(0, e_lost, e_avg_by);
-        let [coupling, coupling_by_r, coupling_by_i, coupling_by_o] = couple(1, s_lost, s_avg_by);
+        let [coupling, coupling_by_r, coupling_by_i, coupling_by_o] = match self.material.lobes {
+            Lobes::Burley => {
+                let [f, by_r, by_i, by_o] = burley(roughness, 1.0 - c, mu_i, mu_o);
+                [f * mu_i, by_r * mu_i, by_i * mu_i + f, by_o * mu_i].map(|v| v * FRAC_1_PI)
+            }
+            _ => couple(1, s_lost, s_avg_by),
+        };
 
         let mut out = BrdfDerivatives { value, ..BrdfDerivatives::default() };
         let dielectric = DIELECTRIC_F0 as f32;

@@ -43,7 +43,7 @@ pub struct Brdf {
     pub(super) root_o: f32,
     pub(super) f0: Vec3,
     pub(super) rows: Option<Rows<'static>>,
-    /// The factor of `1 - S(w_i)` (Lambert: of 1).
+    /// The factor of `1 - S(w_i)` (Lambert: of 1, Burley: of `F(μ_i) F(μ_o)`).
     diffuse: Vec3,
     /// The factor of `1 - E(w_i)`.
     multiple: Vec3,
@@ -72,7 +72,7 @@ impl Brdf {
             specular_probability: 0.0,
             frame: Frame::from_normal(normal),
         };
-        if material.lobes == Lobes::Principled && mu_o > 0.0 {
+        if material.lobes != Lobes::Lambert && mu_o > 0.0 {
             brdf.prepare_specular(base);
         }
         brdf
@@ -90,7 +90,10 @@ impl Brdf {
         self.root_o = (self.a + (1.0 - self.a) * self.mu_o * self.mu_o).sqrt();
         let dielectric = DIELECTRIC_F0 as f32;
         self.f0 = Vec3::splat(dielectric).lerp(base, metallic);
-        self.diffuse *= (1.0 - metallic) * (1.0 - e_s.y) / (1.0 - s_avg as f32);
+        self.diffuse *= 1.0 - metallic;
+        if self.material.lobes == Lobes::Principled {
+            self.diffuse *= (1.0 - e_s.y) / (1.0 - s_avg as f32);
+        }
         let f_ms = |f0: f32| multiple_scattering_fresnel(f64::from(f0), e_avg) as f32;
         self.multiple = Vec3::from(self.f0.to_array().map(f_ms))
             * ((1.0 - e_s.x) * FRAC_1_PI / (1.0 - e_avg) as f32);
@@ -139,8 +142,12 @@ impl Brdf {
         let w = c * c * (c * c) * c;
         let fresnel = self.f0 + (Vec3::ONE - self.f0) * w;
         let rest = Vec2::ONE - rows.at(mu_i);
+        let coupling = match self.material.lobes {
+            Lobes::Burley => burley(self.material.roughness, 1.0 - c, mu_i, self.mu_o)[0],
+            _ => rest.y,
+        };
         let value = BrdfValue {
-            diffuse: self.diffuse * (rest.y * mu_i),
+            diffuse: self.diffuse * (coupling * mu_i),
             specular: (fresnel * (d * v) + self.multiple * rest.x) * mu_i,
         };
         let p = self.specular_probability;
@@ -181,6 +188,18 @@ impl Brdf {
             (w_i.z > 0.0).then(|| self.frame.world_from_local(w_i))
         }
     }
+}
+
+/// `F(μ_i) F(μ_o)` of Burley's diffuse lobe and its derivatives by roughness, `μ_i` and `μ_o`;
+/// `cos = w_o · h`.
+#[inline]
+pub(super) fn burley(roughness: f32, cos: f32, mu_i: f32, mu_o: f32) -> [f32; 4] {
+    let rise = 2.0 * roughness * cos * cos - 0.5;
+    let (ci, co) = (1.0 - mu_i, (1.0 - mu_o).max(0.0));
+    let (i4, o4) = (ci * ci * (ci * ci), co * co * (co * co));
+    let (fi, fo) = (1.0 + rise * i4 * ci, 1.0 + rise * o4 * co);
+    let by_roughness = 2.0 * cos * cos * (i4 * ci * fo + o4 * co * fi);
+    [fi * fo, by_roughness, -5.0 * rise * i4 * fo, -5.0 * rise * o4 * fi]
 }
 
 /// Relative luminance of linear Rec. 709 colour.

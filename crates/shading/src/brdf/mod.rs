@@ -11,7 +11,7 @@
 //!
 //! `E` is the directional albedo of the single-bounce lobe with `F = 1`, `S` that of the whole
 //! specular lobe (single and multiple) of a dielectric. Both couplings are symmetric in `w_i`
-//! and `w_o` and keep the books: a white dielectric and a white metal reflect all light, no
+//! and `w_o` and keep the books (with [`Lobes::Principled`]): a white dielectric and a white metal reflect all light, no
 //! material reflects more. [`reference`](self::reference) is the definition in f64, [`Brdf`] the
 //! f32 path, [`Brdf::eval_with_derivatives`] what a fit needs.
 
@@ -38,9 +38,14 @@ pub const MIN_ALPHA: f64 = 1e-3;
 pub enum Lobes {
     /// `f_r = base_color / π`; roughness and metallic are ignored.
     Lambert,
-    /// Diffuse under a specular coat, or metal.
+    /// Diffuse under a specular coat, or metal; keeps the books.
     #[default]
     Principled,
+    /// The same specular lobes over Burley's diffuse lobe, as other renderers' `principled` has it
+    /// (Burley 2012): `f_diffuse = (1 - m) b / π F(μ_i) F(μ_o)`,
+    /// `F(μ) = 1 + (F_90 - 1)(1 - μ)⁵`, `F_90 = 1/2 + 2 roughness (w_o · h)²`. Symmetric, but at grazing
+    /// angles a white one reflects more than it gets.
+    Burley,
 }
 
 /// The material of a surface point.

@@ -80,7 +80,14 @@ impl Material {
         let specular = |f0: f64| {
             single * schlick(f0, w_o.dot(h)) + multiple * multiple_scattering_fresnel(f0, e_avg)
         };
-        let coupling = (1.0 - s_o) * (1.0 - s_i) / (1.0 - s_avg);
+        let coupling = match self.lobes {
+            Lobes::Burley => {
+                let f90 = 0.5 + 2.0 * self.roughness * w_o.dot(h).powi(2);
+                let f = |mu: f64| 1.0 + (f90 - 1.0) * (1.0 - mu).max(0.0).powi(5);
+                f(w_i.z) * f(w_o.z)
+            }
+            _ => (1.0 - s_o) * (1.0 - s_i) / (1.0 - s_avg),
+        };
         Value {
             diffuse: (1.0 - self.metallic) * self.base_color_linear / PI * coupling,
             specular: DVec3::from(self.f0().to_array().map(specular)),
