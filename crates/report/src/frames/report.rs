@@ -16,6 +16,8 @@ pub struct RenderReport {
     pub output: PathBuf,
     /// Mean wall-clock seconds, writing included.
     pub seconds_per_picture: f64,
+    /// Mean CPU seconds of all threads, writing left out; null where the system does not tell.
+    pub cpu_seconds_per_picture: Option<f64>,
     /// Makes a video of numbered pictures.
     pub video_command: Option<String>,
 }

@@ -101,9 +101,13 @@ fn run(args: &Args, context: &Context) -> anyhow::Result<RenderReport> {
     let mut writer = FrameWriter::new(&output, files, args.format.depth_range);
     let progress = context.progress("rendering", frames.len() as u64);
     let before = context.elapsed_seconds();
+    let mut cpu_seconds = Some(0.0);
     for frame in &frames {
         context.check_interrupted()?;
+        let cpu_before = context.cpu_seconds();
         let rendering = args.look.render(&model, frame, &args.size, writer.needs_aovs());
+        let used = context.cpu_seconds().zip(cpu_before).map(|(after, before)| after - before);
+        cpu_seconds = cpu_seconds.zip(used).map(|(sum, used)| sum + used);
         writer.write(&frame.name, &rendering)?;
         progress.inc(1);
     }
@@ -119,6 +123,7 @@ fn run(args: &Args, context: &Context) -> anyhow::Result<RenderReport> {
         gaussians: model.gaussians.len(),
         output,
         seconds_per_picture: seconds / frames.len().max(1) as f64,
+        cpu_seconds_per_picture: cpu_seconds.map(|s: f64| s / frames.len().max(1) as f64),
         video_command: is_video.then(|| shell_words(&command)),
     })
 }
