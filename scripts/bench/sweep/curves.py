@@ -1,7 +1,6 @@
 """Cost curves: fits of growth, their table, their picture."""
 
 import math
-import operator
 
 from . import front, plot
 
@@ -43,7 +42,8 @@ def fits(points):
 
 
 def ratio(a, b):
-    return operator.truediv(a, b) if b else math.nan
+    """NaN where noise made a difference of two runs negative."""
+    return a / b if a > 0.0 and b > 0.0 else math.nan
 
 
 def finite(value):
@@ -57,9 +57,11 @@ def sentences(record):
     for name, fit in record["fits"].items():
         curve, measure = name.split("/")
         if curve == "threads":
-            if fit["speed_up"] is not None:
-                lines.append(f"a step with {fit['threads']} threads: {fit['speed_up']:.2f} times as "
-                             f"fast, {fit['cpu_factor'] or math.nan:.2f} times the CPU time")
+            said = "too short to tell"
+            if fit["speed_up"] is not None and fit["cpu_factor"] is not None:
+                said = (f"{fit['speed_up']:.2f} times as fast, {fit['cpu_factor']:.2f} times the CPU "
+                        "time")
+            lines.append(f"a step with {fit['threads']} threads: {said}")
             continue
         if fit["power"] is None:
             continue

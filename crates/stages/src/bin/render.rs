@@ -101,13 +101,13 @@ fn run(args: &Args, context: &Context) -> anyhow::Result<RenderReport> {
     let mut writer = FrameWriter::new(&output, files, args.format.depth_range);
     let progress = context.progress("rendering", frames.len() as u64);
     let before = context.elapsed_seconds();
-    let mut cpu_seconds = Some(0.0);
+    let cpu = || context.cpu_seconds().unwrap_or(f64::NAN);
+    let mut cpu_seconds = 0.0;
     for frame in &frames {
         context.check_interrupted()?;
-        let cpu_before = context.cpu_seconds();
+        let start = cpu();
         let rendering = args.look.render(&model, frame, &args.size, writer.needs_aovs());
-        let used = context.cpu_seconds().zip(cpu_before).map(|(after, before)| after - before);
-        cpu_seconds = cpu_seconds.zip(used).map(|(sum, used)| sum + used);
+        cpu_seconds += cpu() - start;
         writer.write(&frame.name, &rendering)?;
         progress.inc(1);
     }
@@ -123,7 +123,8 @@ fn run(args: &Args, context: &Context) -> anyhow::Result<RenderReport> {
         gaussians: model.gaussians.len(),
         output,
         seconds_per_picture: seconds / frames.len().max(1) as f64,
-        cpu_seconds_per_picture: cpu_seconds.map(|s: f64| s / frames.len().max(1) as f64),
+        cpu_seconds_per_picture: Some(cpu_seconds / frames.len().max(1) as f64)
+            .filter(|s| s.is_finite()),
         video_command: is_video.then(|| shell_words(&command)),
     })
 }
