@@ -4,13 +4,13 @@
     (generated)
     <!-- /tradeoff -->
 
-Blocks: plot, presets, front, `dials STAGE`, source. The path is relative to the page.
+Blocks: plot, presets, front, `dials STAGE`, source; cost of a record of curves. The path is relative to the page.
 """
 
 import json
 import re
 
-from . import plot, record as records
+from . import curves, plot, record as records
 
 BLOCK = re.compile(r"(<!-- tradeoff:(?P<what>[^\n]*?) (?P<file>\S+\.json) -->\n)(?P<body>.*?)"
                    r"(<!-- /tradeoff -->)", re.S)
@@ -20,20 +20,23 @@ class PageError(Exception):
     """A page or record that cannot be brought together."""
 
 
-def update(page, newest=None):
-    """The page's text with all blocks made anew; `newest` replaces the records they name."""
+def update(page, newest=()):
+    """The page's text with all blocks made anew; `newest` replaces the records of its kind, which
+    the end of a file name tells (-tradeoff, -cost)."""
     text = page.read_text()
     if not BLOCK.search(text):
         raise PageError(f"{page.name} has no block <!-- tradeoff:... -->")
 
     def fill(match):
-        file, what = newest or match["file"], match["what"].split()
+        file, what = match["file"], match["what"].split()
+        kind = file.rsplit("-", 1)[-1]
+        file = next((new for new in newest if new.endswith("-" + kind)), file)
         path = page.parent / file
         if not path.exists():
             raise PageError(f"{page.name} names {file}, which is not there")
         record = json.loads(path.read_text())
         makers = {"plot": block_plot, "presets": block_presets, "front": block_front,
-                  "dials": block_dials, "source": block_source}
+                  "dials": block_dials, "source": block_source, "cost": block_cost}
         if what[0] not in makers:
             raise PageError(f"{page.name}: no such block: {what[0]}; known: {sorted(makers)}")
         body = makers[what[0]](record, file, *what[1:])
@@ -59,6 +62,8 @@ def stale(page):
 
 def pages(record, stem):
     """The files beside a record that are made from it alone."""
+    if record["format"] == "motes/cost":
+        return {".md": curves.markdown(record, stem), ".svg": curves.svg(record)}
     return {".md": records.markdown(record, stem),
             ".svg": plot.tradeoff(record, records.panels(record))}
 
@@ -76,6 +81,13 @@ def block_source(record, file):
         text += (f" Incomplete: {len(record['missing'])} runs were not started, "
                  f"{len(record['failed'])} failed.")
     return text
+
+
+def block_cost(record, file):
+    name = file.rsplit("/", 1)[-1]
+    lines = [f"- {sentence}" for sentence in curves.sentences(record)]
+    return "\n".join([f"From [{name[:-5]}.md]({file[:-5]}.md), {record['date']}, {record['machine']}, "
+                      f"`{record['command']}`:", "", *lines, "", f"![Cost curves]({file[:-5]}.svg)", ""])
 
 
 def first_stage(record):

@@ -140,7 +140,7 @@ def made_up_record():
                 "capture": "all", "flags": [f"--x={name}"], "quality": "q", "front": False,
                 "seeds": list(range(seeds)), "metrics": {"c": {"mean": cost, "spread": None},
                                                          "q": {"mean": quality, "spread": spread}}}
-    found = {"date": "2000-01-01", "machine": "m", "commit": "0", "command": "tradeoff", "load": 0.0,
+    found = {"format": "motes/tradeoff", "date": "2000-01-01", "machine": "m", "commit": "0", "command": "tradeoff", "load": 0.0,
              "jobs": 2, "threads": 1, "long_side": 512, "captures": ["d"], "failed": [], "missing": [],
              "stages": {"train-splat": {"what": "", "quality": "q", "cost": "c", "metrics": {
                  "c": {"title": "CPU s", "digits": 1}, "q": {"title": "test dB", "digits": 2}},
