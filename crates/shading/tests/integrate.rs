@@ -232,6 +232,28 @@ fn the_reference_knows_its_own_noise() {
 }
 
 #[test]
+fn the_fast_path_claims_no_less_noise_than_it_has() {
+    let (tracer, light) = (scene(), patchy());
+    for roughness in [0.15, 0.6] {
+        let p = point(Material::principled(Vec3::splat(0.5), roughness, 0.2));
+        let shader = Shader::new(&light, &tracer, None, options(64, 16, 15));
+        let runs = 600;
+        let (mut sum, mut squares, mut claimed) = (0.0, 0.0, 0.0);
+        for item in 0..runs {
+            let s = shader.shade_point(&p, item);
+            let y = f64::from(s.total().element_sum()) / 3.0;
+            sum += y;
+            squares += y * y;
+            claimed += f64::from(s.variance);
+        }
+        let n = runs as f64;
+        let ratio = claimed / n / ((squares - sum * sum / n) / (n - 1.0));
+        println!("roughness {roughness}: claimed over actual variance {ratio:.2}");
+        assert!((0.9..20.0).contains(&ratio), "{ratio}");
+    }
+}
+
+#[test]
 fn the_error_falls_with_the_root_of_the_samples_and_faster_when_stratified() {
     let (tracer, light) = (scene(), patchy());
     let p = point(Material::principled(Vec3::new(0.8, 0.5, 0.2), 0.5, 0.0));

@@ -13,7 +13,7 @@
 //! specular lobe (single and multiple) of a dielectric. Both couplings are symmetric in `w_i`
 //! and `w_o` and keep the books (with [`Lobes::Principled`]): a white dielectric and a white metal reflect all light, no
 //! material reflects more. [`reference`](self::reference) is the definition in f64, [`Brdf`] the
-//! f32 path, [`Brdf::eval_with_derivatives`] what a fit needs.
+//! f32 path, [`Brdf::differentiable`] what a fit needs.
 
 mod albedo;
 mod derivatives;
@@ -24,7 +24,7 @@ pub mod reference;
 use glam::Vec3;
 
 pub use albedo::{AlbedoTable, albedo_table};
-pub use derivatives::BrdfDerivatives;
+pub use derivatives::{BrdfDerivatives, DifferentiableBrdf};
 pub use fast::{Brdf, BrdfValue};
 
 /// Reflectance of a dielectric at normal incidence: refractive index 1.5.

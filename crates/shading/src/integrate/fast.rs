@@ -42,7 +42,7 @@ impl Shaded {
 /// One direction of a point's incident light: its share of the outgoing radiance is
 /// `f_r (n · w_i)⁺ * weighted_radiance`.
 ///
-/// A fit that keeps these fixed and re-evaluates [`Brdf::eval_with_derivatives`] has the exact
+/// A fit that keeps these fixed and re-evaluates [`Brdf::differentiable`] has the exact
 /// derivatives of its estimate by material and normal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Incident {
@@ -54,6 +54,8 @@ pub struct Incident {
     pub unblocked: Vec3,
     /// Whether the radiance came from a surface.
     pub is_indirect: bool,
+    /// Whether the BRDF proposed the direction, not the light.
+    pub from_brdf: bool,
 }
 
 /// Shades points of one scene under one light.
@@ -95,12 +97,15 @@ impl<'a, T: Tracer> Shader<'a, T> {
     /// Shades one point.
     pub fn shade_point(&self, point: &SurfacePoint, item: u64) -> Shaded {
         let mut out = Shaded::default();
-        let (mut unblocked, mut squares) = (Vec3::ZERO, Vec3::ZERO);
+        let mut unblocked = Vec3::ZERO;
+        // Of the light's and of the BRDF's directions: their means differ, so do their spreads.
+        let (mut sums, mut squares) = ([Vec3::ZERO; 2], [Vec3::ZERO; 2]);
         self.visit(point, item, |incident, f| {
             let (diffuse, specular) =
                 (f.diffuse * incident.weighted_radiance, f.specular * incident.weighted_radiance);
             let total = diffuse + specular;
-            squares += total * total;
+            sums[usize::from(incident.from_brdf)] += total;
+            squares[usize::from(incident.from_brdf)] += total * total;
             unblocked += f.total() * incident.unblocked;
             if incident.is_indirect {
                 out.indirect += total;
@@ -112,9 +117,13 @@ impl<'a, T: Tracer> Shader<'a, T> {
         let direct = (out.diffuse + out.specular).element_sum();
         let reachable = unblocked.element_sum();
         out.visibility = if reachable > 0.0 { (direct / reachable).min(1.0) } else { 1.0 };
-        let count = (self.options.light_samples + self.options.brdf_samples).max(1) as f32;
-        let total = out.total();
-        out.variance = (squares - total * total / count).max(Vec3::ZERO).element_sum() / 3.0;
+        for (k, n) in
+            [self.options.light_samples, self.options.brdf_samples].into_iter().enumerate()
+        {
+            let n = n.max(1) as f32;
+            let spread = (squares[k] - sums[k] * sums[k] / n).max(Vec3::ZERO).element_sum() / 3.0;
+            out.variance += spread * n / (n - 1.0).max(1.0);
+        }
         out
     }
 
@@ -150,7 +159,8 @@ impl<'a, T: Tracer> Shader<'a, T> {
             let unblocked = sample.radiance * scale;
             let lit = leaves(w) && !self.tracer.occluded(&ray(w));
             let weighted_radiance = if lit { unblocked } else { Vec3::ZERO };
-            add(Incident { to_light: w, weighted_radiance, unblocked, is_indirect: false }, &f);
+            let (is_indirect, from_brdf) = (false, false);
+            add(Incident { to_light: w, weighted_radiance, unblocked, is_indirect, from_brdf }, &f);
         }
 
         let points = PointSet::new(o.seed, item, BRDF_PURPOSE, o.brdf_samples);
@@ -169,6 +179,7 @@ impl<'a, T: Tracer> Shader<'a, T> {
                 weighted_radiance: Vec3::ZERO,
                 unblocked: radiance * scale,
                 is_indirect: false,
+                from_brdf: true,
             };
             if leaves(w) {
                 self.trace(&ray(w), 1.0 / (n_b * p_b), &mut incident);
