@@ -4,13 +4,19 @@ use glam::{Mat3, Quat, Vec3};
 use motes_scene::{Gaussians, ImageF32};
 use rayon::prelude::*;
 
+use crate::dials::RasterDials;
 use crate::frame::Frame;
-use crate::options::{ALPHA_MAX, ALPHA_MIN, TILE, TRANSMITTANCE_MIN};
-use crate::project::{Splat, ViewTransform};
+use crate::project::ViewTransform;
 use crate::render::Aovs;
+use crate::splat::Splat;
 
 /// Depths and normals of the last forward pass of `frame`.
-pub(crate) fn tile_aovs(frame: &Frame, gaussians: &Gaussians, view: &ViewTransform) -> Aovs {
+pub(crate) fn tile_aovs(
+    frame: &Frame,
+    gaussians: &Gaussians,
+    view: &ViewTransform,
+    dials: &RasterDials,
+) -> Aovs {
     let [width, height] = view.size;
     let normals: Vec<Vec3> = (0..gaussians.len())
         .into_par_iter()
@@ -22,14 +28,15 @@ pub(crate) fn tile_aovs(frame: &Frame, gaussians: &Gaussians, view: &ViewTransfo
     let rows: Vec<Vec<PixelAovs>> = (0..height)
         .into_par_iter()
         .map(|y| {
-            let band = &frame.bands()[y / TILE];
             (0..width)
                 .map(|x| {
-                    let entries = band.tile(x / TILE);
-                    let splats = entries.iter().map(|&e| {
-                        (&band.splats[e as usize], normals[band.ids[e as usize] as usize])
+                    let list = frame.bins().list_at(x, y);
+                    let splats = list.iter().flat_map(|(row, entries)| {
+                        entries.iter().map(|&e| {
+                            (&row.splats[e as usize], normals[row.ids[e as usize] as usize])
+                        })
                     });
-                    composite(splats, x as f32 + 0.5, y as f32 + 0.5)
+                    composite(splats, x as f32 + 0.5, y as f32 + 0.5, dials)
                 })
                 .collect()
         })
@@ -52,17 +59,18 @@ struct PixelAovs {
     normal: Vec3,
 }
 
-fn composite<'a>(splats: impl Iterator<Item = (&'a Splat, Vec3)>, x: f32, y: f32) -> PixelAovs {
+fn composite<'a>(
+    splats: impl Iterator<Item = (&'a Splat, Vec3)>,
+    x: f32,
+    y: f32,
+    dials: &RasterDials,
+) -> PixelAovs {
     let mut transmittance = 1.0f32;
     let (mut depth, mut weights, mut normal, mut median) = (0.0f32, 0.0f32, Vec3::ZERO, 0.0f32);
     for (s, n) in splats {
-        let (dx, dy) = (x - s.x, y - s.y);
-        let u = dx + s.ellipse.shear * dy;
-        let q = s.a * (u * u + s.ellipse.aspect * dy * dy);
-        let alpha = (s.log2_opacity - q).exp2().min(ALPHA_MAX);
-        if !(alpha >= ALPHA_MIN) {
+        let Some(alpha) = s.alpha_at(x, y, dials.exp_degree.into()) else {
             continue;
-        }
+        };
         let weight = alpha * transmittance;
         depth += weight * s.depth;
         normal += weight * n;
@@ -72,7 +80,7 @@ fn composite<'a>(splats: impl Iterator<Item = (&'a Splat, Vec3)>, x: f32, y: f32
             median = s.depth;
         }
         transmittance = next;
-        if transmittance < TRANSMITTANCE_MIN {
+        if transmittance < dials.transmittance_min {
             break;
         }
     }

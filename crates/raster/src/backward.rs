@@ -2,21 +2,22 @@
 //!
 //! With `g` the gradient of the loss by the pixel's colour, `w_i = alpha_i T_i` and
 //! `S_i = Σ_{j>i} w_j g·c_j + T_end g·background` (what lies behind i),
-//! `dL/d alpha_i = T_i g·c_i - S_i / (1 - alpha_i)`. `S` starts as `g·colour` of the finished
-//! pixel and loses one term per splat, so no second traversal and no stored list is needed.
+//! `alpha_i dL/d alpha_i = w_i g·c_i - S_i alpha_i / (1 - alpha_i)`. `S` starts as `g·colour` of
+//! the finished pixel and loses one term per splat, so no second traversal and no stored list is
+//! needed.
 //!
-//! `alpha = 2^(log2 o - Q)`, so the gradients by position and shape are moments of
-//! `v = alpha dL/d alpha` over the pixels; [`MOMENTS`] of them per splat leave the kernel.
+//! `log2 alpha = 8 (level - E² - D²)`, so the gradients by position and shape are moments of
+//! `v = alpha dL/d alpha` over the pixels in the coordinates `E`, `D`; [`MOMENTS`] of them per
+//! splat leave the kernel.
 
-use fearless_simd::{Simd, f32x16, prelude::*};
+use fearless_simd::{Simd, prelude::*};
 
-use crate::forward::splat_alpha;
-use crate::options::{ALPHA_MAX, TRANSMITTANCE_MIN};
-use crate::project::Splat;
-use crate::simd::{BLOCKS, TilePlane, block_mask, lane_offsets};
+use crate::batch::{BATCH, Batch, falloff};
+use crate::exp2::exp2_minus_8;
+use crate::options::ALPHA_MAX;
+use crate::simd::{LANES, TilePlane};
 
-/// `Σ v`, `Σ v u`, `Σ v dy`, `Σ v u²`, `Σ v u dy`, `Σ v dy²`, `Σ w g_r`, `Σ w g_g`, `Σ w g_b`, where
-/// `u = dx + shear dy` is what the exponent is made of: moments of dx would cancel for needles.
+/// `Σ v`, `Σ v E`, `Σ v D`, `Σ v E²`, `Σ v E D`, `Σ v D²`, `Σ w g_r`, `Σ w g_g`, `Σ w g_b`.
 pub(crate) const MOMENTS: usize = 9;
 
 /// Inputs and running state of a tile's backward pass.
@@ -26,6 +27,8 @@ pub(crate) struct BackwardTile {
     /// `S`: start with `g·colour + dL/dT_end T_end`.
     pub(crate) behind: TilePlane,
     pub(crate) transmittance: TilePlane,
+    /// Blocks that are not finished.
+    pub(crate) alive: u16,
 }
 
 impl BackwardTile {
@@ -34,75 +37,105 @@ impl BackwardTile {
             gradient: [TilePlane::filled(0.0), TilePlane::filled(0.0), TilePlane::filled(0.0)],
             behind: TilePlane::filled(0.0),
             transmittance: TilePlane::filled(1.0),
+            alive: u16::MAX,
         }
     }
 }
 
-/// Adds the tile's moments of each splat to `moments[entry]`.
+/// Writes the tile's moments of the first `count` splats of a batch to `sums`; those that reach
+/// nothing stay as they were and their bit in the result is 0.
 #[inline(always)]
-pub(crate) fn backward_tile<S: Simd>(
+pub(crate) fn backward_batch<S: Simd, const DEGREE: usize>(
     simd: S,
-    splats: &[Splat],
-    entries: &[u32],
-    x0: f32,
-    y0: f32,
+    batch: &Batch,
+    count: usize,
     tile: &mut BackwardTile,
-    moments: &mut [[f32; MOMENTS]],
-) {
-    let (lane_x, lane_y) = lane_offsets(simd);
-    let zero = f32x16::splat(simd, 0.0);
-    let mut alive = (1u32 << BLOCKS) - 1;
-    for &entry in entries {
-        let splat = &splats[entry as usize];
-        let mut blocks = block_mask(simd, splat, x0, y0) & alive;
+    transmittance_min: f32,
+    sums: &mut [[f32; MOMENTS]; BATCH],
+) -> u64 {
+    let zero = S::f32s::simd_from(simd, 0.0);
+    let one = S::f32s::simd_from(simd, 1.0);
+    let mut touched = 0;
+    for (k, item) in batch.items.iter().enumerate().take(count) {
+        let mut blocks = batch.masks[k] & tile.alive;
         if blocks == 0 {
             continue;
         }
+        touched |= 1 << k;
         let mut sum = [zero; MOMENTS];
-        let [r, g, b] = splat.color;
         while blocks != 0 {
-            let i = blocks.trailing_zeros() as usize;
+            let block = blocks.trailing_zeros() as usize & 15;
             blocks &= blocks - 1;
-            let (bx, by) = ((i % 4 * 4) as f32, (i / 4 * 4) as f32);
-            let dx = lane_x + (x0 + bx - splat.x);
-            let dy = lane_y + (y0 + by - splat.y);
-            let t = tile.transmittance.block(simd, i);
-            let (raw_alpha, seen, u) = splat_alpha(simd, splat, dx, dy, t);
-            let alpha = seen.select(raw_alpha.min(ALPHA_MAX), zero);
-            let weight = alpha * t;
-            let gradient = [
-                tile.gradient[0].block(simd, i),
-                tile.gradient[1].block(simd, i),
-                tile.gradient[2].block(simd, i),
-            ];
-            let gc = gradient[2].mul_add(b, gradient[1].mul_add(g, gradient[0] * r));
-            let behind = tile.behind.block(simd, i) - weight * gc;
-            tile.behind.set_block(i, behind);
-            let t_next = t - weight;
-            tile.transmittance.set_block(i, t_next);
-            let one = f32x16::splat(simd, 1.0);
-            let d_alpha = t * gc - behind / (one - alpha);
-            // Above the cap alpha is constant, so nothing flows through its exponent.
-            let v = raw_alpha.simd_lt(ALPHA_MAX).select(alpha * d_alpha, zero);
-            let (vu, vy) = (v * u, v * dy);
-            sum[0] += v;
-            sum[1] += vu;
-            sum[2] += vy;
-            sum[3] = vu.mul_add(u, sum[3]);
-            sum[4] = vu.mul_add(dy, sum[4]);
-            sum[5] = vy.mul_add(dy, sum[5]);
-            sum[6] = weight.mul_add(gradient[0], sum[6]);
-            sum[7] = weight.mul_add(gradient[1], sum[7]);
-            sum[8] = weight.mul_add(gradient[2], sum[8]);
-            if !t_next.simd_ge(TRANSMITTANCE_MIN).any_true() {
-                alive &= !(1 << i);
+            let mut block_alive = false;
+            let mut lane = block * LANES;
+            while lane < (block + 1) * LANES {
+                let t = tile.transmittance.lanes(simd, lane);
+                let (e, d, depth) = falloff(simd, item, lane);
+                let seen = depth.simd_le(item.limit) & t.simd_ge(transmittance_min);
+                let raw = exp2_minus_8::<S, DEGREE>(simd, depth);
+                let alpha = seen.select(raw.min(ALPHA_MAX), zero);
+                let weight = alpha * t;
+                let gr = tile.gradient[0].lanes(simd, lane);
+                let gg = tile.gradient[1].lanes(simd, lane);
+                let gb = tile.gradient[2].lanes(simd, lane);
+                let [cr, cg, cb] = item.color;
+                let gc = gb.mul_add(cb, gg.mul_add(cg, gr * cr));
+                let own = weight * gc;
+                let behind = tile.behind.lanes(simd, lane) - own;
+                tile.behind.set_lanes::<S>(lane, behind);
+                let t_next = t - weight;
+                tile.transmittance.set_lanes::<S>(lane, t_next);
+                // Above the cap alpha is constant, so nothing flows through its exponent.
+                let v = own - behind * (alpha / (one - alpha));
+                let v = raw.simd_lt(ALPHA_MAX).select(v, zero);
+                let (ve, vd) = (v * e, v * d);
+                sum[0] += v;
+                sum[1] += ve;
+                sum[2] += vd;
+                sum[3] = ve.mul_add(e, sum[3]);
+                sum[4] = ve.mul_add(d, sum[4]);
+                sum[5] = vd.mul_add(d, sum[5]);
+                sum[6] = weight.mul_add(gr, sum[6]);
+                sum[7] = weight.mul_add(gg, sum[7]);
+                sum[8] = weight.mul_add(gb, sum[8]);
+                block_alive |= t_next.simd_ge(transmittance_min).any_true();
+                lane += S::f32s::LEN;
+            }
+            if !block_alive {
+                tile.alive &= !(1 << block);
             }
         }
-        for (total, lanes) in moments[entry as usize].iter_mut().zip(sum) {
-            *total += lanes.reduce_sum();
-        }
-        if alive == 0 {
-            break;
-        }
+        let [a, b, c, d, e, f, g, h, last] = sum;
+        let first = sum_lanes_of_eight::<S>([a, b, c, d, e, f, g, h]);
+        sums[k][..8].copy_from_slice(&first);
+        sums[k][8] = last.reduce_sum();
     }
+    touched
+}
+
+/// Sums over the lanes of eight vectors at once: a tree of pairs shares its additions.
+#[inline(always)]
+fn sum_lanes_of_eight<S: Simd>(v: [S::f32s; 8]) -> [f32; 8] {
+    let [a, b, c, d, e, f, g, h] = v;
+    let (ab, cd) = (pairs::<S>(a, b), pairs::<S>(c, d));
+    let (ef, gh) = (pairs::<S>(e, f), pairs::<S>(g, h));
+    let (abcd, efgh) = (pairs::<S>(ab, cd), pairs::<S>(ef, gh));
+    let mut out = [0.0; 8];
+    if S::f32s::LEN == 4 {
+        out[..4].copy_from_slice(&abcd.as_slice()[..4]);
+        out[4..].copy_from_slice(&efgh.as_slice()[..4]);
+    } else {
+        let mut all = pairs::<S>(abcd, efgh);
+        if S::f32s::LEN == 16 {
+            all = pairs::<S>(all, all);
+        }
+        out.copy_from_slice(&all.as_slice()[..8]);
+    }
+    out
+}
+
+/// Sums of neighbouring lanes: those of `a`, then those of `b`.
+#[inline(always)]
+fn pairs<S: Simd>(a: S::f32s, b: S::f32s) -> S::f32s {
+    a.unzip_low(b) + a.unzip_high(b)
 }

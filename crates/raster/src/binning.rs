@@ -1,198 +1,319 @@
 //! Which Gaussians touch which tile, front to back.
 //!
-//! Visible Gaussians are sorted by depth once (ties by index, so the order is total), handed to
-//! the bands of 16 rows they reach, and each band lists them per tile. Every list is front to
-//! back because it is filled in that order.
+//! Every step is parallel and linear. Chunks of Gaussians list themselves per row of tiles; each
+//! row gathers its lists in the order of the chunks, sorts them by depth (ties by index, so the
+//! order is total), and lists them per tile. Every list is front to back because it is filled in
+//! that order.
 
 use rayon::prelude::*;
 
-use crate::options::TILE;
-use crate::project::Splat;
+use crate::dials::{RasterDials, Sorting};
+use crate::sort::sort_by_high_word;
+use crate::splat::Splat;
 
-/// Work of one row of tiles. Everything a band's tiles read is packed here in depth order.
+/// Gaussians per task: fixed, so that work splits the same way at any thread count.
+pub(crate) const CHUNK: usize = 1024;
+
+/// Visible Gaussians of a chunk per row of tiles that they reach.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Band {
-    /// Gaussian index of each splat of the band, front to back.
+pub(crate) struct ChunkLists {
+    /// `ids[start[r]..start[r + 1]]` reach row `r`; ascending.
+    start: Vec<u32>,
+    ids: Vec<u32>,
+    visible: usize,
+}
+
+impl ChunkLists {
+    /// The Gaussians that reach row `r`.
+    pub(crate) fn row(&self, r: usize) -> &[u32] {
+        &self.ids[self.start[r] as usize..self.start[r + 1] as usize]
+    }
+
+    fn fill(&mut self, splats: &[Splat], first_id: usize, tile: usize, rows: usize) {
+        self.start.clear();
+        self.start.resize(rows + 2, 0);
+        self.visible = 0;
+        let ranges = || {
+            let visible = splats.iter().enumerate().filter(|(_, splat)| splat.is_visible());
+            visible.map(|(k, splat)| (k, row_range(splat, tile, rows)))
+        };
+        for (_, (first, last)) in ranges() {
+            self.visible += 1;
+            for r in first..last {
+                self.start[r + 2] += 1;
+            }
+        }
+        for r in 2..rows + 2 {
+            self.start[r] += self.start[r - 1];
+        }
+        self.ids.clear();
+        self.ids.resize(self.start[rows + 1] as usize, 0);
+        // `start[r + 1]` runs from the start of row r to its end, where the next one starts.
+        for (k, (first, last)) in ranges() {
+            for slot in &mut self.start[first + 1..=last] {
+                self.ids[*slot as usize] = (first_id + k) as u32;
+                *slot += 1;
+            }
+        }
+        self.start.pop();
+    }
+}
+
+/// Work of one row of tiles. Everything its tiles read is packed here in depth order.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct TileRow {
+    /// Gaussian index of each splat, front to back.
     pub(crate) ids: Vec<u32>,
     /// Packed copies.
     pub(crate) splats: Vec<Splat>,
     /// `entries[tile_start[t]..tile_start[t + 1]]` are the splats of tile `t`.
-    pub(crate) tile_start: Vec<u32>,
+    tile_start: Vec<u32>,
     /// Indices into `splats`.
     pub(crate) entries: Vec<u32>,
-    /// Gradient moments per splat of the band; filled by the backward pass.
-    pub(crate) moments: Vec<[f32; 9]>,
+    /// Where each splat went, in the order of chunks and indices.
+    pub(crate) positions: Vec<u32>,
+    /// `positions[segments[c]..segments[c + 1]]` belong to chunk `c`.
+    pub(crate) segments: Vec<u32>,
+    keys: Vec<u64>,
+    spare: Vec<u64>,
+    ranges: Vec<(u32, u32)>,
+    cursor: Vec<u32>,
 }
 
-impl Band {
+impl TileRow {
     /// Splats of tile `t`, front to back.
     pub(crate) fn tile(&self, t: usize) -> &[u32] {
         &self.entries[self.tile_start[t] as usize..self.tile_start[t + 1] as usize]
     }
 
-    fn list_tiles(&mut self, projected: &[Splat], band: usize, tiles_x: usize) {
+    /// As [`Self::tile`]; `None` past the right edge.
+    pub(crate) fn tile_or_empty(&self, t: usize) -> Option<&[u32]> {
+        (t + 1 < self.tile_start.len()).then(|| self.tile(t))
+    }
+
+    fn fill(&mut self, projected: &[Splat], chunks: &[ChunkLists], row: usize) {
+        self.segments.clear();
+        self.segments.push(0);
+        self.keys.clear();
+        self.ids.clear();
+        for chunk in chunks {
+            self.ids.extend_from_slice(chunk.row(row));
+            self.segments.push(self.ids.len() as u32);
+        }
+        // Depths are positive, so their bits order like the numbers.
+        let depth = |id: u32| u64::from(projected[id as usize].depth.to_bits());
+        self.keys.extend(self.ids.iter().enumerate().map(|(k, &id)| depth(id) << 32 | k as u64));
+        sort_by_high_word(&mut self.keys, &mut self.spare);
+        self.positions.clear();
+        self.positions.resize(self.ids.len(), 0);
         self.splats.clear();
-        self.splats.extend(self.ids.iter().map(|&id| projected[id as usize]));
-        let y0 = (band * TILE) as f32;
-        let ranges: Vec<(u32, u32)> =
-            self.splats.iter().map(|splat| tile_range(splat, y0, tiles_x)).collect();
+        for (position, &key) in self.keys.iter().enumerate() {
+            let k = key as u32 as usize;
+            self.positions[k] = position as u32;
+            self.splats.push(projected[self.ids[k] as usize]);
+        }
+        for key in &mut self.keys {
+            *key = u64::from(self.ids[*key as u32 as usize]);
+        }
+        self.ids.clear();
+        self.ids.extend(self.keys.iter().map(|&id| id as u32));
+    }
+
+    fn list_tiles(&mut self, row: usize, tile: usize, tiles_x: usize) {
+        let y0 = (row * tile) as f32;
+        self.ranges.clear();
+        self.ranges.extend(self.splats.iter().map(|s| tile_range(s, y0, tile, tiles_x)));
         self.tile_start.clear();
         self.tile_start.resize(tiles_x + 1, 0);
-        for &(first, last) in &ranges {
-            for t in first..last {
-                self.tile_start[t as usize + 1] += 1;
+        for &(first, last) in &self.ranges {
+            for count in &mut self.tile_start[first as usize + 1..=last as usize] {
+                *count += 1;
             }
         }
         for t in 0..tiles_x {
             self.tile_start[t + 1] += self.tile_start[t];
         }
-        let mut cursor = self.tile_start.clone();
+        self.cursor.clone_from(&self.tile_start);
         self.entries.clear();
         self.entries.resize(self.tile_start[tiles_x] as usize, 0);
-        for (i, &(first, last)) in ranges.iter().enumerate() {
-            for t in first..last {
-                let slot = &mut cursor[t as usize];
+        for (i, &(first, last)) in self.ranges.iter().enumerate() {
+            for slot in &mut self.cursor[first as usize..last as usize] {
                 self.entries[*slot as usize] = i as u32;
                 *slot += 1;
             }
         }
     }
-}
 
-/// Half-open range of tile columns that a splat reaches in the band with top row `y0`.
-fn tile_range(splat: &Splat, y0: f32, tiles_x: usize) -> (u32, u32) {
-    let top = y0 + 0.5 - splat.y;
-    let Some((left, right)) = splat.ellipse.band(top, top + (TILE - 1) as f32) else {
-        return (0, 0);
-    };
-    // First and last pixel centre of a tile column are at 0.5 and 15.5.
-    let tile = TILE as f32;
-    let first = ((splat.x + left - (tile - 0.5)) / tile).ceil().max(0.0);
-    let last = ((splat.x + right - 0.5) / tile).floor() + 1.0;
-    let first = first.min(tiles_x as f32) as u32;
-    (first, (last.max(0.0).min(tiles_x as f32) as u32).max(first))
-}
-
-/// Fills `bands` (one per row of tiles) from the projected Gaussians. Reuses their memory.
-pub(crate) fn bin(projected: &[Splat], size: [usize; 2], bands: &mut Vec<Band>) {
-    let (tiles_x, tiles_y) = (size[0].div_ceil(TILE), size[1].div_ceil(TILE));
-    bands.resize_with(tiles_y, Band::default);
-    for band in bands.iter_mut() {
-        band.ids.clear();
-    }
-    for id in depth_order(projected) {
-        let splat = &projected[id as usize];
-        let reach = splat.ellipse.half_height;
-        let first = ((splat.y - reach - 0.5) / TILE as f32).floor().max(0.0) as usize;
-        let last = ((splat.y + reach - 0.5) / TILE as f32).floor().min((tiles_y - 1) as f32);
-        if last >= 0.0 {
-            for band in &mut bands[first.min(tiles_y - 1)..=last as usize] {
-                band.ids.push(id);
+    /// Sorts every tile's list by the depth on the ray through the tile's centre.
+    fn sort_tiles(&mut self, row: usize, tile: usize) {
+        let y = (row as f32 + 0.5) * tile as f32;
+        for t in 0..self.tile_start.len() - 1 {
+            let x = (t as f32 + 0.5) * tile as f32;
+            let list = self.tile_start[t] as usize..self.tile_start[t + 1] as usize;
+            let depth = |e: u32| u64::from(self.splats[e as usize].depth_at(x, y).to_bits());
+            self.keys.clear();
+            self.keys
+                .extend(self.entries[list.clone()].iter().map(|&e| depth(e) << 32 | u64::from(e)));
+            // Entries ascend in global depth, which settles ties.
+            sort_by_high_word(&mut self.keys, &mut self.spare);
+            for (entry, &key) in self.entries[list].iter_mut().zip(&self.keys) {
+                *entry = key as u32;
             }
         }
     }
-    bands.par_iter_mut().enumerate().for_each(|(y, band)| band.list_tiles(projected, y, tiles_x));
 }
 
-/// Indices of the visible Gaussians by depth, then index.
-fn depth_order(projected: &[Splat]) -> Vec<u32> {
-    // Depths are positive, so their bits order like the numbers.
-    let mut keys: Vec<u64> = projected
-        .iter()
-        .enumerate()
-        .filter(|(_, splat)| splat.is_visible())
-        .map(|(id, splat)| (u64::from(splat.depth.to_bits()) << 32) | id as u64)
-        .collect();
-    radix_sort_high_word(&mut keys);
-    keys.iter().map(|&key| key as u32).collect()
+/// The lists of one view.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Bins {
+    /// Pixels per side of a tile.
+    pub(crate) tile: usize,
+    pub(crate) rows: Vec<TileRow>,
+    pub(crate) chunks: Vec<ChunkLists>,
 }
 
-/// Sorts by the upper 32 bits, stable; input is already ordered by the lower ones.
-///
-/// Least significant digit first, 11 bits a pass: linear, where a comparison sort of a few
-/// million keys would show in the profile.
-fn radix_sort_high_word(keys: &mut Vec<u64>) {
-    const DIGIT: u32 = 11;
-    if keys.len() < 2048 {
-        keys.sort_unstable();
-        return;
+impl Bins {
+    /// Lists the projected Gaussians. Reuses memory.
+    pub(crate) fn fill(&mut self, projected: &[Splat], size: [usize; 2], dials: &RasterDials) {
+        let tile = dials.tile_size as usize;
+        let (tiles_x, tiles_y) = (size[0].div_ceil(tile), size[1].div_ceil(tile));
+        self.tile = tile;
+        self.chunks.resize_with(projected.len().div_ceil(CHUNK), ChunkLists::default);
+        let chunks = self.chunks.par_iter_mut().zip(projected.par_chunks(CHUNK)).enumerate();
+        chunks
+            .with_max_len(4)
+            .for_each(|(c, (lists, splats))| lists.fill(splats, c * CHUNK, tile, tiles_y));
+        self.rows.resize_with(tiles_y, TileRow::default);
+        let chunks = &self.chunks;
+        self.rows.par_iter_mut().enumerate().with_max_len(1).for_each(|(r, row)| {
+            row.fill(projected, chunks, r);
+            row.list_tiles(r, tile, tiles_x);
+            if dials.sort != Sorting::Global {
+                row.sort_tiles(r, tile);
+            }
+        });
     }
-    let mut other = vec![0u64; keys.len()];
-    for shift in [32, 32 + DIGIT, 32 + 2 * DIGIT] {
-        let digit = |key: u64| ((key >> shift) & ((1 << DIGIT) - 1)) as usize;
-        let mut start = [0u32; 1 << DIGIT];
-        for &key in keys.iter() {
-            start[digit(key)] += 1;
-        }
-        let mut sum = 0;
-        for slot in &mut start {
-            sum += std::mem::replace(slot, sum);
-        }
-        for &key in keys.iter() {
-            let slot = &mut start[digit(key)];
-            other[*slot as usize] = key;
-            *slot += 1;
-        }
-        std::mem::swap(keys, &mut other);
+
+    /// Gaussians on the image.
+    pub(crate) fn visible(&self) -> usize {
+        self.chunks.iter().map(|chunk| chunk.visible).sum()
     }
+
+    /// Entries of all lists.
+    pub(crate) fn entries(&self) -> usize {
+        self.rows.iter().map(|row| row.entries.len()).sum()
+    }
+
+    /// The row and list of the tile that pixel `(x, y)` lies in; `None` outside the tiles.
+    pub(crate) fn list_at(&self, x: usize, y: usize) -> Option<(&TileRow, &[u32])> {
+        let row = self.rows.get(y / self.tile)?;
+        Some((row, row.tile_or_empty(x / self.tile)?))
+    }
+}
+
+/// Half-open range of the rows of tiles that a splat reaches.
+#[inline(always)]
+fn row_range(splat: &Splat, tile: usize, rows: usize) -> (usize, usize) {
+    // First and last pixel centre of a row of tiles are at 0.5 and tile - 0.5.
+    let scale = (tile as f32).recip();
+    let first = (splat.y - splat.half_height - 0.5) * scale;
+    let last = (splat.y + splat.half_height - 0.5) * scale;
+    // Conversions saturate, and tiles are powers of two: scaling is exact.
+    let first = (first.floor().max(0.0) as usize).min(rows);
+    let last = if last >= 0.0 { (last as usize + 1).min(rows) } else { 0 };
+    (first.min(last), last)
+}
+
+/// Half-open range of tile columns that a splat reaches in the row with top `y0`.
+#[inline(always)]
+fn tile_range(splat: &Splat, y0: f32, tile: usize, tiles_x: usize) -> (u32, u32) {
+    let top = y0 + 0.5 - splat.y;
+    let Some((left, right)) = splat.band(top, top + (tile - 1) as f32) else {
+        return (0, 0);
+    };
+    // First and last pixel centre of a tile column are at 0.5 and tile - 0.5.
+    let (side, scale) = (tile as f32, (tile as f32).recip());
+    let first = ((splat.x + left - (side - 0.5)) * scale).ceil().max(0.0);
+    let last = ((splat.x + right - 0.5) * scale).floor() + 1.0;
+    let last = (last.max(0.0) as usize).min(tiles_x);
+    ((first as usize).min(last) as u32, last as u32)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ellipse::Ellipse;
 
-    #[test]
-    fn radix_sort_agrees_with_a_comparison_sort() {
-        let mut state = 1u64;
-        let mut keys: Vec<u64> = (0..5000u64)
+    fn scene() -> Vec<Splat> {
+        (0..3000)
             .map(|i| {
-                state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-                // Few distinct depths, so that ties occur.
-                (((state >> 40) % 300 * 7_654_321) << 32) | i
+                let f = i as f32;
+                let center = [(f * 13.7) % 90.0 - 10.0, (f * 7.3) % 70.0 - 10.0];
+                let xx = 0.3 + 60.0 * (f * 0.37).sin().abs();
+                let (splat, _) = Splat::from_covariance(center, [xx, 0.4, 2.0], 0.5).unwrap();
+                Splat {
+                    depth: 2.0 + ((f * 0.71).sin() * 9.0).round() / 9.0,
+                    depth_slope: [0.01 * (f * 0.3).sin(), 0.01 * (f * 0.5).cos()],
+                    ..if i % 7 == 0 { Splat::INVISIBLE } else { splat }
+                }
             })
-            .collect();
-        let mut expected = keys.clone();
-        expected.sort_unstable();
-        radix_sort_high_word(&mut keys);
-        assert_eq!(keys, expected);
+            .collect()
     }
 
     #[test]
     fn every_touched_tile_lists_the_splat_once_in_depth_order() {
-        let splats: Vec<Splat> = (0..300)
-            .map(|i| {
-                let f = i as f32;
-                let (a, b, c) = (0.02 + 0.3 * (f * 0.37).sin().abs(), 0.01, 0.03);
-                Splat {
-                    x: (f * 13.7) % 90.0 - 10.0,
-                    y: (f * 7.3) % 70.0 - 10.0,
-                    a,
-                    depth: 1.0 + (f * 0.71).sin(),
-                    ellipse: Ellipse::from_conic(a, b, c, 5.0).unwrap(),
-                    ..Splat::INVISIBLE
-                }
-            })
-            .collect();
-        let mut bands = Vec::new();
-        bin(&splats, [70, 50], &mut bands);
-        assert_eq!(bands.len(), 4);
-        for (ty, band) in bands.iter().enumerate() {
-            for tx in 0..5 {
-                let list: Vec<u32> = band.tile(tx).iter().map(|&e| band.ids[e as usize]).collect();
-                let depth = |id: u32| splats[id as usize].depth;
-                assert!(list.windows(2).all(|w| depth(w[0]) <= depth(w[1])));
-                for (id, s) in splats.iter().enumerate() {
-                    let touched = (0..TILE * TILE).any(|p| {
-                        let dx = (tx * TILE + p % TILE) as f32 + 0.5 - s.x;
-                        let dy = (ty * TILE + p / TILE) as f32 + 0.5 - s.y;
-                        let u = dx + s.ellipse.shear * dy;
-                        s.a * (u * u + s.ellipse.aspect * dy * dy) <= 5.0
-                    });
-                    let count = list.iter().filter(|&&e| e == id as u32).count();
-                    assert!(count <= 1 && (count == 1 || !touched), "tile {tx},{ty} splat {id}");
+        let splats = scene();
+        for (tile, sort) in [(8, Sorting::Global), (16, Sorting::Global), (32, Sorting::Tile)] {
+            let dials = RasterDials { tile_size: tile as u8, sort, ..RasterDials::default() };
+            let mut bins = Bins::default();
+            bins.fill(&splats, [70, 50], &dials);
+            assert_eq!(bins.rows.len(), 50usize.div_ceil(tile));
+            for (ty, row) in bins.rows.iter().enumerate() {
+                for tx in 0..70usize.div_ceil(tile) {
+                    let center = [(tx as f32 + 0.5) * tile as f32, (ty as f32 + 0.5) * tile as f32];
+                    let list: Vec<u32> =
+                        row.tile(tx).iter().map(|&e| row.ids[e as usize]).collect();
+                    let key = |id: u32| {
+                        let splat = &splats[id as usize];
+                        match sort {
+                            Sorting::Tile => {
+                                (splat.depth_at(center[0], center[1]), splat.depth, id)
+                            }
+                            _ => (splat.depth, 0.0, id),
+                        }
+                    };
+                    assert!(list.windows(2).all(|w| key(w[0]) < key(w[1])), "tile {tx},{ty}");
+                    for (id, s) in splats.iter().enumerate() {
+                        let touched = s.is_visible()
+                            && (0..tile * tile).any(|p| {
+                                let x = (tx * tile + p % tile) as f32 + 0.5;
+                                let y = (ty * tile + p / tile) as f32 + 0.5;
+                                s.alpha_at(x, y, 5).is_some()
+                            });
+                        let listed = list.contains(&(id as u32));
+                        assert!(listed || !touched, "tile {tx},{ty} splat {id}");
+                    }
                 }
             }
+        }
+    }
+
+    #[test]
+    fn positions_lead_from_chunks_to_splats() {
+        let splats = scene();
+        let mut bins = Bins::default();
+        bins.fill(&splats, [70, 50], &RasterDials::default());
+        for (r, row) in bins.rows.iter().enumerate() {
+            let mut seen = 0;
+            for (c, chunk) in bins.chunks.iter().enumerate() {
+                let segment = row.segments[c] as usize..row.segments[c + 1] as usize;
+                assert_eq!(segment.len(), chunk.row(r).len());
+                for (&position, &id) in row.positions[segment].iter().zip(chunk.row(r)) {
+                    assert_eq!(row.ids[position as usize], id);
+                    assert_eq!(row.splats[position as usize].x, splats[id as usize].x);
+                    seen += 1;
+                }
+            }
+            assert_eq!(seen, row.ids.len());
         }
     }
 }

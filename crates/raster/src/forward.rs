@@ -1,15 +1,21 @@
 //! The forward tile kernel: composites the splats of one tile front to back.
+//!
+//! Block by block: the state of 16 pixels stays in registers while the splats of a batch that
+//! reach the block pass by, and a finished block stops at once.
 
-use fearless_simd::{Simd, f32x16, prelude::*};
+use fearless_simd::{Simd, prelude::*};
 
-use crate::options::{ALPHA_MAX, ALPHA_MIN, TILE, TRANSMITTANCE_MIN};
-use crate::project::Splat;
-use crate::simd::{BLOCKS, TilePlane, block_mask, exp2_unit, lane_offsets};
+use crate::batch::{Batch, falloff};
+use crate::exp2::exp2_minus_8;
+use crate::options::ALPHA_MAX;
+use crate::simd::{BLOCKS, LANES, TilePlane};
 
 /// Colour and transmittance of a tile while it is composited.
 pub(crate) struct ForwardTile {
     pub(crate) color: [TilePlane; 3],
     pub(crate) transmittance: TilePlane,
+    /// Blocks that are not finished.
+    pub(crate) alive: u16,
 }
 
 impl ForwardTile {
@@ -17,6 +23,7 @@ impl ForwardTile {
         Self {
             color: [TilePlane::filled(0.0), TilePlane::filled(0.0), TilePlane::filled(0.0)],
             transmittance: TilePlane::filled(1.0),
+            alive: u16::MAX,
         }
     }
 }
@@ -30,69 +37,58 @@ pub(crate) struct PairCount {
     pub(crate) composited: u64,
 }
 
-/// Alpha of a splat over one block, which lanes it changes, and `u = dx + shear dy`.
-///
-/// The only place that decides what a splat contributes: forward and backward both call it, so
-/// they cannot disagree (positive comparisons: NaN contributes nothing).
+/// Composites a batch into `tile` (start: black, 1).
 #[inline(always)]
-pub(crate) fn splat_alpha<S: Simd>(
+pub(crate) fn forward_batch<S: Simd, const DEGREE: usize, const COUNT: bool>(
     simd: S,
-    splat: &Splat,
-    dx: f32x16<S>,
-    dy: f32x16<S>,
-    transmittance: f32x16<S>,
-) -> (f32x16<S>, fearless_simd::mask32x16<S>, f32x16<S>) {
-    let u = dy.mul_add(splat.ellipse.shear, dx);
-    let q = (dy * dy).mul_add(splat.ellipse.aspect, u * u);
-    let log2_alpha = q.mul_add(-splat.a, f32x16::splat(simd, splat.log2_opacity));
-    let log2_min = const { -7.994_353_4f32 };
-    debug_assert!((log2_min - ALPHA_MIN.log2()).abs() < 1e-6);
-    let seen = log2_alpha.simd_ge(log2_min) & transmittance.simd_ge(TRANSMITTANCE_MIN);
-    (exp2_unit(log2_alpha), seen, u)
-}
-
-/// Composites `entries` over the tile with corner `(x0, y0)` into `tile` (start: black, 1).
-#[inline(always)]
-pub(crate) fn forward_tile<S: Simd, const COUNT: bool>(
-    simd: S,
-    splats: &[Splat],
-    entries: &[u32],
-    x0: f32,
-    y0: f32,
+    batch: &Batch,
     tile: &mut ForwardTile,
+    transmittance_min: f32,
     pairs: &mut PairCount,
 ) {
-    let (lane_x, lane_y) = lane_offsets(simd);
-    let mut alive = (1u32 << BLOCKS) - 1;
-    for &entry in entries {
-        let splat = &splats[entry as usize];
-        let mut blocks = block_mask(simd, splat, x0, y0) & alive;
-        while blocks != 0 {
-            let i = blocks.trailing_zeros() as usize;
-            blocks &= blocks - 1;
-            let (bx, by) = ((i % 4 * 4) as f32, (i / 4 * 4) as f32);
-            let dx = lane_x + (x0 + bx - splat.x);
-            let dy = lane_y + (y0 + by - splat.y);
-            let t = tile.transmittance.block(simd, i);
-            let (alpha, seen, _) = splat_alpha(simd, splat, dx, dy, t);
-            let weight = seen.select(alpha.min(ALPHA_MAX) * t, f32x16::splat(simd, 0.0));
-            for (plane, color) in tile.color.iter_mut().zip(splat.color) {
-                plane.set_block(i, weight.mul_add(color, plane.block(simd, i)));
-            }
-            let t = t - weight;
-            tile.transmittance.set_block(i, t);
-            if COUNT {
-                pairs.visited += 16;
-                pairs.composited += u64::from(seen.to_bitmask().count_ones());
-            }
-            if !t.simd_ge(TRANSMITTANCE_MIN).any_true() {
-                alive &= !(1 << i);
-            }
+    let zero = S::f32s::simd_from(simd, 0.0);
+    for block in 0..BLOCKS {
+        if batch.bits[block] == 0 || tile.alive & (1 << block) == 0 {
+            continue;
         }
-        if alive == 0 {
-            break;
+        let mut block_alive = false;
+        let mut lane = block * LANES;
+        while lane < (block + 1) * LANES {
+            let mut splats = batch.bits[block];
+            let mut t = tile.transmittance.lanes(simd, lane);
+            let mut r = tile.color[0].lanes(simd, lane);
+            let mut g = tile.color[1].lanes(simd, lane);
+            let mut b = tile.color[2].lanes(simd, lane);
+            let mut alive = t.simd_ge(transmittance_min);
+            let mut any = alive.any_true();
+            while splats != 0 && any {
+                let item = &batch.items[splats.trailing_zeros() as usize & 63];
+                splats &= splats - 1;
+                let (_, _, depth) = falloff(simd, item, lane);
+                // Positive comparisons: NaN contributes nothing.
+                let seen = depth.simd_le(item.limit) & alive;
+                let alpha = exp2_minus_8::<S, DEGREE>(simd, depth).min(ALPHA_MAX);
+                let weight = seen.select(alpha * t, zero);
+                r = weight.mul_add(item.color[0], r);
+                g = weight.mul_add(item.color[1], g);
+                b = weight.mul_add(item.color[2], b);
+                t = t - weight;
+                if COUNT {
+                    pairs.visited += S::f32s::LEN as u64;
+                    pairs.composited += u64::from(seen.to_bitmask().count_ones());
+                }
+                alive = t.simd_ge(transmittance_min);
+                any = alive.any_true();
+            }
+            tile.transmittance.set_lanes::<S>(lane, t);
+            tile.color[0].set_lanes::<S>(lane, r);
+            tile.color[1].set_lanes::<S>(lane, g);
+            tile.color[2].set_lanes::<S>(lane, b);
+            block_alive |= any;
+            lane += S::f32s::LEN;
+        }
+        if !block_alive {
+            tile.alive &= !(1 << block);
         }
     }
 }
-
-const _: () = assert!(TILE == 16 && BLOCKS == 16, "block masks are 16 bits");

@@ -1,25 +1,34 @@
 //! One view forward and backward on the tiled path.
 
+use std::sync::LazyLock;
 use std::time::{Duration, Instant};
 
 use fearless_simd::dispatch;
 use motes_scene::Gaussians;
 use rayon::prelude::*;
 
-use crate::backward::{BackwardTile, MOMENTS, backward_tile};
-use crate::binning::{Band, bin};
-use crate::forward::{ForwardTile, PairCount, forward_tile};
+use crate::backward::MOMENTS;
+use crate::binning::{Bins, CHUNK};
+use crate::dials::{Accumulation, Sorting};
+use crate::forward::PairCount;
 use crate::gradients::GaussianGradients;
-use crate::options::{Modifiers, RenderOptions, TILE};
+use crate::options::{Modifiers, RenderOptions};
 use crate::planes::Planes;
-use crate::project::{Splat, ViewTransform, project};
+use crate::project::{ViewTransform, project};
 use crate::project_backward::project_backward;
-use crate::simd::{TilePlane, level};
+use crate::splat::{Cutoffs, Splat};
+use crate::strip::{Strip, Total, rows_of_strip};
 
-/// Gaussians per task: fixed, so that work splits the same way at any thread count.
-const CHUNK: usize = 512;
+/// A clock for the phases: any origin, never backwards.
+pub type PhaseClock = fn() -> Duration;
 
-/// Wall-clock time of the phases and, when counted, the work of the kernels.
+/// Wall time; a profiler may prefer the processor time of the process.
+fn wall_clock() -> Duration {
+    static START: LazyLock<Instant> = LazyLock::new(Instant::now);
+    START.elapsed()
+}
+
+/// Time of the phases (wall time unless [`Frame::clock`] says otherwise) and the work they did.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct FrameStats {
     /// Projecting and shading Gaussians.
@@ -32,6 +41,10 @@ pub struct FrameStats {
     pub backward: Duration,
     /// Chaining to stored parameters.
     pub project_backward: Duration,
+    /// Gaussians on the image.
+    pub visible: usize,
+    /// Entries of all tile lists.
+    pub tile_entries: usize,
     /// (pixel, splat) pairs evaluated; 0 unless counting was asked for.
     pub pairs_visited: u64,
     /// Pairs that changed a pixel; 0 unless counting was asked for.
@@ -39,17 +52,37 @@ pub struct FrameStats {
 }
 
 /// Buffers and results of rasterizing one view; reused from view to view.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Frame {
     projected: Vec<Splat>,
-    bands: Vec<Band>,
+    bins: Bins,
     image: Option<Planes>,
-    moments: Vec<[f32; MOMENTS]>,
+    /// Per strip of 16 rows; which of the two is used is a dial.
+    moments_f32: Vec<Vec<[f32; MOMENTS]>>,
+    moments_f64: Vec<Vec<[f64; MOMENTS]>>,
     view: Option<ViewTransform>,
     /// Times of the last calls.
     pub stats: FrameStats,
     /// Count pairs in the forward pass (costs a few percent).
     pub count_pairs: bool,
+    /// What [`Self::stats`] is measured with.
+    pub clock: PhaseClock,
+}
+
+impl Default for Frame {
+    fn default() -> Self {
+        Self {
+            projected: Vec::new(),
+            bins: Bins::default(),
+            image: None,
+            moments_f32: Vec::new(),
+            moments_f64: Vec::new(),
+            view: None,
+            stats: FrameStats::default(),
+            count_pairs: false,
+            clock: wall_clock,
+        }
+    }
 }
 
 impl Frame {
@@ -67,20 +100,28 @@ impl Frame {
         modifiers: &Modifiers<'_>,
         options: &RenderOptions,
     ) -> &Planes {
-        let start = Instant::now();
+        let start = (self.clock)();
+        let level = options.dials.level();
+        let cutoffs = Cutoffs::new(options);
         self.projected.resize(gaussians.len(), Splat::INVISIBLE);
-        self.projected.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, splats)| {
-            for (k, splat) in splats.iter_mut().enumerate() {
-                *splat = project(view, gaussians, chunk * CHUNK + k, modifiers, options);
-            }
+        let chunks = self.projected.par_chunks_mut(CHUNK).enumerate();
+        chunks.for_each(|(chunk, splats)| {
+            dispatch!(level, _simd => {
+                for (k, splat) in splats.iter_mut().enumerate() {
+                    let i = chunk * CHUNK + k;
+                    *splat = project(view, gaussians, i, modifiers, options, &cutoffs);
+                }
+            });
         });
-        self.stats.project = start.elapsed();
+        self.stats.project = (self.clock)() - start;
 
-        let start = Instant::now();
-        bin(&self.projected, view.size, &mut self.bands);
-        self.stats.bin = start.elapsed();
+        let start = (self.clock)();
+        self.bins.fill(&self.projected, view.size, &options.dials);
+        self.stats.bin = (self.clock)() - start;
+        self.stats.visible = self.bins.visible();
+        self.stats.tile_entries = self.bins.entries();
 
-        let start = Instant::now();
+        let start = (self.clock)();
         let [width, height] = view.size;
         let mut image = self
             .image
@@ -88,20 +129,20 @@ impl Frame {
             .filter(|image| [image.width, image.height] == view.size)
             .unwrap_or_else(|| Planes::new(width, height, 4));
         let (stride, band_len) = (image.stride, image.band_len());
-        let count_pairs = self.count_pairs;
-        let pairs: Vec<PairCount> = image
-            .data
-            .par_chunks_mut(band_len)
-            .zip(&self.bands)
-            .enumerate()
-            .with_max_len(1)
-            .map(|(y, (rows, band))| {
-                forward_band(rows, stride, band, y, options.background, count_pairs)
+        let (bins, count_pairs) = (&self.bins, self.count_pairs);
+        let strips = image.data.par_chunks_mut(band_len.max(1)).enumerate().with_max_len(1);
+        let pairs: Vec<PairCount> = strips
+            .map(|(y, rows)| {
+                let strip = Strip { bins, options, y, stride };
+                match options.dials.sort {
+                    Sorting::Pixel => strip.forward_resorted(rows),
+                    Sorting::Global | Sorting::Tile => strip.forward(rows, count_pairs),
+                }
             })
             .collect();
         self.stats.pairs_visited = pairs.iter().map(|p| p.visited).sum();
         self.stats.pairs_composited = pairs.iter().map(|p| p.composited).sum();
-        self.stats.forward = start.elapsed();
+        self.stats.forward = (self.clock)() - start;
         self.view = Some(view.clone());
         self.image.insert(image)
     }
@@ -112,7 +153,7 @@ impl Frame {
     /// those of the forward call. Overwrites `out`.
     ///
     /// # Panics
-    /// When there was no forward call or the sizes differ.
+    /// When there was no forward call, the sizes differ, or pixels were sorted one by one.
     pub fn backward(
         &mut self,
         gaussians: &Gaussians,
@@ -121,69 +162,62 @@ impl Frame {
         gradient: &Planes,
         out: &mut GaussianGradients,
     ) {
-        let (Some(view), Some(image)) = (&self.view, &self.image) else {
-            panic!("backward needs a forward pass first");
-        };
-        assert_eq!(gradient.data.len(), image.data.len(), "gradient size");
-        let start = Instant::now();
-        let (stride, band_len) = (image.stride, image.band_len());
-        self.bands.par_iter_mut().enumerate().with_max_len(1).for_each(|(y, band)| {
-            let rows = y * band_len..(y + 1) * band_len;
-            backward_band(&image.data[rows.clone()], &gradient.data[rows], stride, band, y);
-        });
-        self.stats.backward = start.elapsed();
-
-        let start = Instant::now();
-        out.reset(gaussians);
-        self.moments.clear();
-        self.moments.resize(gaussians.len(), [0.0; MOMENTS]);
-        // Bands in order: the sum of every Gaussian has one fixed order.
-        for band in &self.bands {
-            for (&id, moments) in band.ids.iter().zip(&band.moments) {
-                for (total, m) in self.moments[id as usize].iter_mut().zip(moments) {
-                    *total += m;
-                }
+        assert!(options.dials.sort != Sorting::Pixel, "sorting per pixel is for rendering only");
+        assert!(self.view.is_some(), "backward needs a forward pass first");
+        match options.dials.accumulate {
+            Accumulation::F32 => {
+                let mut moments = std::mem::take(&mut self.moments_f32);
+                self.chain(gaussians, modifiers, options, gradient, &mut moments, out);
+                self.moments_f32 = moments;
+            }
+            Accumulation::F64 => {
+                let mut moments = std::mem::take(&mut self.moments_f64);
+                self.chain(gaussians, modifiers, options, gradient, &mut moments, out);
+                self.moments_f64 = moments;
             }
         }
-        let sh_stride = 3 * gaussians.sh_coefficients() * CHUNK;
-        let (projected, moments) = (&self.projected, &self.moments);
-        out.means
-            .par_chunks_mut(CHUNK)
-            .zip(out.rotations.par_chunks_mut(CHUNK))
-            .zip(out.log_scales.par_chunks_mut(CHUNK))
-            .zip(out.opacity_logits.par_chunks_mut(CHUNK))
-            .zip(out.sh.par_chunks_mut(sh_stride))
-            .zip(out.center_norm.par_chunks_mut(CHUNK))
-            .zip(out.seen.par_chunks_mut(CHUNK))
-            .enumerate()
-            .for_each(
-                |(chunk, ((((((means, rotations), scales), opacities), sh), norms), seen))| {
-                    let sh_row = sh.len() / means.len();
-                    for k in 0..means.len() {
-                        let i = chunk * CHUNK + k;
-                        if !projected[i].is_visible() {
-                            continue;
-                        }
-                        let sh = &mut sh[k * sh_row..(k + 1) * sh_row];
-                        let row = project_backward(
-                            view,
-                            gaussians,
-                            i,
-                            modifiers,
-                            options,
-                            &moments[i],
-                            sh,
-                        );
-                        means[k] = row.mean;
-                        rotations[k] = row.rotation;
-                        scales[k] = row.log_scale;
-                        opacities[k] = row.opacity_logit;
-                        norms[k] = row.center_norm;
-                        seen[k] = true;
+    }
+
+    fn chain<T: Total>(
+        &mut self,
+        gaussians: &Gaussians,
+        modifiers: &Modifiers<'_>,
+        options: &RenderOptions,
+        gradient: &Planes,
+        moments: &mut Vec<Vec<[T; MOMENTS]>>,
+        out: &mut GaussianGradients,
+    ) {
+        let (Some(view), Some(image)) = (&self.view, &self.image) else {
+            return;
+        };
+        assert_eq!(gradient.data.len(), image.data.len(), "gradient size");
+        let start = (self.clock)();
+        let (stride, band_len) = (image.stride, image.band_len());
+        let bins = &self.bins;
+        moments.resize_with(image.data.len() / band_len.max(1), Vec::new);
+        moments.par_iter_mut().enumerate().with_max_len(1).for_each(|(y, moments)| {
+            let rows = y * band_len..(y + 1) * band_len;
+            let strip = Strip { bins, options, y, stride };
+            strip.backward(&image.data[rows.clone()], &gradient.data[rows], moments);
+        });
+        self.stats.backward = (self.clock)() - start;
+
+        let start = (self.clock)();
+        let level = options.dials.level();
+        out.resize(gaussians);
+        out.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, mut rows)| {
+            let first = chunk * CHUNK;
+            let moments = sum_of_chunk(bins, moments, chunk, rows.len());
+            dispatch!(level, _simd => for (k, moments) in moments.iter().enumerate() {
+                let (i, splat) = (first + k, &self.projected[first + k]);
+                rows.set(k, splat.is_visible().then(|| {
+                    move |sh: &mut [f32]| {
+                        project_backward(view, gaussians, i, modifiers, options, splat, moments, sh)
                     }
-                },
-            );
-        self.stats.project_backward = start.elapsed();
+                }));
+            });
+        });
+        self.stats.project_backward = (self.clock)() - start;
     }
 
     /// The splats of the last forward call, one per Gaussian.
@@ -191,74 +225,34 @@ impl Frame {
         &self.projected
     }
 
-    /// The bands of the last forward call.
-    pub(crate) fn bands(&self) -> &[Band] {
-        &self.bands
+    /// The tile lists of the last forward call.
+    pub(crate) fn bins(&self) -> &Bins {
+        &self.bins
     }
 }
 
-fn forward_band(
-    rows: &mut [f32],
-    stride: usize,
-    band: &Band,
-    y: usize,
-    background: [f32; 3],
-    count_pairs: bool,
-) -> PairCount {
-    let mut pairs = PairCount::default();
-    let plane = TILE * stride;
-    for t in 0..stride / TILE {
-        let mut tile = ForwardTile::new();
-        let (x0, y0) = ((t * TILE) as f32, (y * TILE) as f32);
-        let entries = band.tile(t);
-        if count_pairs {
-            dispatch!(level(), simd => forward_tile::<_, true>(
-                simd, &band.splats, entries, x0, y0, &mut tile, &mut pairs));
-        } else {
-            dispatch!(level(), simd => forward_tile::<_, false>(
-                simd, &band.splats, entries, x0, y0, &mut tile, &mut pairs));
-        }
-        for (c, color) in tile.color.iter_mut().enumerate() {
-            for (value, transmittance) in color.0.iter_mut().zip(&tile.transmittance.0) {
-                *value += transmittance * background[c];
+/// Moments of the Gaussians of a chunk over all strips. Strips in order: the sum of every Gaussian
+/// has one fixed order.
+fn sum_of_chunk<T: Total>(
+    bins: &Bins,
+    strips: &[Vec<[T; MOMENTS]>],
+    chunk: usize,
+    count: usize,
+) -> Vec<[f32; MOMENTS]> {
+    let mut totals = vec![[T::default(); MOMENTS]; count];
+    for (y, moments) in strips.iter().enumerate() {
+        let mut base = 0;
+        for r in rows_of_strip(bins, y) {
+            let row = &bins.rows[r];
+            let segment = row.segments[chunk] as usize..row.segments[chunk + 1] as usize;
+            for (&position, &id) in row.positions[segment].iter().zip(bins.chunks[chunk].row(r)) {
+                let total = &mut totals[id as usize - chunk * CHUNK];
+                for (total, &moment) in total.iter_mut().zip(&moments[base + position as usize]) {
+                    *total += moment;
+                }
             }
-            color.store_rows(&mut rows[c * plane..(c + 1) * plane], stride, t * TILE);
+            base += row.ids.len();
         }
-        tile.transmittance.store_rows(&mut rows[3 * plane..], stride, t * TILE);
     }
-    pairs
-}
-
-fn backward_band(image: &[f32], gradient: &[f32], stride: usize, band: &mut Band, y: usize) {
-    let mut moments = std::mem::take(&mut band.moments);
-    moments.clear();
-    moments.resize(band.ids.len(), [0.0; MOMENTS]);
-    let plane = TILE * stride;
-    let mut color = TilePlane::filled(0.0);
-    for t in 0..stride / TILE {
-        let entries = band.tile(t);
-        if entries.is_empty() {
-            continue;
-        }
-        let mut tile = BackwardTile::new();
-        for c in 0..3 {
-            let rows = c * plane..(c + 1) * plane;
-            tile.gradient[c].load_rows(&gradient[rows.clone()], stride, t * TILE);
-            color.load_rows(&image[rows], stride, t * TILE);
-            for ((s, g), v) in tile.behind.0.iter_mut().zip(&tile.gradient[c].0).zip(&color.0) {
-                *s += g * v;
-            }
-        }
-        // The final transmittance acts like one more colour channel: 0 on every splat, 1 behind.
-        let mut d_transmittance = TilePlane::filled(0.0);
-        d_transmittance.load_rows(&gradient[3 * plane..], stride, t * TILE);
-        color.load_rows(&image[3 * plane..], stride, t * TILE);
-        for ((s, g), v) in tile.behind.0.iter_mut().zip(&d_transmittance.0).zip(&color.0) {
-            *s += g * v;
-        }
-        let (x0, y0) = ((t * TILE) as f32, (y * TILE) as f32);
-        dispatch!(level(), simd => backward_tile(
-            simd, &band.splats, entries, x0, y0, &mut tile, &mut moments));
-    }
-    band.moments = moments;
+    totals.iter().map(|total| total.map(T::to_f32)).collect()
 }

@@ -1,6 +1,9 @@
 //! Gradients of a loss by the stored parameters of the Gaussians.
 
 use motes_scene::Gaussians;
+use rayon::prelude::*;
+
+use crate::project_backward::RowGradient;
 
 /// One gradient per stored value of [`Gaussians`], same shapes; zero where a Gaussian is not seen.
 #[derive(Clone, Debug, Default)]
@@ -23,22 +26,91 @@ pub struct GaussianGradients {
 }
 
 impl GaussianGradients {
-    /// Zeros in the shapes of `gaussians`; reuses memory.
+    /// Zeros in the shapes of `gaussians`.
     pub fn reset(&mut self, gaussians: &Gaussians) {
+        *self = Self::default();
+        self.resize(gaussians);
+    }
+
+    /// Takes the shapes of `gaussians`; reuses memory. Values that were there may stay: the
+    /// backward pass writes all of them.
+    pub(crate) fn resize(&mut self, gaussians: &Gaussians) {
         let n = gaussians.len();
-        self.means.clear();
         self.means.resize(n, [0.0; 3]);
-        self.rotations.clear();
         self.rotations.resize(n, [0.0; 4]);
-        self.log_scales.clear();
         self.log_scales.resize(n, [0.0; 3]);
-        self.opacity_logits.clear();
         self.opacity_logits.resize(n, 0.0);
-        self.sh.clear();
         self.sh.resize(gaussians.sh.len(), 0.0);
-        self.center_norm.clear();
         self.center_norm.resize(n, 0.0);
-        self.seen.clear();
         self.seen.resize(n, false);
+    }
+
+    /// Rows in chunks, to be written in parallel.
+    pub(crate) fn par_chunks_mut(
+        &mut self,
+        chunk: usize,
+    ) -> impl IndexedParallelIterator<Item = GradientRows<'_>> {
+        let sh_row = self.sh.len() / self.means.len().max(1);
+        self.means
+            .par_chunks_mut(chunk)
+            .zip(self.rotations.par_chunks_mut(chunk))
+            .zip(self.log_scales.par_chunks_mut(chunk))
+            .zip(self.opacity_logits.par_chunks_mut(chunk))
+            .zip(self.sh.par_chunks_mut((sh_row * chunk).max(1)))
+            .zip(self.center_norm.par_chunks_mut(chunk))
+            .zip(self.seen.par_chunks_mut(chunk))
+            .map(
+                |(
+                    (((((means, rotations), log_scales), opacity_logits), sh), center_norm),
+                    seen,
+                )| {
+                    GradientRows {
+                        means,
+                        rotations,
+                        log_scales,
+                        opacity_logits,
+                        sh,
+                        center_norm,
+                        seen,
+                    }
+                },
+            )
+    }
+}
+
+/// Some consecutive rows of [`GaussianGradients`].
+pub(crate) struct GradientRows<'a> {
+    means: &'a mut [[f32; 3]],
+    rotations: &'a mut [[f32; 4]],
+    log_scales: &'a mut [[f32; 3]],
+    opacity_logits: &'a mut [f32],
+    sh: &'a mut [f32],
+    center_norm: &'a mut [f32],
+    seen: &'a mut [bool],
+}
+
+impl GradientRows<'_> {
+    pub(crate) fn len(&self) -> usize {
+        self.means.len()
+    }
+
+    /// Writes row `k`: what `row` returns and puts into its SH row, or zeros.
+    #[inline(always)]
+    pub(crate) fn set(&mut self, k: usize, row: Option<impl FnOnce(&mut [f32]) -> RowGradient>) {
+        let sh_row = self.sh.len() / self.means.len();
+        let sh = &mut self.sh[k * sh_row..(k + 1) * sh_row];
+        self.seen[k] = row.is_some();
+        let row = match row {
+            Some(row) => row(sh),
+            None => {
+                sh.fill(0.0);
+                RowGradient::default()
+            }
+        };
+        self.means[k] = row.mean;
+        self.rotations[k] = row.rotation;
+        self.log_scales[k] = row.log_scale;
+        self.opacity_logits[k] = row.opacity_logit;
+        self.center_norm[k] = row.center_norm;
     }
 }

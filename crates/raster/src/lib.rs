@@ -14,9 +14,11 @@
 
 mod aovs;
 mod backward;
+mod batch;
 mod binning;
-mod ellipse;
+mod dials;
 mod equirectangular;
+mod exp2;
 mod forward;
 mod frame;
 mod gradients;
@@ -26,10 +28,15 @@ mod project;
 mod project_backward;
 pub mod reference;
 mod render;
+mod resort;
 mod simd;
+mod sort;
+mod splat;
+mod strip;
 
+pub use dials::{Accumulation, RasterDials, SimdLevel, Sorting};
 pub use equirectangular::render_equirectangular;
-pub use frame::{Frame, FrameStats};
+pub use frame::{Frame, FrameStats, PhaseClock};
 pub use gradients::GaussianGradients;
 pub use options::{
     ALPHA_MAX, ALPHA_MIN, Antialias, BLUR_VARIANCE_PX2, Modifiers, RenderOptions, TILE,

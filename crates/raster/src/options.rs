@@ -1,5 +1,7 @@
 //! Constants of the image formation and the dials of a rendering.
 
+use crate::dials::RasterDials;
+
 /// Side of a square tile, pixels. Larger tiles sort less and test more pixels in vain.
 pub const TILE: usize = 16;
 /// Alpha never reaches 1, so that `1 / (1 - alpha)` stays bounded (Kerbl et al. 2023).
@@ -35,6 +37,8 @@ pub struct RenderOptions {
     pub antialias: Antialias,
     /// Also produce depth and normals.
     pub aovs: bool,
+    /// Time against accuracy.
+    pub dials: RasterDials,
 }
 
 impl Default for RenderOptions {
@@ -45,6 +49,7 @@ impl Default for RenderOptions {
             near: 0.0,
             antialias: Antialias::Classic,
             aovs: false,
+            dials: RasterDials::default(),
         }
     }
 }

@@ -11,8 +11,9 @@ use motes_math::sh::{sh_basis, sh_coefficients};
 use motes_math::sigmoid::sigmoid;
 use motes_scene::{Gaussians, Pinhole, Pose};
 
-use crate::ellipse::Ellipse;
-use crate::options::{ALPHA_MIN, Antialias, BLUR_VARIANCE_PX2, Modifiers, RenderOptions};
+use crate::dials::Sorting;
+use crate::options::{Antialias, BLUR_VARIANCE_PX2, Modifiers, RenderOptions};
+use crate::splat::{Cutoffs, Splat};
 
 /// One view in single precision, with the camera centre kept apart from the rotation so that
 /// `mean - centre` cancels before anything is rounded.
@@ -69,38 +70,6 @@ impl ViewTransform {
     }
 }
 
-/// One projected Gaussian as the tile kernels read it: exactly one cache line.
-///
-/// `log2 alpha(dx, dy) = log2_opacity - a (u² + aspect dy²)`, `u = dx + shear dy`, offsets in pixels
-/// from `(x, y)`. `half_height` 0 means: not visible.
-#[derive(Clone, Copy, Debug)]
-#[repr(C, align(64))]
-pub(crate) struct Splat {
-    pub(crate) x: f32,
-    pub(crate) y: f32,
-    pub(crate) a: f32,
-    pub(crate) log2_opacity: f32,
-    pub(crate) color: [f32; 3],
-    pub(crate) depth: f32,
-    pub(crate) ellipse: Ellipse,
-}
-
-impl Splat {
-    pub(crate) const INVISIBLE: Self = Self {
-        x: 0.0,
-        y: 0.0,
-        a: 0.0,
-        log2_opacity: f32::MIN,
-        color: [0.0; 3],
-        depth: 0.0,
-        ellipse: Ellipse::EMPTY,
-    };
-
-    pub(crate) fn is_visible(&self) -> bool {
-        self.ellipse.half_height > 0.0
-    }
-}
-
 /// What projecting one Gaussian computes before the conic; shared by forward and backward.
 pub(crate) struct Footprint {
     /// Centre in the camera frame.
@@ -128,7 +97,7 @@ pub(crate) struct Footprint {
 
 impl Footprint {
     /// `None` when the Gaussian is behind the camera, around it, or not finite.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn new(
         view: &ViewTransform,
         gaussians: &Gaussians,
@@ -200,10 +169,22 @@ impl Footprint {
             opacity,
         })
     }
+
+    /// Change of depth per pixel along the ridge of the Gaussian: the mean of z given the pixel,
+    /// `z + cov(z, pixel) Σ'⁻¹ offset`, which is where the density along a ray is largest when the
+    /// projection is taken as affine (Radl et al. 2024 sort by that depth).
+    #[inline(always)]
+    fn depth_slope(&self, view: &ViewTransform) -> [f32; 2] {
+        let [_, xy, yy] = self.covariance;
+        let along = self.rotation.transpose() * view.rotation.row(2) * self.smoothed_variance;
+        let [zx, zy] = self.jw.map(|row| along.dot(self.rotation.transpose() * row));
+        let x = (zx - zy * (xy / yy)) / self.schur;
+        [x, (zy - xy * x) / yy]
+    }
 }
 
 /// Unclamped colour `0.5 + Σ Y_k sh_k` of Gaussian `i` seen along `direction` (unit).
-#[inline]
+#[inline(always)]
 pub(crate) fn raw_color(
     gaussians: &Gaussians,
     i: usize,
@@ -221,46 +202,40 @@ pub(crate) fn raw_color(
 }
 
 /// Projects Gaussian `i`; [`Splat::INVISIBLE`] when it cannot touch the image.
-#[inline]
+#[inline(always)]
 pub(crate) fn project(
     view: &ViewTransform,
     gaussians: &Gaussians,
     i: usize,
     modifiers: &Modifiers<'_>,
     options: &RenderOptions,
+    cutoffs: &Cutoffs,
 ) -> Splat {
-    project_visible(view, gaussians, i, modifiers, options).unwrap_or(Splat::INVISIBLE)
+    project_visible(view, gaussians, i, modifiers, options, cutoffs).unwrap_or(Splat::INVISIBLE)
 }
 
-#[inline]
+#[inline(always)]
 fn project_visible(
     view: &ViewTransform,
     gaussians: &Gaussians,
     i: usize,
     modifiers: &Modifiers<'_>,
     options: &RenderOptions,
+    cutoffs: &Cutoffs,
 ) -> Option<Splat> {
     let f = Footprint::new(view, gaussians, i, modifiers, options.near)?;
     let mut opacity = f.opacity;
     if options.antialias == Antialias::Mip {
         opacity *= (f.sharp_schur / f.schur).sqrt();
     }
-    if !(opacity > ALPHA_MIN) {
-        return None;
-    }
     let x = view.focal[0] * (f.p.x / f.p.z) + view.principal[0];
     let y = view.focal[1] * (f.p.y / f.p.z) + view.principal[1];
-    // exp(-Q/2) as a power of two: the kernels then need no multiplication by log2 e.
-    let half_log2_e = 0.5 * std::f32::consts::LOG2_E;
-    let log2_opacity = opacity.log2();
-    let radius2 = (log2_opacity - ALPHA_MIN.log2()) / half_log2_e;
-    let ellipse = Ellipse::new(f.covariance, f.schur, radius2)?;
-    let a = half_log2_e / f.schur;
+    let (splat, half_width) = Splat::new([x, y], f.covariance, f.schur, opacity, cutoffs)?;
     let [w, h] = view.size.map(|s| s as f32);
-    let on_image = x + ellipse.half_width > 0.0
-        && x - ellipse.half_width < w
-        && y + ellipse.half_height > 0.0
-        && y - ellipse.half_height < h;
+    let on_image = x + half_width > 0.0
+        && x - half_width < w
+        && y + splat.half_height > 0.0
+        && y - splat.half_height < h;
     if !on_image {
         return None;
     }
@@ -272,5 +247,9 @@ fn project_visible(
     if !color.iter().all(|v| v.is_finite()) {
         return None;
     }
-    Some(Splat { x, y, a, log2_opacity, color, depth: f.p.z, ellipse })
+    let depth_slope = match options.dials.sort {
+        Sorting::Global => [0.0; 2],
+        Sorting::Tile | Sorting::Pixel => f.depth_slope(view),
+    };
+    Some(Splat { color, depth: f.p.z, depth_slope, ..splat })
 }

@@ -1,9 +1,9 @@
 //! From gradients of one projected Gaussian to gradients of its stored parameters.
 //!
-//! The chain of [`crate::project`], backwards. The moments are those of `v` with `e = Σ'⁻¹ d`
-//! written as `e_x = u / schur`, `e_y = shear e_x + dy / yy`; then `∂L/∂centre = Σ v e` and
-//! `∂L/∂Σ' = ½ Σ v e eᵀ`. Sums of rows with `shear` are formed first, because that is where the
-//! length of a needle cancels.
+//! The chain of [`crate::project`], backwards. The moments are those of `v` with `(E, D) = L offset`
+//! and `Σ'⁻¹ = κ LᵀL`, κ = 16 ln 2; then `∂L/∂centre = Σ v Σ'⁻¹ offset` and `∂L/∂Σ' = ½ κ² Lᵀ M L`
+//! with `M` the second moments. Sums of rows with `shear = sb / sa` are formed first, because that is
+//! where the length of a needle cancels.
 
 use glam::{Mat3, Vec3};
 use motes_math::sh::{sh_basis, sh_basis_gradient, sh_coefficients};
@@ -12,6 +12,7 @@ use motes_scene::Gaussians;
 use crate::backward::MOMENTS;
 use crate::options::{Modifiers, RenderOptions};
 use crate::project::{Footprint, ViewTransform, raw_color};
+use crate::splat::{MAHALANOBIS, Splat};
 
 /// Gradients of one Gaussian; SH gradients go straight to their array.
 #[derive(Clone, Copy, Debug, Default)]
@@ -23,25 +24,26 @@ pub(crate) struct RowGradient {
     pub(crate) center_norm: f32,
 }
 
-/// Chains `moments` (summed over all tiles) of Gaussian `i`; adds to `sh` (`[K, 3]`).
+/// Chains `moments` (summed over all tiles) of Gaussian `i`; writes `sh` (`[K, 3]`).
+#[inline(always)]
 pub(crate) fn project_backward(
     view: &ViewTransform,
     gaussians: &Gaussians,
     i: usize,
     modifiers: &Modifiers<'_>,
     options: &RenderOptions,
+    splat: &Splat,
     moments: &[f32; MOMENTS],
     sh: &mut [f32],
 ) -> RowGradient {
     let Some(f) = Footprint::new(view, gaussians, i, modifiers, options.near) else {
+        sh.fill(0.0);
         return RowGradient::default();
     };
-    let [v0, vu, vy, vuu, vuy, vyy, ..] = *moments;
-    let [_, xy, yy] = f.covariance;
-    let (schur, shear) = (f.schur, -xy / yy);
-    let vu = vu / schur;
-    let d_center = [vu, shear * vu + vy / yy];
-    let (alpha, beta, gamma) = (vuu / schur / schur, vuy / schur / yy, vyy / yy / yy);
+    let [v0, ve, vd, vee, ved, vdd, ..] = *moments;
+    let (sa, sd, shear) = (MAHALANOBIS * splat.sa, MAHALANOBIS * splat.sd, splat.shear());
+    let d_center = [sa * ve, shear * (sa * ve) + sd * vd];
+    let (alpha, beta, gamma) = (sa * sa * vee, sa * sd * ved, sd * sd * vdd);
 
     // Σ' = (JW) Σ (JW)ᵀ with Σ = R diag(s) Rᵀ; work in local axes, where Σ is diagonal.
     let local = f.jw.map(|row| f.rotation.transpose() * row);
@@ -80,11 +82,13 @@ pub(crate) fn project_backward(
 }
 
 /// `u vᵀ`
+#[inline(always)]
 fn outer(u: Vec3, v: Vec3) -> Mat3 {
     Mat3::from_cols(u * v.x, u * v.y, u * v.z)
 }
 
 /// Gradient by the camera-frame centre, through the pixel position and through `J`.
+#[inline(always)]
 fn mean_through_projection(
     view: &ViewTransform,
     f: &Footprint,
@@ -113,7 +117,8 @@ fn mean_through_projection(
     d
 }
 
-/// Adds the SH gradients; returns the gradient by the mean through the viewing direction.
+/// Writes the SH gradients; returns the gradient by the mean through the viewing direction.
+#[inline(always)]
 fn color_backward(
     view: &ViewTransform,
     gaussians: &Gaussians,
@@ -132,11 +137,13 @@ fn color_backward(
     let d_color: [f32; 3] =
         std::array::from_fn(|c| if raw[c] > 0.0 { moments[6 + c] } else { 0.0 });
     let k = sh_coefficients(degree);
-    for (out, y) in sh.chunks_exact_mut(3).zip(&basis[..k]) {
+    let (used, unused) = sh.split_at_mut(3 * k);
+    for (out, y) in used.chunks_exact_mut(3).zip(&basis[..k]) {
         for (out, d) in out.iter_mut().zip(d_color) {
-            *out += y * d;
+            *out = y * d;
         }
     }
+    unused.fill(0.0);
     if degree == 0 || !(distance > 0.0) {
         return Vec3::ZERO;
     }
@@ -153,6 +160,7 @@ fn color_backward(
 }
 
 /// `∂L/∂q` of the stored quaternion `w x y z` from `∂L/∂R` of `R(q / |q|)`.
+#[inline(always)]
 fn quaternion_gradient(stored: [f32; 4], norm2: f32, d: &Mat3) -> [f32; 4] {
     let inverse_norm = norm2.sqrt().recip();
     let [w, x, y, z] = stored.map(|q| q * inverse_norm);

@@ -48,6 +48,6 @@ pub fn render(
     for value in &mut alpha.data {
         *value = 1.0 - *value;
     }
-    let aovs = options.aovs.then(|| tile_aovs(&frame, gaussians, &view));
+    let aovs = options.aovs.then(|| tile_aovs(&frame, gaussians, &view, &options.dials));
     Rendering { color, alpha, aovs }
 }
