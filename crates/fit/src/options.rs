@@ -1,6 +1,7 @@
 //! Dials of the fit, their defaults and the presets.
 
 use clap::{Args, ValueEnum};
+use motes_raster::RasterDials;
 use serde::{Deserialize, Serialize};
 
 use crate::target::AlphaMode;
@@ -274,6 +275,10 @@ pub struct FitOptions {
         value_name = "COUNT"
     )]
     pub init_random: usize,
+    /// Time against accuracy of the rasterizer
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub raster: RasterDials,
 }
 
 impl FitOptions {

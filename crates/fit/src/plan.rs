@@ -1,5 +1,6 @@
 //! From options to the numbers of one run: presets, and what the number of views decides.
 
+use motes_raster::Sorting;
 use serde::Serialize;
 
 use crate::error::FitError;
@@ -64,6 +65,13 @@ impl Plan {
         settings: &Settings,
         views: usize,
     ) -> Result<Self, FitError> {
+        if options.raster.sort == Sorting::Pixel {
+            return Err(FitError::Option {
+                flag: "--sort",
+                value: "pixel".into(),
+                why: "it is for rendering; fit with global or tile".into(),
+            });
+        }
         let iterations = match options.iterations {
             Some(n) => n,
             None => {
@@ -149,6 +157,14 @@ mod tests {
         for bad in ["", "1", "0:1", "2:1", "1:-1", "1:nan", "a:b"] {
             assert!(parse_stages(bad).is_err(), "{bad}");
         }
+    }
+
+    #[test]
+    fn sorting_by_pixel_is_refused() {
+        let mut options = FitOptions::default();
+        options.raster.sort = Sorting::Pixel;
+        let error = Plan::new(&options, 20).unwrap_err().to_string();
+        assert!(error.contains("--sort 'pixel'"), "{error}");
     }
 
     #[test]

@@ -11,7 +11,7 @@ mod schedule;
 mod scoring;
 mod step;
 
-use motes_raster::{Frame, GaussianGradients, Planes};
+use motes_raster::{Frame, GaussianGradients, Planes, RasterDials};
 use motes_scene::Gaussians;
 
 use self::budget::Clock;
@@ -67,6 +67,11 @@ impl Trainer {
         let mut gaussians = self.state.gaussians.clone();
         filter3d::bake(&mut gaussians, &self.state.filter_3d);
         gaussians
+    }
+
+    /// Dials of the rasterizer.
+    pub fn raster_dials(&self) -> RasterDials {
+        self.options.raster
     }
 
     /// Rendering background outside training.

@@ -48,12 +48,27 @@ pub struct Cutoffs {
     pub alpha: f64,
     /// A pixel is finished below this.
     pub transmittance: f64,
+    /// Nothing beyond this many standard deviations.
+    pub sigmas: f64,
 }
 
 impl Default for Cutoffs {
     fn default() -> Self {
-        Self { alpha: f64::from(ALPHA_MIN), transmittance: f64::from(TRANSMITTANCE_MIN) }
+        Self {
+            alpha: f64::from(ALPHA_MIN),
+            transmittance: f64::from(TRANSMITTANCE_MIN),
+            sigmas: f64::INFINITY,
+        }
     }
+}
+
+/// In which order pixels composite.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Order {
+    /// By depth of the centres.
+    Centers,
+    /// By depth on the ray through the centre of the square of this many pixels around a pixel.
+    Squares(usize),
 }
 
 struct Projected {
@@ -63,6 +78,23 @@ struct Projected {
     opacity: f64,
     color: [f64; 3],
     depth: f64,
+    depth_slope: [f64; 2],
+    covariance: [f64; 3],
+}
+
+impl Projected {
+    /// Depth of the densest point on the ray through `pixel`; see `Splat::depth_at`.
+    fn depth_at(&self, pixel: [f64; 2], cutoffs: &Cutoffs) -> f64 {
+        let [xx, xy, yy] = self.covariance;
+        let radius2 =
+            (2.0 * (self.opacity / cutoffs.alpha).ln()).max(0.0).min(cutoffs.sigmas.powi(2));
+        let half_height = (radius2 * yy).sqrt();
+        let half_width = (radius2 * (xx - xy * xy / yy)).sqrt() + (xy / yy * half_height).abs();
+        let dx = (pixel[0] - self.center[0]).clamp(-half_width, half_width);
+        let dy = (pixel[1] - self.center[1]).clamp(-half_height, half_height);
+        let depth = self.depth + self.depth_slope[0] * dx + self.depth_slope[1] * dy;
+        depth.max(1e-3 * self.depth)
+    }
 }
 
 /// Colour over `background` (3 values) and transmittance (1 value) per pixel, row-major.
@@ -86,6 +118,20 @@ pub fn render_reference_with(
     antialias: Antialias,
     cutoffs: Cutoffs,
 ) -> Vec<[f64; 4]> {
+    let order = Order::Centers;
+    render_reference_in(gaussians, camera, camera_from_world, background, antialias, cutoffs, order)
+}
+
+/// [`render_reference`] with other cut-offs, in another order.
+pub fn render_reference_in(
+    gaussians: &ReferenceGaussians,
+    camera: &Pinhole,
+    camera_from_world: &Pose,
+    background: [f64; 3],
+    antialias: Antialias,
+    cutoffs: Cutoffs,
+    order: Order,
+) -> Vec<[f64; 4]> {
     let mut projected: Vec<Projected> = (0..gaussians.means.len())
         .filter_map(|i| project(gaussians, i, camera, camera_from_world, antialias))
         .collect();
@@ -96,12 +142,18 @@ pub fn render_reference_with(
             let pixel = [x as f64 + 0.5, y as f64 + 0.5];
             let mut color = [0.0; 3];
             let mut transmittance = 1.0;
+            if let Order::Squares(side) = order {
+                let middle = |p: usize| (p / side * side) as f64 + side as f64 / 2.0;
+                let ray = [middle(x), middle(y)];
+                let depth = |g: &Projected| g.depth_at(ray, &cutoffs);
+                projected.sort_by(|a, b| depth(a).total_cmp(&depth(b)));
+            }
             for g in &projected {
                 let (dx, dy) = (pixel[0] - g.center[0], pixel[1] - g.center[1]);
                 let [a, b, c] = g.conic;
                 let q = a * dx * dx + 2.0 * b * dx * dy + c * dy * dy;
                 let alpha = (g.opacity * (-0.5 * q).exp()).min(f64::from(ALPHA_MAX));
-                if !(alpha >= cutoffs.alpha) {
+                if !(alpha >= cutoffs.alpha && q <= cutoffs.sigmas.powi(2)) {
                     continue;
                 }
                 if transmittance < cutoffs.transmittance {
@@ -167,6 +219,7 @@ fn project(
     let blur = f64::from(BLUR_VARIANCE_PX2);
     let (xx, yy) = (sharp_xx + blur, sharp_yy + blur);
     let determinant = xx * yy - xy * xy;
+    let with_depth = jacobian.map(|row| row.dot(covariance_camera * DVec3::Z));
 
     let mut opacity = gaussians.opacity_gain[i] / (1.0 + (-gaussians.opacity_logits[i]).exp());
     opacity *=
@@ -188,5 +241,10 @@ fn project(
         opacity,
         color,
         depth: p.z,
+        depth_slope: [
+            (with_depth[0] * yy - with_depth[1] * xy) / determinant,
+            (with_depth[1] * xx - with_depth[0] * xy) / determinant,
+        ],
+        covariance: [xx, xy, yy],
     })
 }

@@ -190,7 +190,8 @@ impl Trainer {
         let (transform, target) = &self.views[0].levels[stage];
         let _: usize = target.width;
         let start = Instant::now();
-        let options = RenderOptions { background: self.background(), ..RenderOptions::default() };
+        let (background, dials) = (self.background(), self.options.raster);
+        let options = RenderOptions { background, dials, ..RenderOptions::default() };
         let modifiers = Modifiers {
             filter_3d: (!self.state.filter_3d.is_empty()).then_some(&self.state.filter_3d[..]),
             opacity_gain: None,

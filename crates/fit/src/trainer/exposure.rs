@@ -31,6 +31,7 @@ impl Trainer {
         let options = RenderOptions {
             background: self.background(),
             sh_degree_limit: Some(0),
+            dials: self.options.raster,
             ..RenderOptions::default()
         };
         let modifiers = Modifiers::default();

@@ -20,8 +20,11 @@ pub(crate) struct ImageErrors {
 pub(crate) fn cut_off_pixels(scene: &ExtremeScene) -> Vec<bool> {
     let render = |factor: f64| {
         let model = Cutoffs::default();
-        let cutoffs =
-            Cutoffs { alpha: model.alpha * factor, transmittance: model.transmittance * factor };
+        let cutoffs = Cutoffs {
+            alpha: model.alpha * factor,
+            transmittance: model.transmittance * factor,
+            ..model
+        };
         render_reference_with(
             &ReferenceGaussians::new(&scene.gaussians()),
             &scene.camera(),

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use motes_math::metrics::SsimBorder;
+use motes_raster::RasterDials;
 use serde::Serialize;
 
 use crate::frames::{Background, SplitChoice, parse_background};
@@ -51,6 +52,11 @@ pub struct EvaluationOptions {
     #[arg(long, value_name = "METRIC>=NUMBER")]
     #[serde(serialize_with = "as_texts")]
     pub require: Vec<Gate>,
+
+    /// Time against accuracy of the rasterizer
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub raster: RasterDials,
 }
 
 /// How SSIM treats windows over the image border.

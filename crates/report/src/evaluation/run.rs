@@ -156,8 +156,8 @@ impl<'a> Course<'a> {
         let background = options.background.0;
         match contestant {
             Contestant::Model(_, model) => {
-                let options =
-                    RenderOptions { background, antialias: model.antialias, ..Default::default() };
+                let (antialias, dials) = (model.antialias, options.raster);
+                let options = RenderOptions { background, antialias, dials, ..Default::default() };
                 Ok(render(&model.gaussians, camera, &record.camera_from_world, &options).color)
             }
             Contestant::Folder(folder) => {

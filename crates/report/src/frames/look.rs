@@ -1,7 +1,7 @@
 //! How the world is seen: projection, background, SH degree.
 
 use clap::{Args, ValueEnum};
-use motes_raster::{RenderOptions, Rendering, render, render_equirectangular};
+use motes_raster::{RasterDials, RenderOptions, Rendering, render, render_equirectangular};
 use serde::Serialize;
 
 use super::{Frame, FrameSize};
@@ -26,6 +26,11 @@ pub struct FrameLook {
     /// Pixel footprint of the Gaussians
     #[arg(long, value_enum, value_name = "MODE", default_value_t = AntialiasChoice::Auto)]
     pub antialias: AntialiasChoice,
+
+    /// Time against accuracy of the rasterizer
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub raster: RasterDials,
 }
 
 /// How the world is projected.
@@ -46,6 +51,7 @@ impl FrameLook {
             aovs,
             sh_degree_limit: self.sh_degree_limit,
             antialias: model.antialias,
+            dials: self.raster,
             ..RenderOptions::default()
         };
         let (gaussians, pose) = (&model.gaussians, &frame.camera_from_world);

@@ -37,7 +37,8 @@ impl Held {
     ) -> Option<Self> {
         let model = trainer.model();
         let background = trainer.background();
-        let options = RenderOptions { background, ..RenderOptions::default() };
+        let dials = trainer.raster_dials();
+        let options = RenderOptions { background, dials, ..RenderOptions::default() };
         let one = |&i: &usize| {
             let image = &images[i];
             let got = render(&model, &image.camera, &image.camera_from_world, &options);
