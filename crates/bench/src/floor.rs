@@ -135,7 +135,7 @@ fn forward<S: Simd>(simd: S, splats: &[Splat], planes: &mut [Plane; 5]) {
             r = weight.mul_add(s.color[0], r);
             g = weight.mul_add(s.color[1], g);
             b = weight.mul_add(s.color[2], b);
-            t = t - weight;
+            t -= weight;
         }
         for (plane, value) in planes.iter_mut().zip([r, g, b, t]) {
             plane.store::<S>(lane, value);

@@ -36,7 +36,7 @@ macro_rules! sh_for {
         /// Writes the basis `Y_k(direction)` into the first `(degree + 1)^2` places.
         ///
         /// `direction` is a unit vector; `degree` is at most 4.
-        #[inline]
+        #[inline(always)]
         pub fn $basis(degree: u8, direction: [$t; 3], out: &mut [$t; 25]) {
             let [x, y, z] = direction;
             out[0] = SH_C0 as $t;
@@ -85,7 +85,7 @@ macro_rules! sh_for {
         /// Writes `∂Y_k/∂(x, y, z)` of the polynomials in [`
         #[doc = stringify!($basis)]
         /// `] (not projected on the sphere) into the first `(degree + 1)^2` places.
-        #[inline]
+        #[inline(always)]
         pub fn $gradient(degree: u8, direction: [$t; 3], out: &mut [[$t; 3]; 25]) {
             let [x, y, z] = direction;
             out[0] = [0.0; 3];

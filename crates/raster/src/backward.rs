@@ -42,13 +42,15 @@ impl BackwardTile {
     }
 }
 
-/// Writes the tile's moments of the first `count` splats of a batch to `sums`; those that reach
-/// nothing stay as they were and their bit in the result is 0.
+/// Writes the tile's moments of the splats of a batch (as many as there are masks) to `sums`, over
+/// the `blocks` that are alive; those that reach nothing stay as they were and their bit in the
+/// result is 0.
 #[inline(always)]
 pub(crate) fn backward_batch<S: Simd, const DEGREE: usize>(
     simd: S,
     batch: &Batch,
-    count: usize,
+    masks: &[u16],
+    blocks: u16,
     tile: &mut BackwardTile,
     transmittance_min: f32,
     sums: &mut [[f32; MOMENTS]; BATCH],
@@ -56,8 +58,8 @@ pub(crate) fn backward_batch<S: Simd, const DEGREE: usize>(
     let zero = S::f32s::simd_from(simd, 0.0);
     let one = S::f32s::simd_from(simd, 1.0);
     let mut touched = 0;
-    for (k, item) in batch.items.iter().enumerate().take(count) {
-        let mut blocks = batch.masks[k] & tile.alive;
+    for (k, (item, mask)) in batch.items.iter().zip(masks).enumerate() {
+        let mut blocks = mask & blocks & tile.alive;
         if blocks == 0 {
             continue;
         }

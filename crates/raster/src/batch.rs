@@ -43,19 +43,11 @@ impl Batch {
         Self { items: [Item::default(); BATCH], masks: [0; BATCH], bits: [0; BLOCKS] }
     }
 
-    /// Fills the batch with the splats `entries` (at most [`BATCH`]) for the tile at `(x0, y0)`.
+    /// Fills [`Self::items`] with the splats `entries` (at most [`BATCH`]) for the tile at a corner.
     #[inline(always)]
-    pub(crate) fn prepare<S: Simd>(
-        &mut self,
-        simd: S,
-        splats: &[Splat],
-        entries: &[u32],
-        [x0, y0]: [f32; 2],
-        alive: u16,
-    ) {
-        for ((item, mask), &entry) in self.items.iter_mut().zip(&mut self.masks).zip(entries) {
+    pub(crate) fn pack(&mut self, splats: &[Splat], entries: &[u32], [x0, y0]: [f32; 2]) {
+        for (item, &entry) in self.items.iter_mut().zip(entries) {
             let s = &splats[entry as usize];
-            *mask = block_mask(simd, s, x0, y0) & alive;
             let (x, y) = (x0 - s.x, y0 - s.y);
             *item = Item {
                 sa: s.sa,
@@ -67,6 +59,20 @@ impl Batch {
                 limit: -s.threshold,
                 color: s.color,
             };
+        }
+    }
+
+    /// Fills [`Self::masks`] for the same splats.
+    #[inline(always)]
+    pub(crate) fn find_masks<S: Simd>(
+        &mut self,
+        simd: S,
+        splats: &[Splat],
+        entries: &[u32],
+        [x0, y0]: [f32; 2],
+    ) {
+        for (mask, &entry) in self.masks.iter_mut().zip(entries) {
+            *mask = block_mask(simd, &splats[entry as usize], x0, y0);
         }
         if let Some(rest) = self.masks.get_mut(entries.len()..) {
             rest.fill(0);

@@ -5,6 +5,7 @@
 //! order is total), and lists them per tile. Every list is front to back because it is filled in
 //! that order.
 
+use fearless_simd::dispatch;
 use rayon::prelude::*;
 
 use crate::dials::{RasterDials, Sorting};
@@ -29,6 +30,7 @@ impl ChunkLists {
         &self.ids[self.start[r] as usize..self.start[r + 1] as usize]
     }
 
+    #[inline(always)]
     fn fill(&mut self, splats: &[Splat], first_id: usize, tile: usize, rows: usize) {
         self.start.clear();
         self.start.resize(rows + 2, 0);
@@ -119,6 +121,7 @@ impl TileRow {
         self.ids.extend(self.keys.iter().map(|&id| id as u32));
     }
 
+    #[inline(always)]
     fn list_tiles(&mut self, row: usize, tile: usize, tiles_x: usize) {
         let y0 = (row * tile) as f32;
         self.ranges.clear();
@@ -180,14 +183,14 @@ impl Bins {
         self.tile = tile;
         self.chunks.resize_with(projected.len().div_ceil(CHUNK), ChunkLists::default);
         let chunks = self.chunks.par_iter_mut().zip(projected.par_chunks(CHUNK)).enumerate();
-        chunks
-            .with_max_len(4)
-            .for_each(|(c, (lists, splats))| lists.fill(splats, c * CHUNK, tile, tiles_y));
+        chunks.with_max_len(4).for_each(|(c, (lists, splats))| {
+            dispatch!(dials.level(), _simd => lists.fill(splats, c * CHUNK, tile, tiles_y));
+        });
         self.rows.resize_with(tiles_y, TileRow::default);
         let chunks = &self.chunks;
         self.rows.par_iter_mut().enumerate().with_max_len(1).for_each(|(r, row)| {
             row.fill(projected, chunks, r);
-            row.list_tiles(r, tile, tiles_x);
+            dispatch!(dials.level(), _simd => row.list_tiles(r, tile, tiles_x));
             if dials.sort != Sorting::Global {
                 row.sort_tiles(r, tile);
             }

@@ -37,18 +37,19 @@ pub(crate) struct PairCount {
     pub(crate) composited: u64,
 }
 
-/// Composites a batch into `tile` (start: black, 1).
+/// Composites a batch into the blocks `alive` of `tile` (start: black, 1).
 #[inline(always)]
 pub(crate) fn forward_batch<S: Simd, const DEGREE: usize, const COUNT: bool>(
     simd: S,
     batch: &Batch,
+    alive: u16,
     tile: &mut ForwardTile,
     transmittance_min: f32,
     pairs: &mut PairCount,
 ) {
     let zero = S::f32s::simd_from(simd, 0.0);
     for block in 0..BLOCKS {
-        if batch.bits[block] == 0 || tile.alive & (1 << block) == 0 {
+        if batch.bits[block] == 0 || alive & (1 << block) == 0 {
             continue;
         }
         let mut block_alive = false;
@@ -72,7 +73,7 @@ pub(crate) fn forward_batch<S: Simd, const DEGREE: usize, const COUNT: bool>(
                 r = weight.mul_add(item.color[0], r);
                 g = weight.mul_add(item.color[1], g);
                 b = weight.mul_add(item.color[2], b);
-                t = t - weight;
+                t -= weight;
                 if COUNT {
                     pairs.visited += S::f32s::LEN as u64;
                     pairs.composited += u64::from(seen.to_bitmask().count_ones());

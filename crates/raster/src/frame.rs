@@ -57,7 +57,9 @@ pub struct Frame {
     projected: Vec<Splat>,
     bins: Bins,
     image: Option<Planes>,
-    /// Per strip of 16 rows; which of the two is used is a dial.
+    /// Per strip of 16 rows: blocks that each entry of its lists reaches.
+    masks: Vec<Vec<u16>>,
+    /// Per strip; which of the two is used is a dial.
     moments_f32: Vec<Vec<[f32; MOMENTS]>>,
     moments_f64: Vec<Vec<[f64; MOMENTS]>>,
     view: Option<ViewTransform>,
@@ -75,6 +77,7 @@ impl Default for Frame {
             projected: Vec::new(),
             bins: Bins::default(),
             image: None,
+            masks: Vec::new(),
             moments_f32: Vec::new(),
             moments_f64: Vec::new(),
             view: None,
@@ -130,13 +133,15 @@ impl Frame {
             .unwrap_or_else(|| Planes::new(width, height, 4));
         let (stride, band_len) = (image.stride, image.band_len());
         let (bins, count_pairs) = (&self.bins, self.count_pairs);
-        let strips = image.data.par_chunks_mut(band_len.max(1)).enumerate().with_max_len(1);
+        self.masks.resize_with(image.data.len() / band_len.max(1), Vec::new);
+        let strips = image.data.par_chunks_mut(band_len.max(1)).zip(&mut self.masks).enumerate();
         let pairs: Vec<PairCount> = strips
-            .map(|(y, rows)| {
+            .with_max_len(1)
+            .map(|(y, (rows, masks))| {
                 let strip = Strip { bins, options, y, stride };
                 match options.dials.sort {
                     Sorting::Pixel => strip.forward_resorted(rows),
-                    Sorting::Global | Sorting::Tile => strip.forward(rows, count_pairs),
+                    Sorting::Global | Sorting::Tile => strip.forward(rows, masks, count_pairs),
                 }
             })
             .collect();
@@ -195,10 +200,11 @@ impl Frame {
         let (stride, band_len) = (image.stride, image.band_len());
         let bins = &self.bins;
         moments.resize_with(image.data.len() / band_len.max(1), Vec::new);
-        moments.par_iter_mut().enumerate().with_max_len(1).for_each(|(y, moments)| {
+        let strips = moments.par_iter_mut().zip(&self.masks).enumerate().with_max_len(1);
+        strips.for_each(|(y, (moments, masks))| {
             let rows = y * band_len..(y + 1) * band_len;
             let strip = Strip { bins, options, y, stride };
-            strip.backward(&image.data[rows.clone()], &gradient.data[rows], moments);
+            strip.backward(&image.data[rows.clone()], &gradient.data[rows], masks, moments);
         });
         self.stats.backward = (self.clock)() - start;
 
@@ -210,11 +216,10 @@ impl Frame {
             let moments = sum_of_chunk(bins, moments, chunk, rows.len());
             dispatch!(level, _simd => for (k, moments) in moments.iter().enumerate() {
                 let (i, splat) = (first + k, &self.projected[first + k]);
-                rows.set(k, splat.is_visible().then(|| {
-                    move |sh: &mut [f32]| {
-                        project_backward(view, gaussians, i, modifiers, options, splat, moments, sh)
-                    }
-                }));
+                let row = |sh: &mut [f32]| {
+                    project_backward(view, gaussians, i, modifiers, options, splat, moments, sh)
+                };
+                rows.set(k, splat.is_visible(), row);
             });
         });
         self.stats.project_backward = (self.clock)() - start;

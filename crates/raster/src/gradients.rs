@@ -94,18 +94,22 @@ impl GradientRows<'_> {
         self.means.len()
     }
 
-    /// Writes row `k`: what `row` returns and puts into its SH row, or zeros.
+    /// Writes row `k`: what `row` returns and puts into its SH row if it is seen, else zeros.
     #[inline(always)]
-    pub(crate) fn set(&mut self, k: usize, row: Option<impl FnOnce(&mut [f32]) -> RowGradient>) {
+    pub(crate) fn set(
+        &mut self,
+        k: usize,
+        seen: bool,
+        row: impl FnOnce(&mut [f32]) -> RowGradient,
+    ) {
         let sh_row = self.sh.len() / self.means.len();
         let sh = &mut self.sh[k * sh_row..(k + 1) * sh_row];
-        self.seen[k] = row.is_some();
-        let row = match row {
-            Some(row) => row(sh),
-            None => {
-                sh.fill(0.0);
-                RowGradient::default()
-            }
+        self.seen[k] = seen;
+        let row = if seen {
+            row(sh)
+        } else {
+            sh.fill(0.0);
+            RowGradient::default()
         };
         self.means[k] = row.mean;
         self.rotations[k] = row.rotation;

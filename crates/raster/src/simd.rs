@@ -31,6 +31,7 @@ impl TilePlane {
 
     /// Copies a 16-row band slice (`stride` apart) at column `x0` in; past-the-end columns exist as
     /// padding.
+    #[inline(always)]
     pub(crate) fn load_rows(&mut self, rows: &[f32], stride: usize, x0: usize) {
         for y in 0..TILE {
             for bx in 0..TILE / BLOCK {
@@ -42,6 +43,7 @@ impl TilePlane {
     }
 
     /// The inverse of [`Self::load_rows`].
+    #[inline(always)]
     pub(crate) fn store_rows(&self, rows: &mut [f32], stride: usize, x0: usize) {
         for y in 0..TILE {
             for bx in 0..TILE / BLOCK {
@@ -65,6 +67,7 @@ impl TilePlane {
 }
 
 /// Where pixel row `y` of the block column `bx` starts in a plane.
+#[inline(always)]
 const fn first_lane(bx: usize, y: usize) -> usize {
     (bx * (TILE / BLOCK) + y / BLOCK) * LANES + (y % BLOCK) * BLOCK
 }

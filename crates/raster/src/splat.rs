@@ -99,9 +99,8 @@ impl Splat {
         let reach = level - threshold;
         let half_width = (reach * xx / scale).sqrt();
         let half_height = (reach * yy / scale).sqrt();
-        if !(half_width > 0.0 && half_width < f32::MAX && half_height > 0.0)
-            || !(half_height < f32::MAX && inverse_sa < f32::MAX && sd > 0.0)
-        {
+        let finite = |value: f32| value > 0.0 && value < f32::MAX;
+        if ![half_width, half_height, inverse_sa, sd].map(finite).iter().all(|&ok| ok) {
             return None;
         }
         let rightmost_dy = half_width * (xy / xx);

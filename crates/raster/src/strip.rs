@@ -75,35 +75,63 @@ pub(crate) struct Strip<'a> {
 }
 
 impl Strip<'_> {
-    /// Composites the strip into `rows` (four planes).
-    pub(crate) fn forward(&self, rows: &mut [f32], count_pairs: bool) -> PairCount {
+    /// Composites the strip into `rows` (four planes) and notes in `masks` which blocks each entry
+    /// of its lists can reach.
+    pub(crate) fn forward(&self, rows: &mut [f32], masks: &mut Vec<u16>, count: bool) -> PairCount {
+        let dials = &self.options.dials;
+        // The whole strip in one dispatch, so that all of it uses the wide instructions.
+        dispatch!(dials.level(), simd => match (dials.exp_degree, count) {
+            (2, false) => self.forward_with::<_, 2, false>(simd, rows, masks),
+            (3, false) => self.forward_with::<_, 3, false>(simd, rows, masks),
+            (4, false) => self.forward_with::<_, 4, false>(simd, rows, masks),
+            (_, false) => self.forward_with::<_, 5, false>(simd, rows, masks),
+            (2, true) => self.forward_with::<_, 2, true>(simd, rows, masks),
+            (3, true) => self.forward_with::<_, 3, true>(simd, rows, masks),
+            (4, true) => self.forward_with::<_, 4, true>(simd, rows, masks),
+            (_, true) => self.forward_with::<_, 5, true>(simd, rows, masks),
+        })
+    }
+
+    #[inline(always)]
+    fn forward_with<S: Simd, const DEGREE: usize, const COUNT: bool>(
+        &self,
+        simd: S,
+        rows: &mut [f32],
+        masks: &mut Vec<u16>,
+    ) -> PairCount {
         let Self { bins, options, y, stride } = *self;
-        let level = options.dials.level();
+        let stop = options.dials.transmittance_min;
         let mut pairs = PairCount::default();
         let plane = TILE * stride;
         let mut batch = Batch::new();
+        masks.clear();
         for t in 0..stride / TILE {
             let mut tile = ForwardTile::new();
             let corner = [(t * TILE) as f32, (y * TILE) as f32];
             for part in parts(bins, y, t) {
                 let splats = &bins.rows[part.row].splats;
+                let end = masks.len() + part.entries.len();
                 for entries in part.entries.chunks(BATCH) {
                     let alive = tile.alive & part.blocks;
                     if alive == 0 {
                         break;
                     }
-                    dispatch!(level, simd => {
-                        batch.prepare(simd, splats, entries, corner, alive);
-                        batch.transpose(simd);
-                        forward_any(simd, options, count_pairs, &batch, &mut tile, &mut pairs);
-                    });
+                    batch.pack(splats, entries, corner);
+                    batch.find_masks(simd, splats, entries, corner);
+                    masks.extend_from_slice(&batch.masks[..entries.len()]);
+                    batch.transpose(simd);
+                    forward_batch::<S, DEGREE, COUNT>(
+                        simd, &batch, alive, &mut tile, stop, &mut pairs,
+                    );
                 }
+                // What was not looked at reaches nothing.
+                masks.resize(end, 0);
             }
-            for (c, color) in tile.color.iter_mut().enumerate() {
-                for (value, transmittance) in color.0.iter_mut().zip(&tile.transmittance.0) {
-                    *value += transmittance * options.background[c];
+            for c in 0..3 {
+                for (value, t) in tile.color[c].0.iter_mut().zip(&tile.transmittance.0) {
+                    *value += t * options.background[c];
                 }
-                color.store_rows(&mut rows[c * plane..(c + 1) * plane], stride, t * TILE);
+                tile.color[c].store_rows(&mut rows[c * plane..(c + 1) * plane], stride, t * TILE);
             }
             tile.transmittance.store_rows(&mut rows[3 * plane..], stride, t * TILE);
         }
@@ -111,15 +139,34 @@ impl Strip<'_> {
     }
 
     /// Moments of the splats of the strip's rows, one row of tiles after the other, from the
-    /// finished image and the gradient by it (four planes each).
+    /// finished image and the gradient by it (four planes each) and the masks of the forward pass.
     pub(crate) fn backward<T: Total>(
         &self,
         image: &[f32],
         gradient: &[f32],
+        masks: &[u16],
+        moments: &mut Vec<[T; MOMENTS]>,
+    ) {
+        let dials = &self.options.dials;
+        dispatch!(dials.level(), simd => match dials.exp_degree {
+            2 => self.backward_with::<_, T, 2>(simd, image, gradient, masks, moments),
+            3 => self.backward_with::<_, T, 3>(simd, image, gradient, masks, moments),
+            4 => self.backward_with::<_, T, 4>(simd, image, gradient, masks, moments),
+            _ => self.backward_with::<_, T, 5>(simd, image, gradient, masks, moments),
+        });
+    }
+
+    #[inline(always)]
+    fn backward_with<S: Simd, T: Total, const DEGREE: usize>(
+        &self,
+        simd: S,
+        image: &[f32],
+        gradient: &[f32],
+        mut masks: &[u16],
         moments: &mut Vec<[T; MOMENTS]>,
     ) {
         let Self { bins, options, y, stride } = *self;
-        let level = options.dials.level();
+        let stop = options.dials.transmittance_min;
         let count = rows_of_strip(bins, y).map(|row| bins.rows[row].ids.len()).sum();
         moments.clear();
         moments.resize(count, [T::default(); MOMENTS]);
@@ -136,17 +183,25 @@ impl Strip<'_> {
             for part in parts(bins, y, t) {
                 let splats = &bins.rows[part.row].splats;
                 let base = if part.row == first_row { 0 } else { bins.rows[first_row].ids.len() };
-                for entries in part.entries.chunks(BATCH) {
+                let (part_masks, rest) = masks.split_at(part.entries.len());
+                masks = rest;
+                for (entries, masks) in part.entries.chunks(BATCH).zip(part_masks.chunks(BATCH)) {
                     let alive = tile.alive & part.blocks;
                     if alive == 0 {
                         break;
                     }
-                    let mut touched = dispatch!(level, simd => {
-                        batch.prepare(simd, splats, entries, corner, alive);
-                        backward_any(simd, options, &batch, entries.len(), &mut tile, &mut sums)
-                    });
+                    batch.pack(splats, entries, corner);
+                    let mut touched = backward_batch::<S, DEGREE>(
+                        simd,
+                        &batch,
+                        masks,
+                        part.blocks,
+                        &mut tile,
+                        stop,
+                        &mut sums,
+                    );
                     while touched != 0 {
-                        let k = touched.trailing_zeros() as usize;
+                        let k = touched.trailing_zeros() as usize & (BATCH - 1);
                         touched &= touched - 1;
                         let totals = &mut moments[base + entries[k] as usize];
                         for (total, sum) in totals.iter_mut().zip(sums[k]) {
@@ -158,6 +213,7 @@ impl Strip<'_> {
         }
     }
 
+    #[inline(always)]
     fn load(&self, tile: &mut BackwardTile, image: &[f32], gradient: &[f32], t: usize) {
         let stride = self.stride;
         let plane = TILE * stride;
@@ -177,47 +233,5 @@ impl Strip<'_> {
         for ((s, g), v) in tile.behind.0.iter_mut().zip(&d_transmittance.0).zip(&value.0) {
             *s += g * v;
         }
-    }
-}
-
-/// The forward kernel of the polynomial's degree.
-#[inline(always)]
-fn forward_any<S: Simd>(
-    simd: S,
-    options: &RenderOptions,
-    count: bool,
-    batch: &Batch,
-    tile: &mut ForwardTile,
-    pairs: &mut PairCount,
-) {
-    let stop = options.dials.transmittance_min;
-    match (options.dials.exp_degree, count) {
-        (2, false) => forward_batch::<S, 2, false>(simd, batch, tile, stop, pairs),
-        (3, false) => forward_batch::<S, 3, false>(simd, batch, tile, stop, pairs),
-        (4, false) => forward_batch::<S, 4, false>(simd, batch, tile, stop, pairs),
-        (_, false) => forward_batch::<S, 5, false>(simd, batch, tile, stop, pairs),
-        (2, true) => forward_batch::<S, 2, true>(simd, batch, tile, stop, pairs),
-        (3, true) => forward_batch::<S, 3, true>(simd, batch, tile, stop, pairs),
-        (4, true) => forward_batch::<S, 4, true>(simd, batch, tile, stop, pairs),
-        (_, true) => forward_batch::<S, 5, true>(simd, batch, tile, stop, pairs),
-    }
-}
-
-/// The backward kernel of the polynomial's degree.
-#[inline(always)]
-fn backward_any<S: Simd>(
-    simd: S,
-    options: &RenderOptions,
-    batch: &Batch,
-    count: usize,
-    tile: &mut BackwardTile,
-    sums: &mut [[f32; MOMENTS]; BATCH],
-) -> u64 {
-    let stop = options.dials.transmittance_min;
-    match options.dials.exp_degree {
-        2 => backward_batch::<S, 2>(simd, batch, count, tile, stop, sums),
-        3 => backward_batch::<S, 3>(simd, batch, count, tile, stop, sums),
-        4 => backward_batch::<S, 4>(simd, batch, count, tile, stop, sums),
-        _ => backward_batch::<S, 5>(simd, batch, count, tile, stop, sums),
     }
 }
