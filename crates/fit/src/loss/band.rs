@@ -84,7 +84,7 @@ pub(super) struct Scratch {
 impl Scratch {
     /// Sizes the buffers for rows of `stride` values; everything outside the image is zero.
     fn prepare(&mut self, stride: usize) {
-        let padded = stride + 2 * PAD;
+        let padded = ring_row(stride + 2 * PAD);
         for (buffer, length) in [(&mut self.x, RING * padded), (&mut self.y, RING * padded)]
             .into_iter()
             .chain(self.single.iter_mut().map(|row| (row, padded)))
@@ -93,9 +93,16 @@ impl Scratch {
             buffer.resize(length, 0.0);
         }
         for ring in self.blurred.iter_mut().chain(&mut self.derivatives) {
-            ring.resize(RING * stride, 0.0);
+            ring.resize(RING * ring_row(stride), 0.0);
         }
     }
+}
+
+/// Length of a ring's row: an odd number of cache lines, so that the rows of a window do not fall
+/// into the same few sets of the cache when the width is a multiple of 1024.
+#[inline(always)]
+fn ring_row(length: usize) -> usize {
+    length + 16 * usize::from((length / 16).is_multiple_of(2))
 }
 
 /// Row `y` of a ring of rows of `length` values. Rows before the image have their place too.
@@ -110,7 +117,8 @@ fn slot(y: isize, length: usize) -> Range<usize> {
 fn column(ring: &[f32], y: isize, stride: usize) -> Column<'_> {
     let mut rows: Column<'_> = [&[]; 2 * RADIUS + 1];
     for (k, row) in rows.iter_mut().enumerate() {
-        let whole: Row<'_> = ring[slot(y + k as isize - RADIUS as isize, stride)].as_chunks().0;
+        let whole: Row<'_> =
+            ring[slot(y + k as isize - RADIUS as isize, ring_row(stride))][..stride].as_chunks().0;
         *row = whole;
     }
     rows
@@ -127,7 +135,8 @@ pub(super) fn band<S: Simd>(
     scratch: &mut Scratch,
 ) -> BandSums {
     let stride = rows.render.stride;
-    let padded = stride + 2 * PAD;
+    let padded = ring_row(stride + 2 * PAD);
+    let row_length = ring_row(stride);
     let (width, height) = (rows.target.width, rows.target.height as isize);
     let (first, end) = (range.start as isize, (range.end as isize).min(height));
     let reach = RADIUS as isize;
@@ -138,7 +147,7 @@ pub(super) fn band<S: Simd>(
     for c in 0..3 {
         for entering in first - 2 * reach..end + 2 * reach {
             let at = slot(entering, padded);
-            let to = slot(entering, stride);
+            let to = slot(entering, row_length);
             if (0..height).contains(&entering) {
                 let (x_row, y_row) = (&mut x[at.clone()], &mut y[at]);
                 rows.load(c, entering as usize, x_row, y_row);
@@ -147,7 +156,7 @@ pub(super) fn band<S: Simd>(
                 for (source, ring) in
                     [&*x_row, y_row, squares, product].into_iter().zip(&mut *blurred)
                 {
-                    blur_row(simd, source, &mut ring[to.clone()]);
+                    blur_row(simd, source, &mut ring[to.clone()][..stride]);
                 }
             } else {
                 for ring in &mut *blurred {
@@ -156,7 +165,7 @@ pub(super) fn band<S: Simd>(
             }
 
             let middle = entering - reach;
-            let to = slot(middle, stride);
+            let to = slot(middle, row_length);
             if (0..height).contains(&middle) && middle >= first - reach {
                 let [a, b, d, e] = &*blurred;
                 let maps = [
@@ -177,7 +186,7 @@ pub(super) fn band<S: Simd>(
                     sums.ssim += ssim;
                 }
                 for (source, ring) in single.iter().zip(&mut *derivatives) {
-                    blur_row(simd, source, &mut ring[to.clone()]);
+                    blur_row(simd, source, &mut ring[to.clone()][..stride]);
                 }
             } else {
                 for ring in &mut *derivatives {
