@@ -105,20 +105,27 @@ def photos(out, samples, threads, only):
 
 
 def tiny(out, samples, threads):
-    """The small capture with exact cameras: PNGs, and a COLMAP text model whose points are true surface points."""
-    s = set_up(TINY_WIDTH, TINY_HEIGHT, samples, threads)
+    """The small capture of testdata/captures/tiny."""
+    poses = walk(TINY_VIEWS, -90.0, 30.0, (27.0, 35.0), 9.2, 11)
+    exact(out, set_up(TINY_WIDTH, TINY_HEIGHT, samples, threads), poses, TINY_POINTS)
+
+
+def exact(out, s, poses, count):
+    """A capture with exact cameras: PNGs, and a COLMAP text model of `count` true surface points."""
+    width, height = s.render.resolution_x, s.render.resolution_y
     images, sparse = os.path.join(out, "images"), os.path.join(out, "sparse", "0")
     os.makedirs(images, exist_ok=True)
     os.makedirs(sparse, exist_ok=True)
-    focal, cx, cy = LENS_MM / SENSOR_MM * TINY_WIDTH, TINY_WIDTH / 2, TINY_HEIGHT / 2
-    poses = walk(TINY_VIEWS, -90.0, 30.0, (27.0, 35.0), 9.2, 11)
-    names = ["view_%02d.png" % (k + 1) for k in range(TINY_VIEWS)]
+    focal, cx, cy = LENS_MM / SENSOR_MM * width, width / 2, height / 2
+    names = ["view_%02d.png" % (k + 1) for k in range(len(poses))]
     colours = []
     for name, pose in zip(names, poses):
         path = os.path.join(images, name)
-        render(s, pose, path)
+        if not os.path.exists(path):
+            render(s, pose, path + ".part.png")
+            os.replace(path + ".part.png", path)
         picture = bpy.data.images.load(path)
-        pixels = np.array(picture.pixels[:]).reshape(TINY_HEIGHT, TINY_WIDTH, -1)[::-1, :, :3]
+        pixels = np.array(picture.pixels[:]).reshape(height, width, -1)[::-1, :, :3]
         colours.append(np.round(pixels * 255).astype(int))
     depsgraph = bpy.context.evaluated_depsgraph_get()
     inverse = [pose.inverted() for pose in poses]
@@ -128,7 +135,7 @@ def tiny(out, samples, threads):
         if p.z >= -0.1:
             return None
         u, v = cx - focal * p.x / p.z, cy + focal * p.y / p.z
-        return (u, v) if 0 <= u < TINY_WIDTH and 0 <= v < TINY_HEIGHT else None
+        return (u, v) if 0 <= u < width and 0 <= v < height else None
 
     def first_hit(k, direction):
         eye = poses[k].translation
@@ -137,15 +144,15 @@ def tiny(out, samples, threads):
 
     rng = random.Random(3)
     points, seen = [], [[] for _ in poses]
-    while len(points) < TINY_POINTS:
-        k = len(points) % TINY_VIEWS
-        u, v = rng.uniform(1, TINY_WIDTH - 1), rng.uniform(1, TINY_HEIGHT - 1)
+    while len(points) < count:
+        k = len(points) % len(poses)
+        u, v = rng.uniform(1, width - 1), rng.uniform(1, height - 1)
         direction = poses[k].to_3x3() @ Vector(((u - cx) / focal, -(v - cy) / focal, -1.0))
         point = first_hit(k, direction)
         if point is None:
             continue
         track = []
-        for j in range(TINY_VIEWS):
+        for j in range(len(poses)):
             at = project(j, point)
             ray = point - poses[j].translation
             there = first_hit(j, ray) if at else None
@@ -162,7 +169,7 @@ def tiny(out, samples, threads):
 
     with open(os.path.join(sparse, "cameras.txt"), "w") as f:
         f.write("# CAMERA_ID MODEL WIDTH HEIGHT fx fy cx cy\n")
-        f.write("1 PINHOLE %d %d %.9g %.9g %g %g\n" % (TINY_WIDTH, TINY_HEIGHT, focal, focal, cx, cy))
+        f.write("1 PINHOLE %d %d %.9g %.9g %g %g\n" % (width, height, focal, focal, cx, cy))
     with open(os.path.join(sparse, "images.txt"), "w") as f:
         f.write("# IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME, then X Y POINT3D_ID of its observations\n")
         for j, name in enumerate(names):

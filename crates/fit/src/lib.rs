@@ -4,6 +4,8 @@
 //! checkpoint. Random numbers are keyed by (seed, purpose, step), never drawn from a running
 //! generator, and every sum has a fixed order: the result depends on the seed alone.
 
+mod auto;
+mod background;
 mod clock;
 mod dense;
 mod error;
@@ -23,6 +25,10 @@ mod state;
 mod target;
 mod trainer;
 
+pub use auto::{
+    BackgroundModel, Candidate, Decision, ExposureModel, ModelChoice, ModelState, ProbeCost,
+};
+pub use background::BackgroundColor;
 pub use dense::dense_points;
 pub use error::FitError;
 pub use exposure::Exposures;

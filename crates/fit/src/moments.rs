@@ -91,6 +91,18 @@ impl Moments {
         Self { first: zeros.clone(), second: zeros }
     }
 
+    /// Follows [`Gaussians::with_sh_degree`]: higher bands are dropped or start at zero.
+    pub(crate) fn set_sh_coefficients(&mut self, old: usize, new: usize) {
+        for columns in [&mut self.first, &mut self.second] {
+            let mut sh = vec![0.0; columns.sh.len() / old * new];
+            let kept = 3 * old.min(new);
+            for (to, from) in sh.chunks_exact_mut(3 * new).zip(columns.sh.chunks_exact(3 * old)) {
+                to[..kept].copy_from_slice(&from[..kept]);
+            }
+            columns.sh = sh;
+        }
+    }
+
     /// Follows [`Gaussians::gather`]; rows marked `fresh` start from zero.
     pub(crate) fn gather(&mut self, rows: &[u32], fresh: &[bool], sh_row: usize) {
         self.first = self.first.gather(rows, fresh, sh_row);

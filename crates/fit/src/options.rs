@@ -4,6 +4,7 @@ use clap::{Args, ValueEnum};
 use motes_raster::RasterDials;
 use serde::{Deserialize, Serialize};
 
+use crate::auto::{BackgroundModel, ExposureModel, ModelChoice};
 use crate::target::AlphaMode;
 
 /// A point on the measured front of time against quality.
@@ -107,7 +108,7 @@ pub struct FitOptions {
     /// Upper bound of the number of Gaussians [default: from the preset]
     #[arg(long, visible_aliases = ["max-splats", "cap-max", "max-cap"], help_heading = "Model", value_name = "COUNT")]
     pub max_gaussians: Option<usize>,
-    /// Degree of the spherical harmonics, 0 to 4 [default: 3; fewer with few views]
+    /// Degree of the spherical harmonics, 0 to 4 [default: what --model decides]
     #[arg(long, help_heading = "Model", value_parser = clap::value_parser!(u8).range(0..=4), value_name = "DEGREE")]
     pub sh_degree: Option<u8>,
     /// Resolutions as scale:share of the steps, coarse to fine, e.g. 0.25:0.3,0.5:0.3,1:0.4
@@ -177,9 +178,17 @@ pub struct FitOptions {
     /// Parameters to leave as they are, for example to refit colours under another light
     #[arg(long, value_enum, value_delimiter = ',', help_heading = "Start", value_name = "GROUPS")]
     pub freeze: Vec<FreezeGroup>,
-    /// Per-photo gain and offset of each channel; auto: when the photos' brightness differs
+    /// Components of the model: what held-out evidence supports, everything, or nothing optional; a
+    /// component's own flag wins
     #[arg(long, value_enum, default_value_t, help_heading = "Model")]
-    pub exposure: Switch,
+    pub model: ModelChoice,
+    /// Per-photo gain, or gain and offset, of each channel; `on` is affine, `off` is none
+    #[arg(long, value_enum, default_value_t, help_heading = "Model")]
+    pub exposure: ExposureModel,
+    /// What lies behind all points: nothing, one learned colour, or Gaussians on a far sphere
+    /// [default: what --model decides]
+    #[arg(long, value_enum, help_heading = "Model")]
+    pub background_model: Option<BackgroundModel>,
     /// 3D smoothing filter of Mip-Splatting: no Gaussian finer than the photos can show
     #[arg(long, value_enum, default_value_t, help_heading = "Model")]
     pub filter_3d: Switch,

@@ -3,6 +3,7 @@
 use motes_raster::Sorting;
 use serde::Serialize;
 
+use crate::auto::{ModelChoice, rules};
 use crate::error::FitError;
 use crate::front::Settings;
 use crate::options::{FitOptions, Switch};
@@ -79,11 +80,13 @@ impl Plan {
                 (steps / f64::from(options.batch_views.max(1))).round().max(1.0) as u32
             }
         };
-        let few = views < FEW_VIEWS;
+        let choices = rules::Choices::new(options);
+        let regularised = options.model != ModelChoice::Minimal;
+        let few = regularised && views < FEW_VIEWS;
         Ok(Self {
             iterations,
             max_gaussians: options.max_gaussians.unwrap_or(settings.max_gaussians.round() as usize),
-            sh_degree: options.sh_degree.unwrap_or(if views < 8 { 1 } else { 3 }),
+            sh_degree: choices.sh_degree.unwrap_or_else(|| rules::sh_degree_by_count(views)),
             stages: match &options.resolution_schedule {
                 Some(text) => parse_stages(text)?,
                 None => settings.stages(),
@@ -94,7 +97,7 @@ impl Plan {
                 .max(1),
             dropout: options
                 .dropout
-                .unwrap_or(if views <= VERY_FEW_VIEWS { 0.2 } else { 0.0 })
+                .unwrap_or(if regularised && views <= VERY_FEW_VIEWS { 0.2 } else { 0.0 })
                 .clamp(0.0, 0.9),
             max_anisotropy: options.max_anisotropy.unwrap_or(if few { 10.0 } else { 100.0 }),
             opacity_weight: options.opacity_weight.unwrap_or(0.0),
@@ -104,6 +107,21 @@ impl Plan {
             filter_3d: options.filter_3d != Switch::Off,
             batch_views: options.batch_views.max(1),
         })
+    }
+
+    /// Leaves the last stage out; the others share its steps.
+    pub(crate) fn drop_finest_stage(&mut self) {
+        self.stages.pop();
+        let sum: f64 = self.stages.iter().map(|s| s.share).sum();
+        for stage in &mut self.stages {
+            stage.share /= sum;
+        }
+    }
+
+    /// The schedule as its flag takes it.
+    pub(crate) fn schedule(&self) -> String {
+        let entries = self.stages.iter().map(|s| format!("{}:{:.3}", s.scale, s.share));
+        entries.collect::<Vec<_>>().join(",")
     }
 
     /// Index of the stage at `progress` in [0, 1].

@@ -2,6 +2,8 @@
 
 use motes_scene::Gaussians;
 
+use crate::auto::ModelState;
+use crate::background::BackgroundColor;
 use crate::exposure::Exposures;
 use crate::loss::LossValue;
 use crate::moments::Moments;
@@ -23,9 +25,11 @@ pub struct FitState {
     pub filter_3d: Vec<f32>,
     /// Exposure of every photo.
     pub exposures: Exposures,
-    /// Whether exposures are fitted; `None`: not decided yet.
-    pub exposure_on: Option<bool>,
-    /// The measure behind that decision; 0 before it.
+    /// The components in effect and why.
+    pub model: ModelState,
+    /// The colour behind everything, when there is one.
+    pub background: BackgroundColor,
+    /// Spread of the photos' log gains; 0 before it was measured.
     pub gain_spread: f64,
     /// Which views may go without a backward pass.
     pub skip: SkipState,

@@ -140,11 +140,11 @@ impl Target {
         Self { width, height, rgb, weight, alpha }
     }
 
-    /// Per channel `Σ x y` and `Σ x²` of a rendering `x` (planes 0..3) and this photo `y`, over the
-    /// pixels that count.
-    pub(crate) fn brightness_pairs(&self, render: &Planes) -> [[f64; 2]; 3] {
+    /// Per channel `n, Σ x, Σ y, Σ x², Σ x y` of a rendering `x` (planes 0..3) and this photo `y`, over
+    /// the pixels that count.
+    pub(crate) fn brightness_sums(&self, render: &Planes) -> [[f64; 5]; 3] {
         std::array::from_fn(|c| {
-            let mut sums = [0.0; 2];
+            let mut sums = [0.0; 5];
             for y in 0..self.height {
                 let pixels = render.row(c, y).iter().zip(self.row(c, y)).enumerate();
                 for (x, (&a, &b)) in pixels {
@@ -154,8 +154,10 @@ impl Target {
                     {
                         continue;
                     }
-                    sums[0] += f64::from(a) * f64::from(b) / 255.0;
-                    sums[1] += f64::from(a) * f64::from(a);
+                    let (a, b) = (f64::from(a), f64::from(b) / 255.0);
+                    for (sum, term) in sums.iter_mut().zip([1.0, a, b, a * a, a * b]) {
+                        *sum += term;
+                    }
                 }
             }
             sums

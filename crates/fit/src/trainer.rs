@@ -1,21 +1,29 @@
 //! The optimiser loop, one step at a time.
 //!
 //! The parts: [`construction`] (views, start, resume), [`schedule`] (progress, rates, order and
-//! draws), [`budget`] (progress by wall time), [`exposure`] (whether photos get exposures), [`step`] and [`refinement`].
+//! draws), [`budget`] (progress by wall time), [`model`] and [`probes`] (which components are in),
+//! [`step`], [`refinement`] and [`finish`] (what carries nothing at the end goes).
 
 mod budget;
 mod construction;
-mod exposure;
+mod finish;
+mod model;
+mod probes;
 mod refinement;
 mod schedule;
 mod scoring;
 mod step;
 
+use std::sync::Arc;
+
+use glam::DVec3;
 use motes_raster::{Frame, GaussianGradients, Planes, RasterDials};
 use motes_scene::Gaussians;
 
 use self::budget::Clock;
 pub use self::budget::TimeBudget;
+use crate::auto::{BackgroundModel, ProbeCost};
+use crate::background;
 use crate::filter3d;
 use crate::loss::PhotometricLoss;
 use crate::options::{Background, FitOptions};
@@ -30,7 +38,7 @@ pub struct Trainer {
     plan: Plan,
     seed: u64,
     extent: f64,
-    views: Vec<TrainingView>,
+    views: Arc<Vec<TrainingView>>,
     random_background: bool,
     /// The state; a checkpoint is a copy of it.
     pub state: FitState,
@@ -44,6 +52,12 @@ pub struct Trainer {
     batch: GaussianGradients,
     order: (u64, Vec<u32>),
     clock: Option<Clock>,
+    /// Centre and radius of the far shell, were there one.
+    shell_place: (DVec3, f64),
+    /// Set in a probe: the progress that it stands still at.
+    probe: Option<f64>,
+    /// What probes took.
+    probe_costs: Vec<ProbeCost>,
 }
 
 impl Trainer {
@@ -66,6 +80,11 @@ impl Trainer {
     pub fn model(&self) -> Gaussians {
         let mut gaussians = self.state.gaussians.clone();
         filter3d::bake(&mut gaussians, &self.state.filter_3d);
+        if self.state.model.background == BackgroundModel::Color {
+            let (centre, radius) = self.shell_place;
+            let dome = background::dome(self.state.background.value, centre, radius);
+            background::append(&mut gaussians, &dome);
+        }
         gaussians
     }
 

@@ -1,9 +1,7 @@
 //! The whole loop on scenes made in memory.
 
-use std::sync::Arc;
-
 use motes_fit::{
-    AdamRule, Densify, FitOptions, FitState, FreezeGroup, Switch, Trainer, TrainingImage,
+    AdamRule, Densify, ExposureModel, FitOptions, FitState, FreezeGroup, Trainer, TrainingImage,
 };
 use motes_math::metrics::psnr_f32;
 use motes_raster::{RenderOptions, render};
@@ -76,7 +74,8 @@ fn one_two_and_three_threads_give_the_same_bits() {
     let images = photos(&truth, 5);
     let fit = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        let dropping = FitOptions { dropout: Some(0.3), exposure: Switch::On, ..options(120) };
+        let dropping =
+            FitOptions { dropout: Some(0.3), exposure: ExposureModel::Affine, ..options(120) };
         let start = Trainer::new(&images, &points(&truth), None, &dropping, 5).unwrap();
         pool.install(|| run(start, 120).state)
     };
@@ -171,28 +170,6 @@ fn frozen_parameters_do_not_move() {
     assert_eq!(fitted.log_scales, truth.log_scales);
     assert_eq!(fitted.opacity_logits, truth.opacity_logits);
     assert!(fitted.sh.iter().any(|&v| v != 0.0));
-}
-
-#[test]
-fn exposures_are_kept_only_where_the_photos_differ() {
-    let truth = random_gaussians(6, 60, 0);
-    let even = photos(&truth, 6);
-    let mut uneven = even.clone();
-    for (i, image) in uneven.iter_mut().enumerate() {
-        let gain = if i % 2 == 0 { 0.75 } else { 1.2 };
-        for value in &mut Arc::make_mut(&mut image.image).data {
-            *value = (f32::from(*value) * gain).min(255.0) as u8;
-        }
-    }
-    let judged = |images: &[TrainingImage]| {
-        let trainer = Trainer::new(images, &points(&truth), None, &options(600), 0).unwrap();
-        let trainer = run(trainer, 160);
-        (trainer.fits_exposure(), trainer.state.gain_spread)
-    };
-    let (on, spread) = judged(&uneven);
-    assert!(on, "spread {spread}");
-    let (on, spread) = judged(&even);
-    assert!(!on, "spread {spread}");
 }
 
 #[test]

@@ -1,16 +1,55 @@
-//! Curves from what train-splat measured while it ran.
+//! Curves and decisions from what train-splat measured while it ran.
 
 use std::path::Path;
 
 use motes_formats::{FormatError, Result};
 use serde::Deserialize;
 
+use crate::html::{Cell, Table};
 use crate::svg_plot::{LinePlot, Series};
 
 /// The part of a `motes/train-report` that is drawn.
 #[derive(Debug, Deserialize)]
 struct TrainReport {
     history: Vec<Row>,
+    #[serde(default)]
+    model: Model,
+}
+
+#[derive(Debug, Default, Deserialize)]
+struct Model {
+    components: Vec<Component>,
+}
+
+/// One component of `--model` and its evidence.
+#[derive(Debug, Deserialize)]
+struct Component {
+    component: String,
+    kept: String,
+    by: String,
+    reason: String,
+    candidates: Vec<Candidate>,
+}
+
+#[derive(Debug, Deserialize)]
+struct Candidate {
+    value: String,
+    psnr_without: f64,
+    psnr_with: f64,
+    evidence_nats: f64,
+    error_nats: f64,
+    cost_nats: f64,
+    parameters: usize,
+    pays: bool,
+}
+
+/// What a page shows of a training.
+#[derive(Clone, Debug, Default)]
+pub struct Training {
+    /// Loss, held-out PSNR and number of Gaussians over steps, those that the file has.
+    pub plots: Vec<LinePlot>,
+    /// Which components of the model are in and why; empty tables are left out.
+    pub tables: Vec<Table>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -21,11 +60,11 @@ struct Row {
     psnr_test: Option<f64>,
 }
 
-/// Plots of loss, held-out PSNR and number of Gaussians over steps, those that the file has.
+/// Reads what the page shows.
 ///
 /// # Errors
 /// When the file cannot be read or has no `history`.
-pub fn training_plots(path: &Path) -> Result<Vec<LinePlot>> {
+pub fn read_training(path: &Path) -> Result<Training> {
     let bytes = std::fs::read(path).map_err(|error| FormatError::io(path, error))?;
     let report: TrainReport = serde_json::from_slice(&bytes).map_err(|error| {
         FormatError::invalid(path, format!("line {}", error.line()), error.to_string())
@@ -46,7 +85,49 @@ pub fn training_plots(path: &Path) -> Result<Vec<LinePlot>> {
         plot("PSNR on held-out photos", "PSNR, dB", |row| row.psnr_test),
         plot("Gaussians", "number", |row| row.gaussians),
     ];
-    Ok(plots.into_iter().flatten().collect())
+    let components = &report.model.components;
+    let tables = [component_table(components), evidence_table(components)];
+    Ok(Training {
+        plots: plots.into_iter().flatten().collect(),
+        tables: tables.into_iter().filter(|table| !table.rows.is_empty()).collect(),
+    })
+}
+
+fn component_table(components: &[Component]) -> Table {
+    let row = |c: &Component| [&c.component, &c.kept, &c.by, &c.reason].map(Cell::text).to_vec();
+    Table {
+        caption: "components of the model: what is in, decided by what".into(),
+        columns: ["component", "in use", "by", "reason"].map(Into::into).to_vec(),
+        rows: components.iter().map(row).collect(),
+    }
+}
+
+fn evidence_table(components: &[Component]) -> Table {
+    let mut rows = Vec::new();
+    for component in components {
+        for c in &component.candidates {
+            rows.push(vec![
+                Cell::text(format!("{} {}", component.component, c.value)),
+                Cell::number(c.psnr_without, 2),
+                Cell::number(c.psnr_with, 2),
+                Cell::number(c.evidence_nats, 0),
+                Cell::number(c.error_nats, 0),
+                Cell::number(c.cost_nats, 0),
+                Cell::count(c.parameters),
+                Cell::text(if c.pays { "pays" } else { "does not pay" }),
+            ]);
+        }
+    }
+    let columns =
+        ["probe", "dB without", "dB with", "evidence, nats", "error", "cost", "parameters", ""];
+    Table {
+        caption:
+            "probes: PSNR of views that no probe was fitted to, gain of log-likelihood over all \
+                  photos, its standard error, what the parameters cost"
+                .into(),
+        columns: columns.map(Into::into).to_vec(),
+        rows,
+    }
 }
 
 #[cfg(test)]
@@ -60,14 +141,21 @@ mod tests {
         let path = folder.join("train.json");
         let history = r#"{"format": "motes/train-report", "history": [
             {"step": 0, "gaussians": 10, "loss": 0.5, "seconds": 0.1},
-            {"step": 100, "gaussians": 30, "loss": 0.2, "psnr_test": 20.0, "seconds": 1.0}]}"#;
+            {"step": 100, "gaussians": 30, "loss": 0.2, "psnr_test": 20.0, "seconds": 1.0}],
+            "model": {"components": [{"component": "sh-degree", "kept": "0", "by": "probe",
+            "reason": "3 against 0", "candidates": [{"value": "3", "against": "0",
+            "psnr_without": 26.1, "psnr_with": 26.0, "evidence_nats": -70.0, "error_nats": 66.0,
+            "cost_nats": 67.0, "parameters": 482130, "pays": false}]}]}}"#;
         std::fs::write(&path, history).unwrap();
-        let plots = training_plots(&path).unwrap();
+        let Training { plots, tables } = read_training(&path).unwrap();
+        let captions: Vec<usize> = tables.iter().map(|table| table.rows.len()).collect();
+        assert_eq!(captions, [1, 1]);
+        assert_eq!(tables[1].rows[0][7], Cell::text("does not pay"));
         let titles: Vec<&str> = plots.iter().map(|plot| plot.title.as_str()).collect();
         assert_eq!(titles, ["Training loss", "Gaussians"], "one PSNR is no curve");
         assert_eq!(plots[0].series[0].points, [(0.0, 0.5), (100.0, 0.2)]);
         std::fs::write(&path, "{}").unwrap();
-        assert!(training_plots(&path).unwrap_err().to_string().contains("history"));
+        assert!(read_training(&path).unwrap_err().to_string().contains("history"));
         std::fs::remove_dir_all(&folder).unwrap();
     }
 }

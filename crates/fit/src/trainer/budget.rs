@@ -102,6 +102,7 @@ impl Trainer {
     /// When an option cannot be used.
     pub fn set_time_budget(&mut self, budget: &TimeBudget) -> Result<(), FitError> {
         let began = Instant::now();
+        self.leave_out_probes();
         let whole = budget.end.saturating_duration_since(began).as_secs_f64();
         let (speed, full_forward) = self.measure_speed(whole);
         let scoring = |gaussians: usize| {
@@ -112,9 +113,8 @@ impl Trainer {
         let written = |gaussians: usize| (gaussians * row) as f64 / WRITE_RATE;
         let left = budget.end.saturating_duration_since(Instant::now()).as_secs_f64();
         if self.options.preset.is_none() {
-            let views = self.views.len();
             let predict = |settings: &Settings| -> Result<f64, FitError> {
-                let plan = Plan::with_settings(&self.options, settings, views)?;
+                let plan = self.timed_plan(settings)?;
                 let start = self.state.gaussians.len().min(plan.max_gaussians);
                 let rest = speed.rest(&plan, 0.0, start as f64, self.options.refine_until);
                 let after = scoring(plan.max_gaussians) + written(plan.max_gaussians);
@@ -126,7 +126,7 @@ impl Trainer {
             }
             let settings = settings_for(left, &predicted);
             let sh_degree = self.plan.sh_degree;
-            self.plan = Plan { sh_degree, ..Plan::with_settings(&self.options, &settings, views)? };
+            self.plan = Plan { sh_degree, ..self.timed_plan(&settings)? };
             self.keep_at_most(self.plan.max_gaussians);
         }
         let most = self.plan.max_gaussians;
@@ -139,6 +139,15 @@ impl Trainer {
             pixel_seconds: self.pixel_seconds(),
         });
         Ok(())
+    }
+
+    /// The plan of these settings, without the stage that the photos hold no detail for.
+    fn timed_plan(&self, settings: &Settings) -> Result<Plan, FitError> {
+        let mut plan = Plan::with_settings(&self.options, settings, self.views.len())?;
+        while plan.stages.len() > self.views[0].levels.len() {
+            plan.drop_finest_stage();
+        }
+        Ok(plan)
     }
 
     /// Evenly spread Gaussians, when there are more than `most`.

@@ -1,15 +1,19 @@
 //! How a fit begins: views at every resolution, the first Gaussians, or a checkpoint.
 
+use std::sync::Arc;
+
 use motes_raster::{Frame, GaussianGradients};
 use motes_scene::{Gaussians, SparsePoints};
 
 use super::Trainer;
+use crate::auto::ModelState;
+use crate::background::{self, BackgroundColor};
 use crate::error::FitError;
 use crate::exposure::Exposures;
 use crate::init;
 use crate::loss::PhotometricLoss;
 use crate::moments::Moments;
-use crate::options::{Background, FitOptions, Switch};
+use crate::options::{Background, FitOptions};
 use crate::plan::Plan;
 use crate::profile::{Lap, Phase, Profile};
 use crate::refine::RefineStats;
@@ -30,7 +34,8 @@ impl Trainer {
             return Err(FitError::NoViews);
         }
         let lap = Lap::start();
-        let plan = Plan::new(options, images.len())?;
+        let mut plan = Plan::new(options, images.len())?;
+        let model = ModelState::new(options, &mut plan, images, start.as_ref());
         let extent = init::scene_extent(images, points);
         let mut gaussians = match start {
             Some(gaussians) => gaussians,
@@ -55,6 +60,7 @@ impl Trainer {
             .iter()
             .map(|image| TrainingView::new(image, &scales, options.alpha_mode))
             .collect();
+        let shell_place = background::place(&views, points, extent);
         let has_alpha = options.alpha_mode == AlphaMode::Transparent
             && images.iter().any(|image| image.image.channels == 4);
         let random_background = match options.background {
@@ -68,10 +74,8 @@ impl Trainer {
             refine_stats: RefineStats::zeros(gaussians.len()),
             filter_3d: Vec::new(),
             exposures: Exposures::identity(images.len()),
-            exposure_on: match options.exposure {
-                Switch::Auto => None,
-                switch => Some(switch == Switch::On),
-            },
+            model,
+            background: BackgroundColor::default(),
             gain_spread: 0.0,
             skip: SkipState::new(images.len()),
             initial_gaussians: gaussians.len(),
@@ -82,7 +86,7 @@ impl Trainer {
             plan,
             seed,
             extent,
-            views,
+            views: Arc::new(views),
             random_background,
             state,
             profile: Profile::default(),
@@ -93,7 +97,11 @@ impl Trainer {
             batch: GaussianGradients::default(),
             order: (u64::MAX, Vec::new()),
             clock: None,
+            shell_place,
+            probe: None,
+            probe_costs: Vec::new(),
         };
+        trainer.start_model();
         trainer.profile.add(Phase::Init, lap);
         trainer.update_filter();
         Ok(trainer)
@@ -113,9 +121,10 @@ impl Trainer {
             return Err(FitError::Checkpoint(text));
         }
         let mut trainer = Self::new(images, points, Some(state.gaussians.clone()), options, seed)?;
-        if trainer.plan.sh_degree != state.gaussians.sh_degree {
+        if state.model.sh_degree != state.gaussians.sh_degree {
             return Err(FitError::Checkpoint("its SH degree differs".into()));
         }
+        trainer.plan.sh_degree = state.model.sh_degree;
         trainer.state = state;
         Ok(trainer)
     }

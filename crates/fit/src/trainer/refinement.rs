@@ -30,7 +30,7 @@ impl Trainer {
 
     pub(super) fn refine_if_due(&mut self) -> Option<RefineCounts> {
         let (step, every) = (self.state.step, self.plan.refine_every);
-        if !step.is_multiple_of(every) {
+        if self.probe.is_some() || !step.is_multiple_of(every) {
             return None;
         }
         let progress = self.progress();

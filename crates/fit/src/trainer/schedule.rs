@@ -33,6 +33,9 @@ impl Trainer {
 
     /// Share of the steps done, in [0, 1].
     pub fn progress(&self) -> f64 {
+        if let Some(progress) = self.probe {
+            return progress;
+        }
         match &self.clock {
             Some(clock) => clock.progress,
             None => f64::from(self.state.step) / f64::from(self.plan.iterations.max(1)),
@@ -43,11 +46,12 @@ impl Trainer {
     ///
     /// Views come in a new random order each epoch, so that every view is seen equally often.
     pub(super) fn next_view(&mut self, index: u32) -> usize {
-        let count = self.views.len() as u64;
+        let views = self.views_in_use();
+        let count = views.len() as u64;
         let step = u64::from(self.state.step) * u64::from(self.plan.batch_views) + u64::from(index);
         let epoch = step / count;
         if self.order.0 != epoch {
-            let mut order: Vec<u32> = (0..count as u32).collect();
+            let mut order = views;
             order.shuffle(&mut keyed_rng(self.seed, STREAM_ORDER, epoch));
             self.order = (epoch, order);
         }

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::Trainer;
 use super::schedule::STREAM_BACKGROUND;
+use crate::auto::{BackgroundModel, ExposureModel};
 use crate::loss::{ColorTransform, LossValue};
 use crate::moments::Update;
 use crate::options::{AdamRule, Densify, FreezeGroup};
@@ -25,7 +26,7 @@ impl Trainer {
     pub fn step(&mut self) -> StepReport {
         let progress = self.progress();
         let stage = self.plan.stage_at(progress);
-        self.decide_exposure(progress, stage);
+        self.decide_model(progress);
         let gains = self.dropout_gains(progress);
         let views = self.plan.batch_views;
         let mut report =
@@ -98,7 +99,7 @@ impl Trainer {
             let mut rng = keyed_rng(self.seed, STREAM_BACKGROUND, item + u64::from(index));
             std::array::from_fn(|_| rng.random())
         } else {
-            self.background()
+            self.color_behind()
         };
         let modifiers = Modifiers {
             filter_3d: (!self.state.filter_3d.is_empty()).then_some(&self.state.filter_3d[..]),
@@ -110,7 +111,7 @@ impl Trainer {
             dials: self.options.raster,
             ..RenderOptions::default()
         };
-        let exposure_on = self.exposure_on();
+        let exposure = self.state.model.exposure;
         let gaussians = &self.state.gaussians;
         let lap = Lap::start();
         let image = self.frame.forward(gaussians, transform, &modifiers, &render_options);
@@ -122,9 +123,9 @@ impl Trainer {
             .take()
             .filter(|g| [g.width, g.height] == transform.size)
             .unwrap_or_else(|| Planes::new(width, height, 4));
-        let color = match exposure_on {
-            true => self.state.exposures.transform(view),
-            false => ColorTransform::IDENTITY,
+        let color = match exposure {
+            ExposureModel::Gain | ExposureModel::Affine => self.state.exposures.transform(view),
+            ExposureModel::Auto | ExposureModel::None => ColorTransform::IDENTITY,
         };
         let loss = self.loss.evaluate(
             image,
@@ -134,6 +135,9 @@ impl Trainer {
             self.options.ssim_weight,
             &mut gradient,
         );
+        if self.state.model.background == BackgroundModel::Color {
+            self.state.background.step(image, &gradient);
+        }
         let loss_seconds = loss_lap.elapsed();
         self.profile.add_seconds(Phase::Loss, loss_seconds);
         self.profile.add_forward(
@@ -160,8 +164,8 @@ impl Trainer {
             let lap = Lap::start();
             let seen = self.state.refine_stats.add(&self.gradients);
             self.profile.counts.gaussians_seen += seen;
-            if exposure_on {
-                self.state.exposures.step(view, &loss);
+            if matches!(exposure, ExposureModel::Gain | ExposureModel::Affine) {
+                self.state.exposures.step(view, &loss, exposure == ExposureModel::Affine);
             }
             self.profile.add(Phase::Optimise, lap);
         }

@@ -8,6 +8,7 @@ use crate::frames::SplitChoice;
 use crate::html::{Cell, Comparison, Layer, Page, Table, jpeg_url, png_url};
 use crate::score::{Photo, ViewRow, mean_scores, spread};
 use crate::svg_plot::{LinePlot, Series};
+use crate::training_curves::Training;
 
 /// Scores of one set of renders.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -98,8 +99,8 @@ pub struct EvaluationPage {
     pub splits: Vec<SplitChoice>,
     /// Pictures of the first model.
     pub pictures: PictureChoice,
-    /// Curves of the training, when given.
-    pub training: Vec<LinePlot>,
+    /// Curves and decisions of the training, when given.
+    pub training: Training,
     /// Names and values of the protocol.
     pub protocol: Vec<(String, String)>,
 }
@@ -119,11 +120,14 @@ impl EvaluationPage {
             page.table(&view_table(model));
             page.plot(&self.view_plot(model));
         }
-        if !self.training.is_empty() {
+        if !(self.training.plots.is_empty() && self.training.tables.is_empty()) {
             page.heading("Training");
         }
-        for plot in &self.training {
+        for plot in &self.training.plots {
             page.plot(plot);
+        }
+        for table in &self.training.tables {
+            page.table(table);
         }
         page.heading("Protocol");
         page.definitions(&self.protocol);
@@ -321,7 +325,7 @@ mod tests {
             models: vec![model("seed<0>.ply"), model("seed1.ply")],
             splits: vec![SplitChoice::Test, SplitChoice::Train],
             pictures,
-            training: Vec::new(),
+            training: Training::default(),
             protocol: vec![("masks".into(), "excluded".into())],
         };
         assert_eq!(short_path("/a/b/c/d.ply"), "c/d.ply");

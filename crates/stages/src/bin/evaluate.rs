@@ -26,7 +26,7 @@ use motes_report::evaluation::{
 use motes_report::lpips::Lpips;
 use motes_report::pages::{EvaluationPage, PictureChoice};
 use motes_report::score::GateMetric;
-use motes_report::training_curves::training_plots;
+use motes_report::training_curves::{Training, read_training};
 use motes_stage::{CommonArgs, Context, HasCommon, OrBadInput as _, StageError};
 use serde::Serialize;
 
@@ -94,7 +94,7 @@ fn run(args: &Args, context: &Context) -> anyhow::Result<EvaluationReport> {
     let (net, range) = (options.lpips_net, options.lpips_range);
     let load = |path: &PathBuf| Lpips::load(path, net, range);
     let lpips = options.lpips_weights.as_ref().map(load).transpose()?;
-    let training = outputs.training.as_deref().map_or(Ok(Vec::new()), training_plots)?;
+    let training = outputs.training.as_deref().map_or(Ok(Training::default()), read_training)?;
     context.stop_if_dry_run()?;
 
     let progress = context.progress("scoring", (course.len() * contestants.len()) as u64);

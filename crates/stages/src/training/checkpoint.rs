@@ -2,13 +2,17 @@
 //!
 //! Tensors: the Gaussians in stored space (`means`, `rotations`, `log_scales`, `opacity_logits`,
 //! `sh`), Adam's moments under `first/` and `second/`, `refine/pull`, `refine/seen`, `filter_3d`,
-//! `exposure/values`, `exposure/first`, `exposure/second`, `exposure/steps`, `skip/baseline`. Metadata:
-//! format, version, step, seed, options, capture hash. There is no generator state: random numbers are keyed by seed and step.
+//! `exposure/values`, `exposure/first`, `exposure/second`, `exposure/steps`, `skip/baseline`, `background` (value
+//! and moments of a learned colour, then its steps). Metadata: model (the components in effect and why), format,
+//! version, step, seed, options, capture hash. There is no generator state: random numbers are keyed by seed and step.
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use motes_fit::{Exposures, FitOptions, FitState, MomentColumns, Moments, RefineStats, SkipState};
+use motes_fit::{
+    BackgroundColor, Exposures, FitOptions, FitState, MomentColumns, Moments, RefineStats,
+    SkipState,
+};
 use motes_formats::tensors::{TensorData, read_tensors, write_tensors};
 use motes_formats::{FormatError, Result};
 use motes_scene::Gaussians;
@@ -64,6 +68,11 @@ pub(super) fn write_checkpoint(path: &Path, checkpoint: &Checkpoint) -> Result<(
     }
     put("exposure/steps".into(), TensorData::U64(vec![views], s.exposures.steps.clone()));
     put("skip/baseline".into(), TensorData::F32(vec![views], s.skip.baseline.clone()));
+    let b = &s.background;
+    let colors = [b.value, b.first, b.second].as_flattened().to_vec();
+    put("background/values".into(), TensorData::F32(vec![3, 3], colors));
+    put("background/steps".into(), TensorData::U64(vec![1], vec![b.steps]));
+    let model = serde_json::to_string(&s.model).unwrap_or_default();
     let options = serde_json::to_string(&checkpoint.options).unwrap_or_default();
     let metadata = [
         ("format", FORMAT.to_owned()),
@@ -71,7 +80,7 @@ pub(super) fn write_checkpoint(path: &Path, checkpoint: &Checkpoint) -> Result<(
         ("step", s.step.to_string()),
         ("sh_degree", s.gaussians.sh_degree.to_string()),
         ("initial_gaussians", s.initial_gaussians.to_string()),
-        ("exposure_on", s.exposure_on.map_or("undecided".into(), |on| on.to_string())),
+        ("model", model),
         ("gain_spread_bits", s.gain_spread.to_bits().to_string()),
         ("skip_eligible", s.skip.eligible.to_string()),
         ("skip_skipped", s.skip.skipped.to_string()),
@@ -148,11 +157,9 @@ pub(super) fn read_checkpoint(path: &Path) -> Result<Checkpoint> {
         refine_stats,
         filter_3d: file.f32s("filter_3d")?,
         exposures,
-        exposure_on: match file.text("exposure_on")?.as_str() {
-            "true" => Some(true),
-            "false" => Some(false),
-            _ => None,
-        },
+        model: serde_json::from_str(&file.text("model")?)
+            .map_err(|e| file.invalid("metadata model", &e.to_string()))?,
+        background: file.background()?,
         gain_spread: f64::from_bits(file.number("gain_spread_bits")?),
         initial_gaussians: file.number("initial_gaussians")?,
         gaussians,
@@ -238,6 +245,17 @@ impl File<'_> {
         match self.take(name)? {
             TensorData::U64(_, values) => Ok(values),
             _ => Err(self.invalid(name, "expected 64-bit integers")),
+        }
+    }
+
+    fn background(&mut self) -> Result<BackgroundColor> {
+        let colors = rows::<3>(self.f32s("background/values")?);
+        let steps = self.u64s("background/steps")?;
+        match (&colors[..], &steps[..]) {
+            (&[value, first, second], &[steps]) => {
+                Ok(BackgroundColor { value, first, second, steps })
+            }
+            _ => Err(self.invalid("background", "expected three colours and a number of steps")),
         }
     }
 

@@ -1,6 +1,7 @@
 //! The session around a fit: photos in, steps with progress and checkpoints, report out.
 
 mod checkpoint;
+mod model_report;
 mod photos;
 mod profile;
 mod report;
@@ -8,6 +9,7 @@ mod scores;
 mod session;
 mod start;
 
+pub use model_report::ModelReport;
 pub use profile::ProfileReport;
 pub use report::{HistoryRow, TrainReport};
 pub use scores::{Held, Target, TargetOutcome};

@@ -8,6 +8,7 @@ use motes_fit::Plan;
 use motes_stage::Context;
 use serde::Serialize;
 
+use super::model_report::ModelReport;
 use super::profile::ProfileReport;
 use super::scores::{Held, TargetOutcome};
 use super::session::Session;
@@ -63,8 +64,10 @@ pub struct TrainReport {
     pub peak_memory_bytes: Option<u64>,
     /// Whether per-photo exposures were fitted.
     pub exposure: bool,
-    /// Spread of the photos' log gains that this was decided by (0.1 is the bound).
+    /// Spread of the photos' log gains; 0 where it was not measured.
     pub exposure_gain_spread: f64,
+    /// Which components are in, and the evidence.
+    pub model: ModelReport,
     /// Length that learning rates refer to, world units.
     pub extent: f64,
     /// The numbers of the run.
@@ -105,6 +108,7 @@ impl TrainReport {
             peak_memory_bytes: context.peak_memory_bytes(),
             exposure: trainer.fits_exposure(),
             exposure_gain_spread: trainer.state.gain_spread,
+            model: ModelReport::new(trainer, context.cpu_seconds()),
             extent: trainer.extent(),
             plan: trainer.plan().clone(),
             phases: trainer.profile.phases().iter().map(|t| (t.phase.name(), t.wall_s)).collect(),
@@ -164,12 +168,7 @@ impl fmt::Display for TrainReport {
                 )?,
             }
         }
-        let kept = if self.exposure { "fitted" } else { "left out" };
-        write!(
-            f,
-            "per-photo exposure {kept}: brightness of the photos differs by {:.1} % (bound 10 %)",
-            100.0 * self.exposure_gain_spread
-        )?;
+        write!(f, "{}", self.model)?;
         match &self.profile {
             Some(profile) => write!(f, "\n{profile}"),
             None => Ok(()),

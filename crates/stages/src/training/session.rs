@@ -119,6 +119,7 @@ impl Session<'_> {
                 break;
             }
         }
+        self.trainer.finish();
         Ok(SessionEnd::Done)
     }
 

@@ -1,0 +1,112 @@
+//! Only what the scene requires: which components of the model are in, decided from evidence.
+//!
+//! A component is kept when views that a short fit did not see are predicted so much better with
+//! it that the gain exceeds what its parameters cost; [`criterion`] has the equations. The probes
+//! themselves are in `trainer/probes.rs`, what needs no probe is in [`detail`] and [`rules`].
+
+pub(crate) mod bands;
+pub(crate) mod criterion;
+pub(crate) mod detail;
+mod report;
+pub(crate) mod rules;
+
+use clap::ValueEnum;
+use serde::{Deserialize, Serialize};
+
+pub use report::{Candidate, Decision, ProbeCost};
+
+/// How much of the model is used.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ModelChoice {
+    /// What held-out evidence supports, component by component.
+    #[default]
+    Auto,
+    /// Everything: SH degree 3, affine exposures, a far shell, every stage; nothing is pruned at the end.
+    Full,
+    /// Nothing optional: SH degree 0, no exposures, no background.
+    Minimal,
+}
+
+/// What differs between photos of the same light.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ExposureModel {
+    /// Decided from the capture; the report says how.
+    #[default]
+    Auto,
+    /// Nothing.
+    #[value(alias = "off")]
+    #[serde(alias = "off")]
+    None,
+    /// A gain per photo and channel.
+    Gain,
+    /// A gain and an offset per photo and channel.
+    #[value(alias = "on")]
+    #[serde(alias = "on")]
+    Affine,
+}
+
+impl ExposureModel {
+    /// Free parameters for `views` photos: their mean is fixed.
+    pub(crate) fn parameters(self, views: usize) -> usize {
+        let per_view = match self {
+            Self::Auto | Self::None => 0,
+            Self::Gain => 3,
+            Self::Affine => 6,
+        };
+        per_view * views.saturating_sub(1)
+    }
+
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Auto | Self::None => "none",
+            Self::Gain => "gain",
+            Self::Affine => "affine",
+        }
+    }
+}
+
+/// What lies behind everything that the points describe.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum BackgroundModel {
+    /// Nothing.
+    #[default]
+    None,
+    /// One learned colour.
+    Color,
+    /// Gaussians on a far sphere, in the directions that no point covers.
+    Shell,
+}
+
+impl BackgroundModel {
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Color => "color",
+            Self::Shell => "shell",
+        }
+    }
+}
+
+/// The components in effect and why: part of the state of a fit.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ModelState {
+    /// Whether views are held out for probes.
+    pub probing: bool,
+    /// Whether the background is decided.
+    pub background_decided: bool,
+    /// Whether the exposure model is decided.
+    pub exposure_decided: bool,
+    /// Whether the SH degree is decided.
+    pub degree_decided: bool,
+    /// SH degree in use.
+    pub sh_degree: u8,
+    /// Exposure model in use; never `Auto`.
+    pub exposure: ExposureModel,
+    /// Background model in use.
+    pub background: BackgroundModel,
+    /// What was decided, in order.
+    pub decisions: Vec<Decision>,
+}
