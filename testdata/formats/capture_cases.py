@@ -67,8 +67,8 @@ def captures():
     bad("no-format", "\"format\" is missing", lambda d: d.pop("format"))
     bad("version-2", "version 2.0 of motes/capture is not known", lambda d: d.update(version="2.0"))
     bad("version-0", "version 0.3 of motes/capture is not known", lambda d: d.update(version="0.3"))
-    bad("version-number", "must be like \"1.0\", it is 1.0", lambda d: d.update(version=1.0))
-    bad("version-missing", "must be like \"1.0\", it is missing", lambda d: d.pop("version"))
+    bad("version-number", "must be like \"1.1\", it is 1.0", lambda d: d.update(version=1.0))
+    bad("version-missing", "must be like \"1.1\", it is missing", lambda d: d.pop("version"))
     bad("conventions", "(conventions)", lambda d: d.update(conventions={
         "camera_axes": "x right, y up, z back", "pixel_center": "0.5, 0.5",
         "pose": "camera_point = rotation * world_point + translation", "colors": "sRGB"}))

@@ -75,9 +75,19 @@ impl Exposures {
         self.centre();
     }
 
-    /// One step for one photo (gains, and offsets where asked), then the mean of all photos is taken back to the identity.
-    pub(crate) fn step(&mut self, view: usize, loss: &LossValue, offsets: bool) {
-        let gain = self.transform(view).gain;
+    /// One step for one photo (gains, and offsets where asked), then the mean of all photos is taken
+    /// back to the identity.
+    ///
+    /// `metadata_gain` is the factor on the photo's gains that its metadata gave.
+    pub(crate) fn step(
+        &mut self,
+        view: usize,
+        metadata_gain: f32,
+        loss: &LossValue,
+        offsets: bool,
+    ) {
+        // The derivative by a log gain is that by the whole gain times the whole gain.
+        let gain = self.transform(view).brighter(metadata_gain).gain;
         let gradient: [f32; 6] = std::array::from_fn(|k| match k {
             0..3 => (loss.d_gain[k] * f64::from(gain[k])) as f32,
             _ if !offsets => 0.0,
@@ -120,7 +130,7 @@ mod tests {
                 d_offset: [0.0, 0.1, -0.3],
                 ..LossValue::default()
             };
-            exposures.step(step % 2, &loss, true);
+            exposures.step(step % 2, 1.0, &loss, true);
         }
         for k in 0..6 {
             let sum: f32 = exposures.values.iter().map(|v| v[k]).sum();

@@ -151,6 +151,7 @@ mod tests {
                         .unwrap(),
                     image: ImageU8::filled(40, 30, 3, 200).into(),
                     mask: None,
+                    exposure_gain: 1.0,
                 }
             })
             .collect()

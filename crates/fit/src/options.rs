@@ -189,6 +189,10 @@ pub struct FitOptions {
     /// [default: what --model decides]
     #[arg(long, value_enum, help_heading = "Model")]
     pub background_model: Option<BackgroundModel>,
+    /// Follow the photos' exposure time, ISO speed and f-number, which held-out photos have too; auto:
+    /// where the capture says that brightness follows them
+    #[arg(long, value_enum, default_value_t, help_heading = "Model")]
+    pub exposure_metadata: Switch,
     /// 3D smoothing filter of Mip-Splatting: no Gaussian finer than the photos can show
     #[arg(long, value_enum, default_value_t, help_heading = "Model")]
     pub filter_3d: Switch,

@@ -20,6 +20,8 @@ pub struct TrainingImage {
     pub image: Arc<ImageU8>,
     /// 1 channel; 0 = ignore the pixel.
     pub mask: Option<ImageU8>,
+    /// Brightness over that of the model, from the photo's metadata; 1 when unknown.
+    pub exposure_gain: f32,
 }
 
 /// What the alpha channel of a photo means.
@@ -91,6 +93,8 @@ impl Deref for LazyTarget {
 pub struct TrainingView {
     /// Name of the view.
     pub name: String,
+    /// Brightness over that of the model, from the photo's metadata.
+    pub exposure_gain: f32,
     /// One entry per scale of the schedule, same order.
     pub levels: Vec<(ViewTransform, LazyTarget)>,
 }
@@ -114,7 +118,7 @@ impl TrainingView {
                 (ViewTransform::new(&camera, &image.camera_from_world), target)
             })
             .collect();
-        Self { name: image.name.clone(), levels }
+        Self { name: image.name.clone(), exposure_gain: image.exposure_gain, levels }
     }
 }
 
@@ -142,7 +146,7 @@ impl Target {
 
     /// Per channel `n, Σ x, Σ y, Σ x², Σ x y` of a rendering `x` (planes 0..3) and this photo `y`, over
     /// the pixels that count.
-    pub(crate) fn brightness_sums(&self, render: &Planes) -> [[f64; 5]; 3] {
+    pub(crate) fn brightness_sums(&self, render: &Planes, gain: f32) -> [[f64; 5]; 3] {
         std::array::from_fn(|c| {
             let mut sums = [0.0; 5];
             for y in 0..self.height {
@@ -154,7 +158,7 @@ impl Target {
                     {
                         continue;
                     }
-                    let (a, b) = (f64::from(a), f64::from(b) / 255.0);
+                    let (a, b) = (f64::from(gain * a), f64::from(b) / 255.0);
                     for (sum, term) in sums.iter_mut().zip([1.0, a, b, a * a, a * b]) {
                         *sum += term;
                     }
@@ -198,6 +202,7 @@ mod tests {
             camera_from_world: Pose::IDENTITY,
             image: ImageU8::from_data(8, 4, 4, data.collect()).into(),
             mask: None,
+            exposure_gain: 1.0,
         }
     }
 

@@ -20,6 +20,7 @@ fn photos(truth: &Gaussians, views: usize) -> Vec<TrainingImage> {
                 camera_from_world,
                 image: picture.color.to_u8().into(),
                 mask: None,
+                exposure_gain: 1.0,
             }
         })
         .collect()

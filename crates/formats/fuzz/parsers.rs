@@ -20,7 +20,11 @@ pub(crate) fn gaussians(bytes: &[u8]) {
     let name = Path::new(NAME);
     let Ok(file) = ply::read_gaussians_from(bytes, name) else { return };
     assert!(file.gaussians.is_consistent(), "arrays of different lengths were accepted");
-    let options = PlyWriteOptions { render_mode: file.render_mode, comments: file.comments };
+    let options = PlyWriteOptions {
+        render_mode: file.render_mode,
+        exposure_response: file.exposure_response,
+        comments: file.comments,
+    };
     let mut written = Vec::new();
     if ply::write_gaussians_to(&mut written, &file.gaussians, &options, name).is_err() {
         return; // a column name that only a reader must understand

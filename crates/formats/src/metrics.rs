@@ -45,7 +45,7 @@ pub struct MetricsDocument {
 impl Document for MetricsDocument {
     const FORMAT: &'static str = "motes/metrics";
     const MAJOR: u32 = 1;
-    const MINOR: u32 = 0;
+    const MINOR: u32 = 1;
 }
 
 /// Which views are scored.
@@ -111,6 +111,9 @@ pub struct Protocol {
     pub resize_filter: String,
     /// What stands behind transparent photos and renders: sRGB-encoded, in [0, 1].
     pub background: [f64; 3],
+    /// What sets the brightness of the renders.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub view_exposure: Option<String>,
     /// What becomes of masked pixels.
     pub masks: String,
     /// How a mean is taken over views.

@@ -9,8 +9,8 @@ use motes_formats::exr_aov::{AovChannel, open_exr, write_exr};
 use motes_formats::{capture, images, ply, tensors};
 use motes_math::rng::keyed_rng;
 use motes_scene::{
-    Camera, CameraModel, Capture, ColumnValues, ExtraColumn, Gaussians, ImageU8, Pose,
-    SparsePoints, Split, View,
+    Camera, CameraModel, Capture, ColumnValues, ExposureResponse, ExtraColumn, Gaussians, ImageU8,
+    Pose, SparsePoints, Split, View,
 };
 use rand::{Rng, RngExt as _};
 
@@ -110,6 +110,7 @@ fn points_and_captures() {
                     image: format!("i/{i}.jpg").into(),
                     mask: (i % 3 == 0).then(|| format!("m/{i}.png").into()),
                     split: if i % 8 == 0 { Split::Test } else { Split::Train },
+                    exposure_stops: (i % 3 == 0).then(|| f64::from(i) / 3.0),
                 }
             })
             .collect();
@@ -119,7 +120,11 @@ fn points_and_captures() {
         let positions = list(n, || [0; 3].map(|_| real(1e6) as f32));
         let colors = list(n, || [0; 3].map(|_| rng.random::<u8>()));
         let points = SparsePoints { positions, colors };
-        let expected = Capture { cameras, views, points, world_origin };
+        let exposure_response = (case % 2 == 0).then_some(ExposureResponse {
+            slope_per_stop: 0.1 + 1e-17,
+            reference_stops: -1.0 / 3.0,
+        });
+        let expected = Capture { cameras, views, points, world_origin, exposure_response };
         let path = dir.path().join(format!("{case}/capture.json"));
         capture::write_capture(&path, &expected).unwrap();
         assert_eq!(capture::read_capture(&path).unwrap(), expected, "case {case}");

@@ -4,10 +4,11 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 use motes_formats::capture::write_capture;
-use motes_formats::images::{image_dimensions, image_dimensions_upright};
+use motes_formats::images::{exposure_stops, image_dimensions, image_dimensions_upright};
 use motes_scene::{Camera, Capture, Pose, SparsePoints, Split, View};
 
 use crate::error::{IngestError, Result};
+use crate::exposure_response::{self, PhotoBrightness};
 use crate::gathered::{Gathered, Photo, Point};
 use crate::locate_image::find_mask;
 use crate::options::ImportOptions;
@@ -127,25 +128,43 @@ pub(crate) fn write(
         kept.iter().map(|&i| gathered.photos[i].camera_from_world.center_in_world()).collect();
     let world_origin = origin::choose(&centers);
     let mut views = Vec::new();
+    let mut brightness = Vec::new();
     let mut view_names = names.into_iter();
     for (&i, done) in kept.iter().zip(done) {
         let (photo, plan) = (&gathered.photos[i], &plans.plans[plan_of[i]]);
+        let exposure_stops = exposure_stops(&photo.path);
+        if splits[i] == Some(Split::Train) {
+            brightness.push(PhotoBrightness { stops: exposure_stops, samples: done.brightness });
+        }
         for (crop, (image, mask)) in done.images.into_iter().zip(done.masks).enumerate() {
             let pose = rebased(&photo.camera_from_world, world_origin);
             let camera_from_world =
                 if plan.kind == Kind::Panorama { panorama::crop_pose(&pose, crop) } else { pose };
             let split = splits[i].unwrap_or(Split::Train);
             let name = view_names.next().unwrap_or_default();
-            views.push(View { name, camera: plan_of[i], camera_from_world, image, mask, split });
+            views.push(View {
+                name,
+                camera: plan_of[i],
+                camera_from_world,
+                image,
+                mask,
+                split,
+                exposure_stops,
+            });
         }
     }
     views.sort_by(|a, b| a.name.cmp(&b.name));
     let points = start_points(&gathered, &splits, options, world_origin);
+    let fitted = exposure_response::fit(&brightness, gathered.points.len());
+    if let Some(note) = exposure_response::note(fitted) {
+        gathered.notes.push(note);
+    }
     let capture = Capture {
         cameras: plans.plans.iter().map(|plan| Camera::from_pinhole(plan.pinhole)).collect(),
         views,
         points,
         world_origin,
+        exposure_response: fitted.filter(|fit| fit.evidence > 0.0).map(|fit| fit.response),
     };
     if capture.points.is_empty() {
         gathered

@@ -7,6 +7,7 @@
 //! numbers and sentences how far the poses can be trusted.
 
 mod error;
+mod exposure_response;
 mod from_colmap;
 mod from_transforms;
 mod gathered;

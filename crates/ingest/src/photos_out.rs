@@ -10,6 +10,7 @@ use motes_scene::ImageU8;
 use rayon::prelude::*;
 
 use crate::error::{IngestError, Result};
+use crate::exposure_response::log_brightness;
 use crate::gathered::Photo;
 use crate::panorama;
 use crate::plan::{Kind, Plan};
@@ -31,6 +32,8 @@ pub(crate) struct Done {
     pub(crate) images: Vec<PathBuf>,
     /// Mask files where some pixels are to be ignored.
     pub(crate) masks: Vec<Option<PathBuf>>,
+    /// Point and log brightness around it, where the photo shows one.
+    pub(crate) brightness: Vec<(usize, f64)>,
 }
 
 /// Processes all photos in parallel; the results are in the order of the jobs.
@@ -103,12 +106,13 @@ fn process(job: &Job<'_>, output: &Path, invert_masks: bool) -> Result<Done> {
     if invert_masks && let Some(mask) = &mut mask {
         mask.data.iter_mut().for_each(|v| *v = 255 - *v);
     }
+    let brightness = brightness_of(photo, &image);
     let is_panorama = job.plan.kind == Kind::Panorama;
     if is_panorama {
         image = panorama::with_seam(&image);
         mask = mask.map(|mask| panorama::with_seam(&mask));
     }
-    let mut done = Done { images: Vec::new(), masks: Vec::new() };
+    let mut done = Done { images: Vec::new(), masks: Vec::new(), brightness };
     for (crop, stem) in job.stems.iter().enumerate() {
         let (pixels, content) = apply(job.plan, crop, &image, Filter::Lanczos3);
         let mut out_mask = mask.as_ref().map(|mask| {
@@ -138,6 +142,19 @@ fn process(job: &Job<'_>, output: &Path, invert_masks: bool) -> Result<Done> {
         });
     }
     Ok(done)
+}
+
+/// Brightness around the points that a photo shows; keypoints lie in the lens' own pixel grid.
+fn brightness_of(photo: &Photo, image: &ImageU8) -> Vec<(usize, f64)> {
+    let lens = photo.lens.camera(image.width, image.height);
+    let scale = [
+        image.width as f64 / lens.width.max(1) as f64,
+        image.height as f64 / lens.height.max(1) as f64,
+    ];
+    let sample = |&([x, y], point): &([f64; 2], usize)| {
+        Some((point, log_brightness(image, [x * scale[0], y * scale[1]])?))
+    };
+    photo.observations.iter().filter_map(sample).collect()
 }
 
 /// Brings one image of the photo through the plan.

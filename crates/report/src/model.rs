@@ -6,7 +6,7 @@ use clap::ValueEnum;
 use motes_formats::Result;
 use motes_formats::ply::{RenderMode, open_gaussians};
 use motes_raster::Antialias;
-use motes_scene::Gaussians;
+use motes_scene::{ExposureResponse, Gaussians};
 use serde::Serialize;
 
 /// Which pixel footprint Gaussians are drawn with.
@@ -22,6 +22,17 @@ pub enum AntialiasChoice {
     Mip,
 }
 
+/// How bright a picture of a view of the capture is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ViewExposure {
+    /// As the photo's metadata says, where the Gaussians were fitted so
+    #[default]
+    Metadata,
+    /// As the Gaussians are
+    Model,
+}
+
 /// Gaussians and how they were trained to be drawn.
 #[derive(Clone, Debug)]
 pub struct Model {
@@ -29,6 +40,8 @@ pub struct Model {
     pub gaussians: Gaussians,
     /// The footprint to draw them with.
     pub antialias: Antialias,
+    /// How the brightness of photos follows their metadata, when the file says so.
+    pub exposure_response: Option<ExposureResponse>,
 }
 
 impl Model {
@@ -44,6 +57,15 @@ impl Model {
             }
             _ => Antialias::Classic,
         };
-        Ok(Self { gaussians: file.gaussians, antialias })
+        let exposure_response = file.exposure_response;
+        Ok(Self { gaussians: file.gaussians, antialias, exposure_response })
+    }
+
+    /// Factor on the colours of a picture of a view that was taken at `stops`.
+    pub fn gain(&self, choice: ViewExposure, stops: Option<f64>) -> f32 {
+        match (choice, self.exposure_response) {
+            (ViewExposure::Metadata, Some(response)) => response.gain(stops),
+            _ => 1.0,
+        }
     }
 }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use glam::DVec3;
 
-use crate::{Camera, Pose};
+use crate::{Camera, ExposureResponse, Pose};
 
 /// The role of a view in fitting and measuring.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -30,6 +30,10 @@ pub struct View {
     pub mask: Option<PathBuf>,
     /// Train or test.
     pub split: Split,
+    /// Brightness setting of the camera, from the photo's metadata: `log2(t S / 100 / N²)` with the
+    /// exposure time `t` in seconds, the ISO speed `S` and the f-number `N`; one more is a photo
+    /// twice as bright. `None` when the metadata does not tell.
+    pub exposure_stops: Option<f64>,
 }
 
 /// Points that structure from motion triangulated.
@@ -65,12 +69,21 @@ pub struct Capture {
     /// `source_world = world + world_origin`: what import subtracted so that single precision
     /// suffices. Double precision, source units.
     pub world_origin: DVec3,
+    /// How brightness follows [`View::exposure_stops`], measured on the training views; `None` where
+    /// it does not, or nothing tells.
+    pub exposure_response: Option<ExposureResponse>,
 }
 
 impl Capture {
     /// Indices of the views of one split, in order.
     pub fn views_of(&self, split: Split) -> Vec<usize> {
         (0..self.views.len()).filter(|&i| self.views[i].split == split).collect()
+    }
+
+    /// Gain of a view's sRGB-encoded colours over those of a model of this capture; 1 where unknown.
+    pub fn exposure_gain(&self, view: usize) -> f32 {
+        let stops = self.views[view].exposure_stops;
+        self.exposure_response.map_or(1.0, |response| response.gain(stops))
     }
 
     /// The view of this name.

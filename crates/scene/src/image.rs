@@ -62,6 +62,14 @@ impl ImageU8 {
 }
 
 impl ImageF32 {
+    /// All values times `factor`.
+    pub fn scaled(mut self, factor: f32) -> Self {
+        if factor != 1.0 {
+            self.data.iter_mut().for_each(|value| *value *= factor);
+        }
+        self
+    }
+
     /// Values clamped to [0, 1] and rounded to 8 bits, same encoding; NaN becomes 0.
     pub fn to_u8(&self) -> ImageU8 {
         // `max` first: it turns NaN into 0, `clamp` would keep it.

@@ -9,12 +9,14 @@
 pub mod camera;
 pub mod camera_path;
 mod capture;
+mod exposure_response;
 mod gaussians;
 mod image;
 mod pose;
 
 pub use camera::{Camera, CameraModel, Pinhole};
 pub use capture::{Capture, SparsePoints, Split, View};
+pub use exposure_response::ExposureResponse;
 pub use gaussians::{ColumnValues, ExtraColumn, Gaussians};
 pub use image::{Image, ImageF32, ImageU8};
 pub use pose::Pose;

@@ -6,8 +6,11 @@ mod toy_capture;
 use std::process::Output;
 
 use motes_formats::camera_path::{CameraPathDocument, write_camera_path};
+use motes_formats::capture::write_capture;
 use motes_formats::exr_aov::read_exr;
 use motes_formats::images::read_image;
+use motes_formats::ply::{PlyWriteOptions, write_gaussians};
+use motes_scene::ExposureResponse;
 use toy_capture::{ToyCapture, assert_code, run, stderr, toy_capture};
 
 fn render(toy: &ToyCapture, arguments: &[&str]) -> Output {
@@ -192,4 +195,47 @@ fn the_report_is_the_only_thing_on_stdout() {
         (&2.into(), &toy.gaussians.len().into())
     );
     assert!(report["video_command"].as_str().unwrap().starts_with("ffmpeg "));
+}
+
+/// The capture says that view_2 was exposed one stop more than view_5, and the PLY, which factor
+/// that is: their pictures differ by it, unless the model's own brightness is asked for.
+#[test]
+fn views_have_the_exposure_of_their_photos() {
+    let toy = toy_capture();
+    let mut capture = toy.capture.clone();
+    let slope = 0.2;
+    let response = ExposureResponse { slope_per_stop: slope, reference_stops: -9.0 };
+    for (name, stops) in [("view_2.png", -8.0), ("view_5.png", -9.0)] {
+        let view = capture.view_named(name).unwrap();
+        capture.views[view].exposure_stops = Some(stops);
+    }
+    write_capture(&toy.path("capture.json"), &capture).unwrap();
+    let options = PlyWriteOptions { exposure_response: Some(response), ..Default::default() };
+    write_gaussians(&toy.path("exposed.ply"), &toy.gaussians, &options).unwrap();
+    let mean = |folder: &str, name: &str| {
+        let image = read_image(&toy.path(folder).join(name)).unwrap();
+        image.data.iter().map(|&v| f64::from(v)).sum::<f64>() / image.data.len() as f64
+    };
+    let draw = |folder: &str, gaussians: &str, more: &[&str]| {
+        let arguments = [
+            "--capture",
+            "capture.json",
+            "--split",
+            "test",
+            "-o",
+            folder,
+            "--gaussians",
+            gaussians,
+        ];
+        let all = [&arguments[..], &["--no-provenance"], more].concat();
+        assert_code(&run(env!("CARGO_BIN_EXE_render"), toy.folder.path(), &all), 0);
+        [mean(folder, "view_2.png"), mean(folder, "view_5.png")]
+    };
+    let plain = draw("plain", "true.ply", &[]);
+    let exposed = draw("exposed", "exposed.ply", &[]);
+    // Less than the gain where values are clipped at white.
+    let gain = exposed[0] / plain[0];
+    assert!(gain > 1.0 + 0.5 * slope && gain < slope.exp() + 0.02, "{gain}");
+    assert_eq!(exposed[1], plain[1], "the reference exposure changes nothing");
+    assert_eq!(draw("model", "exposed.ply", &["--view-exposure", "model"]), plain);
 }

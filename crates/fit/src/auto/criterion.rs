@@ -59,8 +59,9 @@ pub(crate) enum Colors {
 }
 
 impl Residuals {
-    /// Adds one view.
-    pub(crate) fn add(&mut self, render: &Planes, target: &Target, colors: Colors) {
+    /// Adds one view; the rendering counts with all colours times `gain`.
+    pub(crate) fn add(&mut self, render: &Planes, gain: f32, target: &Target, colors: Colors) {
+        let metadata_gain = gain;
         let (w, h) = (target.width, target.height);
         let white = |x: usize, y: usize| (x / BLOCK + y / BLOCK).is_multiple_of(2);
         let counts = |x: usize, y: usize| {
@@ -73,7 +74,9 @@ impl Residuals {
             let pairs = || {
                 (0..h).flat_map(move |y| {
                     let rows = render.row(c, y).iter().zip(target.row(c, y)).enumerate();
-                    rows.map(move |(x, (&a, &b))| (x, y, f64::from(a), f64::from(b) / 255.0))
+                    rows.map(move |(x, (&a, &b))| {
+                        (x, y, f64::from(metadata_gain * a), f64::from(b) / 255.0)
+                    })
                 })
             };
             let (gain, offset) = match colors {

@@ -38,6 +38,7 @@ fn points_lie_on_the_surface() {
                 camera_from_world,
                 image: picture.color.to_u8().into(),
                 mask: None,
+                exposure_gain: 1.0,
             }
         })
         .collect();

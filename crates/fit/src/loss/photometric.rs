@@ -28,6 +28,11 @@ pub struct ColorTransform {
 impl ColorTransform {
     /// Changes nothing.
     pub const IDENTITY: Self = Self { gain: [1.0; 3], offset: [0.0; 3] };
+
+    /// This transform with all gains times `gain`; offsets stay.
+    pub(crate) fn brighter(self, gain: f32) -> Self {
+        Self { gain: self.gain.map(|g| g * gain), ..self }
+    }
 }
 
 /// Value of the loss and its gradient by the colour transform.

@@ -192,7 +192,8 @@ impl Trainer {
             filter_3d: (!self.state.filter_3d.is_empty()).then_some(&self.state.filter_3d[..]),
             opacity_gain: None,
         };
-        let options = RenderOptions { background, ..RenderOptions::default() };
+        let options =
+            RenderOptions { background, dials: self.options.raster, ..RenderOptions::default() };
         let exposed = self.fits_exposure();
         let mut gradient: Option<Planes> = None;
         let mut sum = 0.0;
@@ -209,6 +210,7 @@ impl Trainer {
                 .filter(|g| [g.width, g.height] == [target.width, target.height])
                 .unwrap_or_else(|| Planes::new(target.width, target.height, 4));
             let scratch = gradient.insert(scratch);
+            let color = color.brighter(self.views[view].exposure_gain);
             let value = self.loss.evaluate(image, target, background, color, 0.0, scratch);
             sum += -10.0 * value.mse.max(1e-12).log10();
         }

@@ -234,6 +234,7 @@ impl Trainer {
         let options = RenderOptions {
             background: self.color_behind(),
             sh_degree_limit: Some(0),
+            dials: self.options.raster,
             ..RenderOptions::default()
         };
         let modifiers = Modifiers::default();
@@ -241,7 +242,7 @@ impl Trainer {
         for view in self.views.iter() {
             let (transform, target) = &view.levels[level];
             let image = self.frame.forward(&self.state.gaussians, transform, &modifiers, &options);
-            sums.push(target.brightness_sums(image));
+            sums.push(target.brightness_sums(image, view.exposure_gain));
         }
         sums
     }

@@ -266,7 +266,11 @@ impl Trainer {
     }
 
     fn measure_held_out(&mut self, level: usize) -> Probe {
-        let options = RenderOptions { background: self.color_behind(), ..RenderOptions::default() };
+        let options = RenderOptions {
+            background: self.color_behind(),
+            dials: self.options.raster,
+            ..RenderOptions::default()
+        };
         let modifiers = Modifiers {
             filter_3d: (!self.state.filter_3d.is_empty()).then_some(&self.state.filter_3d[..]),
             opacity_gain: None,
@@ -278,10 +282,11 @@ impl Trainer {
             sh_degree: self.state.gaussians.sh_degree,
         };
         for view in rules::held_out(self.views.len()) {
+            let gain = self.views[view as usize].exposure_gain;
             let (transform, target) = &self.views[view as usize].levels[level];
             let image = self.frame.forward(&self.state.gaussians, transform, &modifiers, &options);
-            probe.raw.add(image, target, Colors::Raw);
-            probe.corrected.add(image, target, Colors::Corrected);
+            probe.raw.add(image, gain, target, Colors::Raw);
+            probe.corrected.add(image, gain, target, Colors::Corrected);
         }
         probe
     }

@@ -41,6 +41,7 @@ impl Trainer {
         let options = RenderOptions {
             background: self.background(),
             sh_degree_limit: Some(self.sh_degree_at(progress)),
+            dials: self.options.raster,
             ..RenderOptions::default()
         };
         let modifiers = Modifiers {

@@ -94,6 +94,7 @@ impl Trainer {
         stage: usize,
     ) -> (LossValue, bool) {
         let (transform, target) = &self.views[view].levels[stage];
+        let exposure_gain = self.views[view].exposure_gain;
         let background = if self.random_background {
             let item = u64::from(self.state.step) * u64::from(self.plan.batch_views);
             let mut rng = keyed_rng(self.seed, STREAM_BACKGROUND, item + u64::from(index));
@@ -127,6 +128,7 @@ impl Trainer {
             ExposureModel::Gain | ExposureModel::Affine => self.state.exposures.transform(view),
             ExposureModel::Auto | ExposureModel::None => ColorTransform::IDENTITY,
         };
+        let color = color.brighter(exposure_gain);
         let loss = self.loss.evaluate(
             image,
             target,
@@ -165,7 +167,8 @@ impl Trainer {
             let seen = self.state.refine_stats.add(&self.gradients);
             self.profile.counts.gaussians_seen += seen;
             if matches!(exposure, ExposureModel::Gain | ExposureModel::Affine) {
-                self.state.exposures.step(view, &loss, exposure == ExposureModel::Affine);
+                let offsets = exposure == ExposureModel::Affine;
+                self.state.exposures.step(view, exposure_gain, &loss, offsets);
             }
             self.profile.add(Phase::Optimise, lap);
         }

@@ -22,6 +22,9 @@ pub struct CaptureDocument {
     /// Point cloud (PLY, `x y z red green blue`), relative to this document.
     #[serde(default)]
     pub points: Option<String>,
+    /// How brightness follows the views' `exposure_stops`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub exposure_response: Option<ExposureResponseDocument>,
     /// Intrinsics; views refer to them by position, from 0.
     pub cameras: Vec<CameraDocument>,
     /// Posed photos.
@@ -31,7 +34,17 @@ pub struct CaptureDocument {
 impl Document for CaptureDocument {
     const FORMAT: &'static str = "motes/capture";
     const MAJOR: u32 = 1;
-    const MINOR: u32 = 0;
+    const MINOR: u32 = 1;
+}
+
+/// Gain of a photo's sRGB-encoded colours over those of a model:
+/// `exp(slope_per_stop * (exposure_stops - reference_stops))`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ExposureResponseDocument {
+    /// Natural log of the gain per stop.
+    pub slope_per_stop: f64,
+    /// Exposure that a model's colours stand for.
+    pub reference_stops: f64,
 }
 
 /// Conventions of a capture.
@@ -90,6 +103,10 @@ pub struct ViewDocument {
     /// Role in fitting and measuring.
     #[serde(default)]
     pub split: SplitDocument,
+    /// Brightness setting of the camera: `log2(t S / 100 / N^2)` with the exposure time `t` in
+    /// seconds, the ISO speed `S` and the f-number `N`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub exposure_stops: Option<f64>,
 }
 
 /// A rigid transform.

@@ -4,15 +4,22 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use glam::{DQuat, DVec3};
-use motes_scene::{Camera, CameraModel, Capture, Pose, SparsePoints, Split, View};
+use motes_scene::{
+    Camera, CameraModel, Capture, ExposureResponse, Pose, SparsePoints, Split, View,
+};
 
 use super::document::{
-    CameraDocument, CaptureDocument, Conventions, PoseDocument, SplitDocument, ViewDocument,
+    CameraDocument, CaptureDocument, Conventions, ExposureResponseDocument, PoseDocument,
+    SplitDocument, ViewDocument,
 };
 use crate::error::{FormatError, Result, quoted};
 
 /// Larger images are taken for damaged documents.
 const MAX_SIDE: u64 = 1 << 17;
+/// No camera exposes a million times more or less than one second at f/1 and ISO 100 by more.
+const MAX_STOPS: f64 = 60.0;
+/// A stop doubles the light: ln 2 in linear values, less in encoded ones.
+const MAX_SLOPE: f64 = 2.0;
 /// How far a quaternion's norm may be from 1: hand-written poses with three digits pass.
 const UNIT_TOLERANCE: f64 = 1e-2;
 
@@ -46,7 +53,24 @@ pub fn capture_from_document(document: &CaptureDocument, path: &Path) -> Result<
     }
     views.sort_by(|a, b| a.name.cmp(&b.name));
     let world_origin = finite_vector(path, "world_origin", document.world_origin)?;
-    Ok(Capture { cameras, views, points: SparsePoints::default(), world_origin })
+    let exposure_response = document
+        .exposure_response
+        .map(|response| response_from_document(response, path))
+        .transpose()?;
+    let points = SparsePoints::default();
+    Ok(Capture { cameras, views, points, world_origin, exposure_response })
+}
+
+fn response_from_document(
+    response: ExposureResponseDocument,
+    path: &Path,
+) -> Result<ExposureResponse> {
+    let ExposureResponseDocument { slope_per_stop, reference_stops } = response;
+    if !(slope_per_stop.abs() <= MAX_SLOPE && reference_stops.abs() <= MAX_STOPS) {
+        let cause = format!("{slope_per_stop} per stop around {reference_stops} is not plausible");
+        return Err(FormatError::invalid(path, "exposure_response", cause));
+    }
+    Ok(ExposureResponse { slope_per_stop, reference_stops })
 }
 
 fn camera_from_document(camera: &CameraDocument, path: &Path, place: &str) -> Result<Camera> {
@@ -91,6 +115,10 @@ fn view_from_document(
         let cause = format!("it refers to camera {}, but there are {cameras}", view.camera);
         return Err(FormatError::invalid(path, place_of("camera"), cause));
     }
+    if let Some(stops) = view.exposure_stops.filter(|stops| !(stops.abs() <= MAX_STOPS)) {
+        let cause = format!("an exposure of {stops} stops is not plausible");
+        return Err(FormatError::invalid(path, place_of("exposure_stops"), cause));
+    }
     let mask = view.mask.as_ref();
     Ok(View {
         name: view.name.clone(),
@@ -106,6 +134,7 @@ fn view_from_document(
             SplitDocument::Train => Split::Train,
             SplitDocument::Test => Split::Test,
         },
+        exposure_stops: view.exposure_stops,
     })
 }
 

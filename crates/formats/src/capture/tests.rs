@@ -1,5 +1,5 @@
 use glam::{DQuat, DVec3};
-use motes_scene::{Camera, CameraModel, Pose, SparsePoints, Split, View};
+use motes_scene::{Camera, CameraModel, ExposureResponse, Pose, SparsePoints, Split, View};
 
 use super::*;
 
@@ -16,6 +16,7 @@ fn sample() -> Capture {
         image: PathBuf::from(format!("images/sub folder/{name}")),
         mask: (camera == 1).then(|| PathBuf::from("masks/m é.png")),
         split,
+        exposure_stops: (camera == 0).then_some(-7.25),
     };
     Capture {
         cameras: vec![
@@ -32,6 +33,7 @@ fn sample() -> Capture {
             colors: vec![[1, 2, 3], [255, 0, 128]],
         },
         world_origin: DVec3::new(5e6, -4e5, 0.1),
+        exposure_response: Some(ExposureResponse { slope_per_stop: 0.25, reference_stops: -8.5 }),
     }
 }
 

@@ -5,7 +5,8 @@ use std::path::Path;
 use motes_scene::{Capture, Pose, Split};
 
 use super::document::{
-    CameraDocument, CaptureDocument, Conventions, PoseDocument, SplitDocument, ViewDocument,
+    CameraDocument, CaptureDocument, Conventions, ExposureResponseDocument, PoseDocument,
+    SplitDocument, ViewDocument,
 };
 use super::{POINTS_FILE, checked_relative_path};
 use crate::documents::Document as _;
@@ -33,6 +34,7 @@ pub(super) fn capture_to_document(capture: &Capture, path: &Path) -> Result<Capt
                 Split::Train => SplitDocument::Train,
                 Split::Test => SplitDocument::Test,
             },
+            exposure_stops: view.exposure_stops,
         })
     });
     Ok(CaptureDocument {
@@ -41,6 +43,10 @@ pub(super) fn capture_to_document(capture: &Capture, path: &Path) -> Result<Capt
         conventions: Conventions::default(),
         world_origin: capture.world_origin.to_array(),
         points: (!capture.points.is_empty()).then(|| POINTS_FILE.to_owned()),
+        exposure_response: capture.exposure_response.map(|response| ExposureResponseDocument {
+            slope_per_stop: response.slope_per_stop,
+            reference_stops: response.reference_stops,
+        }),
         cameras: cameras.collect(),
         views: views.collect::<Result<_>>()?,
     })

@@ -7,6 +7,7 @@
 mod convert;
 mod decode;
 mod encode;
+mod exposure;
 mod tiff_tags;
 
 pub use decode::{
@@ -14,6 +15,7 @@ pub use decode::{
     read_mask, read_mask_upright,
 };
 pub use encode::{encode_jpeg, encode_png, write_png};
+pub use exposure::exposure_stops;
 
 #[cfg(test)]
 mod tests;

@@ -3,10 +3,10 @@
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 
-use motes_scene::{ColumnValues, Gaussians};
+use motes_scene::{ColumnValues, ExposureResponse, Gaussians};
 
 use super::plan::Plan;
-use super::{RenderMode, open, read_vertices, reserved_rows};
+use super::{RenderMode, open, read_vertices, reserved_rows, response_from_comments};
 use crate::error::Result;
 
 /// Gaussians and what else their file says.
@@ -18,6 +18,8 @@ pub struct GaussianFile {
     pub comments: Vec<String>,
     /// The render mode, when a comment tells.
     pub render_mode: Option<RenderMode>,
+    /// How the brightness of photos follows their metadata, when a comment tells.
+    pub exposure_response: Option<ExposureResponse>,
 }
 
 /// Reads Gaussians from a PLY file: see [`open_gaussians`], which also returns the comments.
@@ -68,7 +70,8 @@ fn read_file(reader: &mut dyn BufRead, path: &Path, bytes: Option<u64>) -> Resul
     )?;
     drop_zero_normals(&mut gaussians);
     let render_mode = RenderMode::from_comments(&header.comments);
-    Ok(GaussianFile { gaussians, comments: header.comments, render_mode })
+    let exposure_response = response_from_comments(&header.comments);
+    Ok(GaussianFile { gaussians, comments: header.comments, render_mode, exposure_response })
 }
 
 /// 3DGS writes normals but never sets them.

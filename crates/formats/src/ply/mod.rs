@@ -16,6 +16,8 @@ use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 
+use motes_scene::ExposureResponse;
+
 use crate::error::{FormatError, Result};
 
 pub use gaussians::{GaussianFile, open_gaussians, read_gaussians, read_gaussians_from};
@@ -58,6 +60,27 @@ impl RenderMode {
                 _ => None,
             }
         })
+    }
+}
+
+const RESPONSE_KEY: &str = "ExposureResponse:";
+
+/// Rust prints the shortest digits that read back as the same bits.
+fn response_comment(response: ExposureResponse) -> String {
+    format!("{RESPONSE_KEY} {} {}", response.slope_per_stop, response.reference_stops)
+}
+
+/// From the comments of a file; anything but two plausible numbers is no response.
+fn response_from_comments(comments: &[String]) -> Option<ExposureResponse> {
+    let text = comments.iter().find_map(|comment| comment.strip_prefix(RESPONSE_KEY))?;
+    let numbers: Vec<f64> = text.split_whitespace().filter_map(|n| n.parse().ok()).collect();
+    match *numbers.as_slice() {
+        [slope_per_stop, reference_stops]
+            if slope_per_stop.abs() <= 2.0 && reference_stops.abs() <= 60.0 =>
+        {
+            Some(ExposureResponse { slope_per_stop, reference_stops })
+        }
+        _ => None,
     }
 }
 

@@ -1,4 +1,4 @@
-use motes_scene::{ColumnValues, ExtraColumn, Gaussians, SparsePoints};
+use motes_scene::{ColumnValues, ExposureResponse, ExtraColumn, Gaussians, SparsePoints};
 
 use super::*;
 
@@ -131,6 +131,10 @@ fn comments_tell_the_render_mode() {
     }
     let options = PlyWriteOptions {
         render_mode: Some(RenderMode::Mip),
+        exposure_response: Some(ExposureResponse {
+            slope_per_stop: 0.1 + 0.2,
+            reference_stops: -29.0 / 3.0,
+        }),
         comments: vec!["two\nend_header".into()],
     };
     let mut bytes = Vec::new();
@@ -139,7 +143,18 @@ fn comments_tell_the_render_mode() {
     assert_eq!(file.render_mode, Some(RenderMode::Mip));
     let expected = ["motes format motes/gaussians 1.0", "SH degree: 0", "SplatRenderMode: mip"];
     assert_eq!(file.comments[..3], expected);
-    assert_eq!(file.comments[3], "two end_header");
+    assert_eq!(file.comments[4], "two end_header");
+    assert_eq!(file.exposure_response, options.exposure_response, "every bit survives");
+}
+
+#[test]
+fn a_response_that_is_none_is_passed_over() {
+    for comment in ["ExposureResponse: 1", "ExposureResponse: nan 0", "ExposureResponse: 1 2 3"] {
+        assert_eq!(response_from_comments(&[comment.to_owned()]), None, "{comment}");
+    }
+    let comments = ["other".to_owned(), "ExposureResponse: 0.25 -9".to_owned()];
+    let expected = ExposureResponse { slope_per_stop: 0.25, reference_stops: -9.0 };
+    assert_eq!(response_from_comments(&comments), Some(expected));
 }
 
 #[test]

@@ -3,9 +3,9 @@
 use std::io::Write;
 use std::path::Path;
 
-use motes_scene::{ColumnValues, ExtraColumn, Gaussians};
+use motes_scene::{ColumnValues, ExposureResponse, ExtraColumn, Gaussians};
 
-use super::RenderMode;
+use super::{RenderMode, response_comment};
 use crate::atomic::{write_checked, write_error};
 use crate::error::{FormatError, Result, quoted};
 
@@ -17,6 +17,8 @@ const ROWS_PER_BLOCK: usize = 1024;
 pub struct PlyWriteOptions {
     /// Written as `comment SplatRenderMode`, for viewers that can do both.
     pub render_mode: Option<RenderMode>,
+    /// Written as `comment ExposureResponse SLOPE_PER_STOP REFERENCE_STOPS`.
+    pub exposure_response: Option<ExposureResponse>,
     /// Further comments, one line each.
     pub comments: Vec<String>,
 }
@@ -112,6 +114,9 @@ impl<'g> Columns<'g> {
         text.push_str(&format!("comment SH degree: {}\n", gaussians.sh_degree));
         if let Some(mode) = options.render_mode {
             text.push_str(&format!("comment SplatRenderMode: {}\n", mode.name()));
+        }
+        if let Some(response) = options.exposure_response {
+            text.push_str(&format!("comment {}\n", response_comment(response)));
         }
         for comment in &options.comments {
             // A line break would start a header line of its own.

@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use crate::frames::{Background, SplitChoice, parse_background};
 use crate::lpips::{Lpips, LpipsNet, LpipsRange};
-use crate::model::AntialiasChoice;
+use crate::model::{AntialiasChoice, ViewExposure};
 use crate::score::{Gate, GateMetric, ScoreOptions};
 
 /// The protocol.
@@ -31,6 +31,10 @@ pub struct EvaluationOptions {
     /// Pixel footprint of the Gaussians
     #[arg(long, value_enum, value_name = "MODE", default_value_t = AntialiasChoice::Auto)]
     pub antialias: AntialiasChoice,
+
+    /// Brightness of the renders of Gaussians
+    #[arg(long, value_enum, value_name = "EXPOSURE", default_value_t)]
+    pub view_exposure: ViewExposure,
 
     /// SSIM windows over the image border: zero-padded (INRIA) or left out (torchmetrics)
     #[arg(long, value_enum, value_name = "BORDER", default_value_t = BorderChoice::Same)]

@@ -4,6 +4,7 @@ use motes_formats::metrics::{LpipsProtocol, Protocol, PsnrProtocol, SsimProtocol
 
 use super::{BorderChoice, EvaluationOptions};
 use crate::lpips::{Lpips, LpipsRange};
+use crate::model::ViewExposure;
 use crate::score::PSNR_CAP_DB;
 
 /// Everything that the numbers depend on beside the inputs.
@@ -19,6 +20,16 @@ pub fn protocol(
         size_px,
         resize_filter: "none".into(),
         background: options.background.0.map(f64::from),
+        view_exposure: Some(
+            match options.view_exposure {
+                ViewExposure::Metadata => {
+                    "renders of Gaussians that were fitted so have the brightness that the photo's \
+                     exposure time, ISO speed and f-number name; no pixel of the photo is used"
+                }
+                ViewExposure::Model => "renders are as bright as the Gaussians",
+            }
+            .into(),
+        ),
         masks: "masked-out pixels (mask below 128) are excluded from PSNR, from the colour fit and \
                 from the mean of SSIM; for the windows of SSIM and for LPIPS they are made equal in \
                 both images"

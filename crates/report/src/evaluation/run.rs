@@ -156,9 +156,11 @@ impl<'a> Course<'a> {
         let background = options.background.0;
         match contestant {
             Contestant::Model(_, model) => {
+                let gain = model.gain(options.view_exposure, record.exposure_stops);
                 let (antialias, dials) = (model.antialias, options.raster);
                 let options = RenderOptions { background, antialias, dials, ..Default::default() };
-                Ok(render(&model.gaussians, camera, &record.camera_from_world, &options).color)
+                let pose = &record.camera_from_world;
+                Ok(render(&model.gaussians, camera, pose, &options).color.scaled(gain))
             }
             Contestant::Folder(folder) => {
                 let size = (camera.width, camera.height);

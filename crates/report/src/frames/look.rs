@@ -5,7 +5,7 @@ use motes_raster::{RasterDials, RenderOptions, Rendering, render, render_equirec
 use serde::Serialize;
 
 use super::{Frame, FrameSize};
-use crate::model::{AntialiasChoice, Model};
+use crate::model::{AntialiasChoice, Model, ViewExposure};
 
 /// How the world is seen.
 #[derive(Args, Clone, Debug, Serialize)]
@@ -26,6 +26,10 @@ pub struct FrameLook {
     /// Pixel footprint of the Gaussians
     #[arg(long, value_enum, value_name = "MODE", default_value_t = AntialiasChoice::Auto)]
     pub antialias: AntialiasChoice,
+
+    /// Brightness of pictures of the capture's views
+    #[arg(long, value_enum, value_name = "EXPOSURE", default_value_t)]
+    pub view_exposure: ViewExposure,
 
     /// Time against accuracy of the rasterizer
     #[command(flatten)]
@@ -55,13 +59,16 @@ impl FrameLook {
             ..RenderOptions::default()
         };
         let (gaussians, pose) = (&model.gaussians, &frame.camera_from_world);
-        match self.projection {
+        let mut rendering = match self.projection {
             Projection::Pinhole => render(gaussians, &frame.camera, pose, &options),
             Projection::Equirect => {
                 let (width, height) = size.panorama();
                 render_equirectangular(gaussians, pose, width, height, &options)
             }
-        }
+        };
+        let gain = model.gain(self.view_exposure, frame.exposure_stops);
+        rendering.color = rendering.color.scaled(gain);
+        rendering
     }
 }
 

@@ -16,6 +16,8 @@ pub struct Frame {
     pub camera: Pinhole,
     /// Pose.
     pub camera_from_world: Pose,
+    /// Exposure of the photo that was taken here, stops.
+    pub exposure_stops: Option<f64>,
 }
 
 /// Where the cameras of a plan come from.
@@ -81,6 +83,7 @@ pub fn plan_frames(capture: &Capture, source: &FrameSource) -> Result<Vec<Frame>
                 name: if times.len() == 1 { format!("between_{t:.3}") } else { numbered(i) },
                 camera,
                 camera_from_world: Pose::between(&pose(a), &pose(b), t),
+                exposure_stops: None,
             };
             Ok(times.iter().enumerate().map(frame).collect())
         }
@@ -157,6 +160,7 @@ fn view_frames(capture: &Capture, views: &[usize]) -> Result<Vec<Frame>, PlanErr
             name: stems[view].clone(),
             camera: pinhole_of(capture, view)?,
             camera_from_world: capture.views[view].camera_from_world,
+            exposure_stops: capture.views[view].exposure_stops,
         })
     };
     views.iter().map(frame).collect()
@@ -170,7 +174,10 @@ fn path_frames(
     let camera = pinhole_of(capture, views[0])?;
     let poses: Vec<Pose> = views.iter().map(|&i| capture.views[i].camera_from_world).collect();
     let poses = path(&poses, median_depth(capture, &poses))?;
-    let frame = |(i, camera_from_world)| Frame { name: numbered(i), camera, camera_from_world };
+    let frame = |(i, camera_from_world)| {
+        let name = numbered(i);
+        Frame { name, camera, camera_from_world, exposure_stops: None }
+    };
     Ok(poses.into_iter().enumerate().map(frame).collect())
 }
 
@@ -204,6 +211,7 @@ mod tests {
                 image: (*name).into(),
                 mask: None,
                 split: if i == 1 { Split::Test } else { Split::Train },
+                exposure_stops: None,
             }
         };
         Capture {
@@ -211,6 +219,7 @@ mod tests {
             views: names.iter().enumerate().map(view).collect(),
             points: SparsePoints::default(),
             world_origin: DVec3::ZERO,
+            exposure_response: None,
         }
     }
 

@@ -65,7 +65,9 @@ impl FrameWriter {
 
 /// The frames of a camera path document, numbered.
 pub fn path_frames(path: &CameraPath) -> Vec<Frame> {
-    let frame =
-        |(i, &(camera, camera_from_world))| Frame { name: numbered(i), camera, camera_from_world };
+    let frame = |(i, &(camera, camera_from_world))| {
+        let name = numbered(i);
+        Frame { name, camera, camera_from_world, exposure_stops: None }
+    };
     path.frames.iter().enumerate().map(frame).collect()
 }

@@ -131,7 +131,11 @@ fn run(args: &Args, context: &Context) -> anyhow::Result<TrainReport> {
         return Err(session.interrupted().into());
     }
     let lap = Lap::start();
-    write_gaussians(&output, &session.trainer.model(), &PlyWriteOptions::default())?;
+    let ply = PlyWriteOptions {
+        exposure_response: start.exposure_response,
+        ..PlyWriteOptions::default()
+    };
+    write_gaussians(&output, &session.trainer.model(), &ply)?;
     session.trainer.profile.add(Phase::Write, lap);
     let scores = session.final_scores(&start);
     let mut report = TrainReport::new(&session, scores, context);

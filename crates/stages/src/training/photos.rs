@@ -56,6 +56,7 @@ fn load(document: &Path, capture: &Capture, view: usize) -> Result<TrainingImage
         camera_from_world: record.camera_from_world,
         image: image.into(),
         mask,
+        exposure_gain: capture.exposure_gain(view),
     })
 }
 

@@ -42,7 +42,7 @@ impl Held {
         let one = |&i: &usize| {
             let image = &images[i];
             let got = render(&model, &image.camera, &image.camera_from_world, &options);
-            psnr(&got.color.to_u8().data, image, background)
+            psnr(&got.color.scaled(image.exposure_gain).to_u8().data, image, background)
         };
         let mut scores: Vec<f64> = Vec::new();
         for views in spread(images.len(), most).chunks(TOGETHER) {

@@ -1,13 +1,14 @@
 //! What a fit starts from: photos, options, and a checkpoint or a model when there is one.
 
 use std::path::{Path, PathBuf};
-
 use std::time::{Duration, Instant};
 
-use motes_fit::{FitError, FitOptions, FitState, Lap, Phase, TimeBudget, Trainer, TrainingImage};
+use motes_fit::{
+    FitError, FitOptions, FitState, Lap, Phase, Switch, TimeBudget, Trainer, TrainingImage,
+};
 use motes_formats::capture::read_capture;
 use motes_formats::ply::read_gaussians;
-use motes_scene::{Gaussians, SparsePoints, Split};
+use motes_scene::{ExposureResponse, Gaussians, SparsePoints, Split};
 use motes_stage::{Context, StageError};
 
 use super::checkpoint::read_checkpoint;
@@ -46,6 +47,8 @@ pub struct Start {
     pub seed: u64,
     /// SHA-256 of the capture document.
     pub capture_sha256: String,
+    /// How the photos' brightness follows their metadata, where the fit uses it.
+    pub exposure_response: Option<ExposureResponse>,
     points: SparsePoints,
     model: Option<Gaussians>,
     state: Option<FitState>,
@@ -66,7 +69,7 @@ impl StartRequest<'_> {
             Instant::now() + Duration::from_secs_f64(left)
         });
         context.input("capture", self.capture)?;
-        let capture = read_capture(self.capture)?;
+        let mut capture = read_capture(self.capture)?;
         let load = |split| load_training_images(self.capture, &capture, &capture.views_of(split));
         let (mut train, mut held_out) = (load(Split::Train)?, load(Split::Test)?);
         let set_aside = self.needs_held_out && held_out.is_empty();
@@ -95,8 +98,21 @@ impl StartRequest<'_> {
             context.input("init-ply", path)?;
             model = Some(read_gaussians(path)?);
         }
+        match options.exposure_metadata {
+            Switch::Off => {
+                capture.exposure_response = None;
+                train.iter_mut().chain(&mut held_out).for_each(|image| image.exposure_gain = 1.0);
+            }
+            Switch::On if capture.exposure_response.is_none() => {
+                let text = "--exposure-metadata on: the capture has no exposure response";
+                let remedy = "import photos with EXIF data whose brightness follows it";
+                return Err(StageError::usage(text).help(remedy).into());
+            }
+            _ => {}
+        }
         let points = capture.points;
         Ok(Start {
+            exposure_response: capture.exposure_response,
             train,
             held_out,
             set_aside,

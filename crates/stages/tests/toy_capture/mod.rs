@@ -31,6 +31,7 @@ pub(crate) fn toy_capture() -> ToyCapture {
             image: format!("images/view_{i}.png").into(),
             mask: None,
             split: if i % 3 == 2 { Split::Test } else { Split::Train },
+            exposure_stops: None,
         }
     };
     let capture = Capture {
@@ -38,6 +39,7 @@ pub(crate) fn toy_capture() -> ToyCapture {
         views: (0..8).map(view).collect(),
         points: SparsePoints::default(),
         world_origin: DVec3::ZERO,
+        exposure_response: None,
     };
     let gaussians = gaussians();
     std::fs::create_dir(folder.path().join("images")).unwrap();

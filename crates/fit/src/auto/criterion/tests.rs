@@ -29,7 +29,7 @@ fn noisy(sigma: f32, reach: usize, seed: u64) -> (Planes, Target) {
 fn residuals(sigma: f32, reach: usize, seed: u64) -> Residuals {
     let (render, target) = noisy(sigma, reach, seed);
     let mut r = Residuals::default();
-    r.add(&render, &target, Colors::Raw);
+    r.add(&render, 1.0, &target, Colors::Raw);
     r
 }
 
@@ -84,7 +84,7 @@ fn corrected_colours_forgive_a_gain_and_raw_ones_do_not() {
     }
     let score = |colors| {
         let mut r = Residuals::default();
-        r.add(&render, &target, colors);
+        r.add(&render, 1.0, &target, colors);
         r.psnr()
     };
     assert!(score(Colors::Raw) < 25.0);
