@@ -134,8 +134,9 @@ impl Footprint {
         let inverse_z = p.z.recip();
         let raw = [p.x * inverse_z, p.y * inverse_z];
         let slope = [
-            raw[0].clamp(view.slope_min[0], view.slope_max[0]),
-            raw[1].clamp(view.slope_min[1], view.slope_max[1]),
+            // Not `clamp`, which panics on the bounds of a camera that is none.
+            raw[0].max(view.slope_min[0]).min(view.slope_max[0]),
+            raw[1].max(view.slope_min[1]).min(view.slope_max[1]),
         ];
         let r = view.rotation;
         let (row0, row1, row2) = (r.row(0), r.row(1), r.row(2));

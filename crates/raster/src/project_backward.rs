@@ -72,12 +72,26 @@ pub(crate) fn project_backward(
     let d_mean_color = color_backward(view, gaussians, i, options, moments, sh);
     let d_mean = view.rotation.transpose() * d_mean_camera + d_mean_color;
     let half = [view.size[0] as f32 * 0.5, view.size[1] as f32 * 0.5];
-    RowGradient {
+    let row = RowGradient {
         mean: d_mean.to_array(),
         rotation: quaternion_gradient(gaussians.rotations[i], f.quaternion_norm2, &d_rotation),
         log_scale: d_log_scale.to_array(),
         opacity_logit: v0 * (1.0 - sigmoid),
         center_norm: (d_center[0] * half[0]).hypot(d_center[1] * half[1]),
+    };
+    // A Gaussian whose numbers overflow cannot be improved by a step; it must not spoil the others.
+    if row.is_finite() && sh.iter().all(|v| v.is_finite()) {
+        return row;
+    }
+    sh.fill(0.0);
+    RowGradient::default()
+}
+
+impl RowGradient {
+    fn is_finite(&self) -> bool {
+        let rest = [self.opacity_logit, self.center_norm];
+        let all = self.mean.iter().chain(&self.rotation).chain(&self.log_scale).chain(&rest);
+        all.fold(0.0, |sum, v| sum + v * 0.0) == 0.0
     }
 }
 

@@ -4,5 +4,7 @@
 #[path = "."]
 mod stability {
     mod against_reference;
+    mod depth;
     mod gradients;
+    mod hostile;
 }
