@@ -124,6 +124,20 @@ impl Plan {
         entries.collect::<Vec<_>>().join(",")
     }
 
+    /// About how much memory a fit takes, bytes: photos of `pixels` each, Gaussians at the most.
+    ///
+    /// Per pixel of a photo its bytes and those of every resolution; once, for the largest photo, the
+    /// rendering, its gradient and the maps of SSIM. Per Gaussian its parameters six times over
+    /// (values, gradients, two moments, copies while it grows) and what a view projects and lists.
+    pub fn memory_bytes(&self, pixels: &[u64]) -> u64 {
+        let levels: f64 = self.stages.iter().map(|s| s.scale * s.scale).sum();
+        let photos: f64 = pixels.iter().map(|&n| n as f64 * (4.0 + 4.0 * levels)).sum();
+        let largest = pixels.iter().copied().max().unwrap_or(0) as f64;
+        let floats = 11.0 + 3.0 * f64::from(self.sh_degree + 1).powi(2);
+        let gaussians = self.max_gaussians as f64 * (6.0 * 4.0 * floats + 400.0);
+        (photos + largest * 68.0 + gaussians) as u64
+    }
+
     /// Index of the stage at `progress` in [0, 1].
     pub fn stage_at(&self, progress: f64) -> usize {
         let mut end = 0.0;

@@ -56,6 +56,7 @@ mod fingerprint;
 mod generate;
 mod interrupt;
 mod log;
+mod memory;
 mod panics;
 mod progress;
 mod provenance;

@@ -48,6 +48,23 @@ pub enum Projection {
 }
 
 impl FrameLook {
+    /// About how much memory the largest frame takes, bytes: planes, pictures and AOVs per pixel.
+    pub fn memory_bytes(&self, frames: &[Frame], size: &FrameSize) -> u64 {
+        const PER_PIXEL: u64 = 72;
+        let pixels = match self.projection {
+            Projection::Pinhole => {
+                let area = |f: &Frame| f.camera.width as u64 * f.camera.height as u64;
+                frames.iter().map(area).max().unwrap_or(0)
+            }
+            Projection::Equirect => {
+                let (width, height) = size.panorama();
+                // Six faces hold about two thirds more than the panorama.
+                width as u64 * height as u64 * 8 / 3
+            }
+        };
+        pixels * PER_PIXEL
+    }
+
     /// Renders one frame. Pinhole frames have their final size already.
     pub fn render(&self, model: &Model, frame: &Frame, size: &FrameSize, aovs: bool) -> Rendering {
         let options = RenderOptions {

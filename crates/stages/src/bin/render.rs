@@ -94,6 +94,7 @@ fn run(args: &Args, context: &Context) -> anyhow::Result<RenderReport> {
         }
     }
     let frames = load_frames(args, context)?;
+    context.need_memory(args.look.memory_bytes(&frames, &args.size), "take a smaller --width")?;
     context.input("gaussians", &args.gaussians)?;
     let model = Model::load(&args.gaussians, args.look.antialias)?;
     context.stop_if_dry_run()?;
