@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 use motes_formats::capture::write_capture;
 use motes_formats::images::{exposure_stops, image_dimensions, image_dimensions_upright};
-use motes_scene::{Camera, Capture, Pose, SparsePoints, Split, View};
+use motes_scene::{Camera, Capture, Pose, SparsePoints, Split, UnitWorld, View};
 
 use crate::error::{IngestError, Result};
 use crate::exposure_response::{self, PhotoBrightness};
@@ -154,7 +154,8 @@ pub(crate) fn write(
         }
     }
     views.sort_by(|a, b| a.name.cmp(&b.name));
-    let points = start_points(&gathered, &splits, options, world_origin);
+    let unit = UnitWorld::of(&centers, gathered.points.iter().map(|point| point.position));
+    let points = start_points(&gathered, &splits, options, world_origin, &unit);
     let fitted = exposure_response::fit(&brightness, gathered.points.len());
     if let Some(note) = exposure_response::note(fitted) {
         gathered.notes.push(note);
@@ -249,6 +250,7 @@ fn start_points(
     splits: &[Option<Split>],
     options: &ImportOptions,
     origin: DVec3,
+    unit: &UnitWorld,
 ) -> SparsePoints {
     let seen_in_training = |point: &&Point| {
         let training = point.track.iter().filter(|&&photo| splits[photo] == Some(Split::Train));
@@ -256,7 +258,10 @@ fn start_points(
     };
     let mut points = SparsePoints::default();
     for point in gathered.points.iter().filter(seen_in_training) {
-        points.positions.push((point.position - origin).as_vec3().to_array());
+        // On the grid of the fit while all digits are there: after single precision, points of
+        // the same scene in another unit would not snap to the same places.
+        let position = unit.point_in_world(unit.point(point.position));
+        points.positions.push((position - origin).as_vec3().to_array());
         points.colors.push(point.color);
     }
     points

@@ -13,6 +13,7 @@ mod exposure_response;
 mod gaussians;
 mod image;
 mod pose;
+mod unit_world;
 
 pub use camera::{Camera, CameraModel, Pinhole};
 pub use capture::{Capture, SparsePoints, Split, View};
@@ -20,3 +21,4 @@ pub use exposure_response::ExposureResponse;
 pub use gaussians::{ColumnValues, ExtraColumn, Gaussians};
 pub use image::{Image, ImageF32, ImageU8};
 pub use pose::Pose;
+pub use unit_world::UnitWorld;

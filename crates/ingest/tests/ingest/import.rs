@@ -96,7 +96,8 @@ fn map_coordinates_move_to_the_origin_and_back() {
     }
     for (moved, source) in capture.points.positions.iter().zip(&project.points) {
         let back = glam::Vec3::from_array(*moved).as_dvec3() + capture.world_origin;
-        assert!((back - *source).length() < 1e-5, "single precision near the origin suffices");
+        // The grid of the fit is 6e-5 of the distance of the cameras, some 10 m here.
+        assert!((back - *source).length() < 1e-3, "{back} {source}");
     }
 }
 

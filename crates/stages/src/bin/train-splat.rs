@@ -13,7 +13,9 @@ use motes_fit::{FitOptions, Lap, Phase};
 use motes_formats::documents::to_pretty_json;
 use motes_formats::ply::{PlyWriteOptions, write_gaussians};
 use motes_stage::{CommonArgs, Context, HasCommon};
-use motes_stages::training::{SessionEnd, StartRequest, Target, TrainReport, default_checkpoint};
+use motes_stages::training::{
+    SessionEnd, StartRequest, Target, TrainReport, default_checkpoint, parse_seconds,
+};
 use serde::Serialize;
 
 const EXAMPLES: &str = "\
@@ -68,7 +70,7 @@ struct Args {
 
     /// Take this long from start to end, scoring and writing included, with the settings that the
     /// measured front holds best for the time; such a run depends on the machine
-    #[arg(long, value_name = "SECONDS", conflicts_with_all = ["iterations", "resume"], help_heading = "Schedule")]
+    #[arg(long, value_name = "SECONDS", conflicts_with_all = ["iterations", "resume"], help_heading = "Schedule", value_parser = parse_seconds)]
     time_budget: Option<f64>,
 
     /// Stop when the held-out photos reach this, for example psnr=25; without test photos every
@@ -135,10 +137,12 @@ fn run(args: &Args, context: &Context) -> anyhow::Result<TrainReport> {
         exposure_response: start.exposure_response,
         ..PlyWriteOptions::default()
     };
-    write_gaussians(&output, &session.trainer.model(), &ply)?;
+    let model = start.world.gaussians_in_world(session.trainer.model());
+    write_gaussians(&output, &model, &ply)?;
     session.trainer.profile.add(Phase::Write, lap);
     let scores = session.final_scores(&start);
     let mut report = TrainReport::new(&session, scores, context);
+    report.extent *= start.world.length;
     if args.profile {
         report = report.with_profile(&session, context);
     }

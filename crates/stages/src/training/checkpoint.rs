@@ -4,7 +4,8 @@
 //! `sh`), Adam's moments under `first/` and `second/`, `refine/pull`, `refine/seen`, `filter_3d`,
 //! `exposure/values`, `exposure/first`, `exposure/second`, `exposure/steps`, `skip/baseline`, `background` (value
 //! and moments of a learned colour, then its steps). Metadata: model (the components in effect and why), format,
-//! version, step, seed, options, capture hash. There is no generator state: random numbers are keyed by seed and step.
+//! version, step, seed, options, capture hash. Lengths are those of the unit world. There is no
+//! generator state: random numbers are keyed by seed and step.
 
 use std::collections::BTreeMap;
 use std::path::Path;

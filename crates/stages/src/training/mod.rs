@@ -8,10 +8,11 @@ mod report;
 mod scores;
 mod session;
 mod start;
+mod world;
 
 pub use model_report::ModelReport;
 pub use profile::ProfileReport;
 pub use report::{HistoryRow, TrainReport};
 pub use scores::{Held, Target, TargetOutcome};
 pub use session::{Session, SessionEnd, default_checkpoint};
-pub use start::{Start, StartRequest};
+pub use start::{Start, StartRequest, parse_seconds};

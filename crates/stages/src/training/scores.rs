@@ -5,6 +5,7 @@ use std::time::Instant;
 use motes_fit::{Trainer, TrainingImage};
 use motes_math::metrics::psnr_from_mse;
 use motes_raster::{RenderOptions, render};
+use motes_scene::{Gaussians, Pose};
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -35,14 +36,26 @@ impl Held {
         most: usize,
         end: Option<Instant>,
     ) -> Option<Self> {
-        let model = trainer.model();
-        let background = trainer.background();
-        let dials = trainer.raster_dials();
+        let poses: Vec<Pose> = images.iter().map(|image| image.camera_from_world).collect();
+        let (background, dials) = (trainer.background(), trainer.raster_dials());
         let options = RenderOptions { background, dials, ..RenderOptions::default() };
+        Self::score_model(&trainer.model(), &options, images, &poses, most, end)
+    }
+
+    /// The same of any model, through cameras at `poses`, one per photo.
+    pub fn score_model(
+        model: &Gaussians,
+        options: &RenderOptions,
+        images: &[TrainingImage],
+        poses: &[Pose],
+        most: usize,
+        end: Option<Instant>,
+    ) -> Option<Self> {
         let one = |&i: &usize| {
             let image = &images[i];
-            let got = render(&model, &image.camera, &image.camera_from_world, &options);
-            psnr(&got.color.scaled(image.exposure_gain).to_u8().data, image, background)
+            let got = render(model, &image.camera, &poses[i], options);
+            let color = got.color.scaled(image.exposure_gain);
+            psnr(&color.to_u8().data, image, options.background)
         };
         let mut scores: Vec<f64> = Vec::new();
         for views in spread(images.len(), most).chunks(TOGETHER) {

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use motes_fit::{FitOptions, Lap, Phase, Trainer, TrainingImage};
+use motes_raster::RenderOptions;
 use motes_stage::{Context, StageError};
 use serde_json::json;
 
@@ -128,8 +129,15 @@ impl Session<'_> {
     pub fn final_scores(&mut self, start: &Start) -> [Option<Held>; 2] {
         let lap = Lap::start();
         let most = usize::MAX;
-        let test = Held::score_until(&self.trainer, self.held_out, most, start.end);
-        let train = Held::score_until(&self.trainer, &start.train, most, start.end);
+        // As the written model shows them.
+        let model = start.world.gaussians_in_world(self.trainer.model());
+        let (background, dials) = (self.trainer.background(), self.trainer.raster_dials());
+        let options = RenderOptions { background, dials, ..RenderOptions::default() };
+        let [train_poses, test_poses] = &start.world_poses;
+        let score =
+            |images, poses| Held::score_model(&model, &options, images, poses, most, start.end);
+        let test = score(self.held_out, test_poses);
+        let train = score(&start.train, train_poses);
         self.note(test.filter(|held| held.views == self.held_out.len()));
         self.trainer.profile.add(Phase::Score, lap);
         [train, test]

@@ -4,16 +4,30 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use motes_fit::{
-    FitError, FitOptions, FitState, Lap, Phase, Switch, TimeBudget, Trainer, TrainingImage,
+    FitError, FitOptions, FitState, Lap, Phase, Plan, Switch, TimeBudget, Trainer, TrainingImage,
 };
 use motes_formats::capture::read_capture;
 use motes_formats::ply::read_gaussians;
-use motes_scene::{ExposureResponse, Gaussians, SparsePoints, Split};
+use motes_scene::{
+    Capture, ExposureResponse, Gaussians, Pose, SparsePoints, Split, UnitWorld, View,
+};
 use motes_stage::{Context, StageError};
 
 use super::checkpoint::read_checkpoint;
 use super::photos::{load_training_images, sha256_of};
 use super::session::Session;
+use super::world::{into_unit, points_into_unit, unit_world};
+
+/// Reads a time budget.
+///
+/// # Errors
+/// A sentence for the user.
+pub fn parse_seconds(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(seconds) if seconds > 0.0 && seconds.is_finite() => Ok(seconds),
+        _ => Err("expected seconds above 0".into()),
+    }
+}
 
 /// What the command line asks for.
 pub struct StartRequest<'a> {
@@ -35,10 +49,14 @@ pub struct StartRequest<'a> {
 
 /// Everything loaded and checked.
 pub struct Start {
-    /// Photos to fit to.
+    /// Photos to fit to; their poses are those of the unit world.
     pub train: Vec<TrainingImage>,
-    /// Photos to measure on.
+    /// Photos to measure on, likewise.
     pub held_out: Vec<TrainingImage>,
+    /// The world of the capture.
+    pub world: UnitWorld,
+    /// `camera_from_world` of the photos to fit to, and of those to measure on.
+    pub world_poses: [Vec<Pose>; 2],
     /// Whether those are training photos, because the capture has no test photos.
     pub set_aside: bool,
     /// Options in effect.
@@ -70,6 +88,7 @@ impl StartRequest<'_> {
         });
         context.input("capture", self.capture)?;
         let mut capture = read_capture(self.capture)?;
+        self.check_memory(&capture, context)?;
         let load = |split| load_training_images(self.capture, &capture, &capture.views_of(split));
         let (mut train, mut held_out) = (load(Split::Train)?, load(Split::Test)?);
         let set_aside = self.needs_held_out && held_out.is_empty();
@@ -110,11 +129,17 @@ impl StartRequest<'_> {
             }
             _ => {}
         }
-        let points = capture.points;
+        let world = unit_world(&capture, &options);
+        let world_poses = [into_unit(&world, &mut train), into_unit(&world, &mut held_out)];
+        let mut points = capture.points;
+        points_into_unit(&world, &mut points);
+        let model = model.map(|model| world.gaussians(model));
         Ok(Start {
             exposure_response: capture.exposure_response,
             train,
             held_out,
+            world,
+            world_poses,
             set_aside,
             options,
             seed,
@@ -125,6 +150,19 @@ impl StartRequest<'_> {
             end,
             load_seconds: lap.elapsed(),
         })
+    }
+}
+
+impl StartRequest<'_> {
+    /// Says now what the system would say by killing the run later.
+    fn check_memory(&self, capture: &Capture, context: &Context) -> anyhow::Result<()> {
+        let views = capture.views_of(Split::Train).len();
+        let plan = Plan::new(&self.options, views).map_err(to_stage)?;
+        let camera = |view: &View| &capture.cameras[view.camera];
+        let pixels: Vec<u64> =
+            capture.views.iter().map(camera).map(|c| (c.width * c.height) as u64).collect();
+        let remedy = "import with a smaller --max-resolution, or lower --max-gaussians";
+        Ok(context.need_memory(plan.memory_bytes(&pixels), remedy)?)
     }
 }
 
