@@ -33,6 +33,28 @@ pub(crate) fn from_points(points: &SparsePoints, extent: f64, options: &FitOptio
     g
 }
 
+/// Brightest colour coefficient of a start: its square must survive the loss in single precision.
+const MAX_SH: f32 = 1e6;
+
+/// Given Gaussians without those that are no Gaussians (a value that is not finite, a rotation
+/// without direction); values beyond what a fit can use are brought back.
+pub(crate) fn usable(mut given: Gaussians) -> Gaussians {
+    let mut broken = given.invalid_rows().into_iter().peekable();
+    let rows: Vec<u32> =
+        (0..given.len() as u32).filter(|row| broken.next_if_eq(row).is_none()).collect();
+    given.gather(&rows);
+    for logit in &mut given.opacity_logits {
+        *logit = logit.clamp(-1e4, 1e4);
+    }
+    for s in given.log_scales.as_flattened_mut() {
+        *s = s.clamp(-80.0, 80.0);
+    }
+    for value in &mut given.sh {
+        *value = value.clamp(-MAX_SH, MAX_SH);
+    }
+    given
+}
+
 /// The sparse points and, up to `wanted` in all, evenly chosen dense ones.
 pub(crate) fn with_dense_points(
     images: &[TrainingImage],

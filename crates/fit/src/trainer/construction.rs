@@ -38,7 +38,7 @@ impl Trainer {
         let model = ModelState::new(options, &mut plan, images, start.as_ref());
         let extent = init::scene_extent(images, points);
         let mut gaussians = match start {
-            Some(gaussians) => gaussians,
+            Some(gaussians) => init::usable(gaussians),
             None if points.is_empty() => init::random(images, seed, extent, options),
             None => {
                 let wanted = (options.dense_share * plan.max_gaussians as f64) as usize;
