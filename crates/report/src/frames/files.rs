@@ -111,20 +111,25 @@ impl PreviewAov {
 
 /// The channels of a rendering.
 ///
-/// `R`, `G`, `B` are linear Rec.709 in half precision: the sRGB-encoded picture decoded, over the background; `A` is
-/// the coverage. `depth.Z` is the expected and `depth_median.Z` the median depth along the camera
+/// `R`, `G`, `B` are linear Rec.709: the sRGB-encoded picture decoded, over the background, in half
+/// precision unless a value is beyond its range; `A` is the coverage. `depth.Z` is the expected and `depth_median.Z` the median depth along the camera
 /// axis (panoramas: along the ray), world units, 0 where nothing is. `normal.X`, `.Y`, `.Z` are in
 /// world axes.
 pub fn exr_channels(rendering: &Rendering) -> Vec<AovChannel> {
     let plane = |image: &ImageF32, c: usize| -> Vec<f32> {
         image.data.iter().skip(c).step_by(image.channels).copied().collect()
     };
-    let mut channels = Vec::new();
-    for (c, name) in ["R", "G", "B"].into_iter().enumerate() {
-        let values: Vec<f32> =
-            plane(&rendering.color, c).into_iter().map(linear_from_srgb).collect();
-        channels.push(AovChannel::half(name, &values));
-    }
+    let linear =
+        [0, 1, 2].map(|c| plane(&rendering.color, c).into_iter().map(linear_from_srgb).collect());
+    let fits = fits_half(&linear);
+    let mut channels: Vec<AovChannel> = ["R", "G", "B"]
+        .into_iter()
+        .zip(linear)
+        .map(|(name, values)| match fits {
+            true => AovChannel::half(name, &values),
+            false => AovChannel::float(name, values),
+        })
+        .collect();
     channels.push(AovChannel::half("A", &plane(&rendering.alpha, 0)));
     if let Some(aovs) = &rendering.aovs {
         channels.push(AovChannel::float("depth.Z", plane(&aovs.depth_expected, 0)));
@@ -136,6 +141,13 @@ pub fn exr_channels(rendering: &Rendering) -> Vec<AovChannel> {
     channels
 }
 
+/// Whether half floats hold a picture: nothing overflows, and the brightest value is not so dark
+/// that its digits are those of subnormal numbers.
+fn fits_half(planes: &[Vec<f32>; 3]) -> bool {
+    let brightest = planes.iter().flatten().fold(0.0f32, |max, v| max.max(v.abs()));
+    brightest == 0.0 || (1e-3..=65_504.0).contains(&brightest)
+}
+
 /// The sRGB transfer function backwards, continued beyond 1 and mirrored below 0.
 fn linear_from_srgb(encoded: f32) -> f32 {
     let magnitude = encoded.abs();
@@ -144,7 +156,7 @@ fn linear_from_srgb(encoded: f32) -> f32 {
     } else {
         ((magnitude + 0.055) / 1.055).powf(2.4)
     };
-    linear.copysign(encoded)
+    linear.min(f32::MAX).copysign(encoded)
 }
 
 /// 2nd and 98th percentile of the expected depth where something is; `None` where nothing is or

@@ -139,8 +139,17 @@ pub struct FrameSize {
     pub height: Option<u32>,
 
     /// Factor on width and height
-    #[arg(long, value_name = "FACTOR", conflicts_with_all = ["width", "height"])]
+    #[arg(long, value_name = "FACTOR", conflicts_with_all = ["width", "height"],
+        value_parser = parse_factor)]
     pub scale: Option<f64>,
+}
+
+/// A factor that leaves a size to speak of.
+fn parse_factor(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(factor) if factor > 0.0 && factor <= 1e3 => Ok(factor),
+        _ => Err("expected a number above 0, at most 1000".into()),
+    }
 }
 
 impl FrameSize {
@@ -166,7 +175,8 @@ impl FrameSize {
             (None, Some(h)) => (2 * h, h),
             (None, None) => (2048, 1024),
         };
-        let scale = |side: u32| (f64::from(side) * self.scale.unwrap_or(1.0)).round().max(1.0);
+        let scale =
+            |side: u32| (f64::from(side) * self.scale.unwrap_or(1.0)).round().clamp(2.0, 32_768.0);
         (scale(width) as usize, scale(height) as usize)
     }
 }
