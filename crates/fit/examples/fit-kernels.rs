@@ -94,6 +94,7 @@ fn photo(width: usize, height: usize) -> TrainingImage {
         camera_from_world: orbit_pose(0.3),
         image: ImageU8::from_data(width, height, 3, data).into(),
         mask: None,
+        exposure_gain: 1.0,
     }
 }
 
