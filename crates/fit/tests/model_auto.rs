@@ -41,6 +41,7 @@ fn photos_before(
                 camera_from_world,
                 image: picture.to_u8().into(),
                 mask: None,
+                exposure_gain: 1.0,
             }
         })
         .collect()

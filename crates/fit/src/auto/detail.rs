@@ -82,6 +82,7 @@ mod tests {
             camera_from_world: Pose::IDENTITY,
             image: ImageU8::from_data(w, h, 3, data).into(),
             mask: None,
+            exposure_gain: 1.0,
         }
     }
 

@@ -24,6 +24,7 @@ fn the_colour_gradient_matches_finite_differences() {
         )
         .into(),
         mask: None,
+        exposure_gain: 1.0,
     };
     let target = Target::new(&image, 40, 32, AlphaMode::Ignore);
     let mut frame = Frame::new();
@@ -89,6 +90,7 @@ fn the_shell_shows_what_the_photos_show_beyond_the_points() {
                 camera_from_world: pose,
                 image: ImageU8::from_data(64, 48, 3, data.collect()).into(),
                 mask: None,
+                exposure_gain: 1.0,
             };
             TrainingView::new(&image, &[1.0], AlphaMode::Ignore)
         })

@@ -49,6 +49,7 @@ pub(super) fn painted(
         )
         .into(),
         mask: None,
+        exposure_gain: 1.0,
     };
     poses.iter().enumerate().map(photo).collect()
 }
@@ -65,6 +66,7 @@ pub(super) fn photographed(
         camera_from_world: *pose,
         image: render(truth, &camera, pose, &RenderOptions::default()).color.to_u8().into(),
         mask: None,
+        exposure_gain: 1.0,
     };
     poses.iter().enumerate().map(photo).collect()
 }

@@ -1,7 +1,7 @@
 //! Thousands of steps on captures that determine little or nothing.
 
 use glam::DVec3;
-use motes_fit::{FitOptions, Switch, Trainer, TrainingImage};
+use motes_fit::{ExposureModel, FitOptions, Trainer, TrainingImage};
 use motes_raster::{RenderOptions, render};
 use motes_scene::{Gaussians, SparsePoints};
 
@@ -103,7 +103,7 @@ fn points_that_are_not_numbers_are_left_out() {
 fn every_switch_survives_a_fit_without_information() {
     let images = painted(&ring(3), 3, |_| 128);
     let every = FitOptions {
-        exposure: Switch::On,
+        exposure: ExposureModel::Affine,
         dropout: Some(0.9),
         opacity_weight: Some(1e3),
         scale_weight: Some(1e3),
