@@ -12,7 +12,7 @@
 //! `E` is the directional albedo of the single-bounce lobe with `F = 1`, `S` that of the whole
 //! specular lobe (single and multiple) of a dielectric. Both couplings are symmetric in `w_i`
 //! and `w_o` and keep the books (with [`Lobes::Principled`]): a white dielectric and a white metal reflect all light, no
-//! material reflects more. [`reference`](self::reference) is the definition in f64, [`Brdf`] the
+//! material reflects more. [`mod@reference`] is the definition in f64, [`Brdf`] the
 //! f32 path, [`Brdf::differentiable`] what a fit needs.
 
 mod albedo;
