@@ -34,7 +34,7 @@ pub(crate) const FRONT: [Settings; 4] = [
         lr_final: 1.0,
     },
     Settings {
-        iterations: 1000.0,
+        iterations: 750.0,
         max_gaussians: 30_000.0,
         refine_every: 100.0,
         shares: [0.5, 0.35, 0.15],
@@ -48,11 +48,11 @@ pub(crate) const FRONT: [Settings; 4] = [
         lr_final: 1.0,
     },
     Settings {
-        iterations: 4000.0,
+        iterations: 2000.0,
         max_gaussians: 200_000.0,
         refine_every: 200.0,
         shares: [0.2, 0.3, 0.5],
-        lr_final: 0.5,
+        lr_final: 1.0,
     },
 ];
 
