@@ -112,10 +112,7 @@ impl Plan {
     /// Leaves the last stage out; the others share its steps.
     pub(crate) fn drop_finest_stage(&mut self) {
         self.stages.pop();
-        let sum: f64 = self.stages.iter().map(|s| s.share).sum();
-        for stage in &mut self.stages {
-            stage.share /= sum;
-        }
+        normalise(&mut self.stages);
     }
 
     /// The schedule as its flag takes it.
@@ -171,11 +168,16 @@ fn parse_stages(text: &str) -> Result<Vec<Stage>, FitError> {
         }
         stages.push(stage);
     }
+    normalise(&mut stages);
+    Ok(stages)
+}
+
+/// Shares that sum to 1.
+fn normalise(stages: &mut [Stage]) {
     let sum: f64 = stages.iter().map(|s| s.share).sum();
-    for stage in &mut stages {
+    for stage in stages {
         stage.share /= sum;
     }
-    Ok(stages)
 }
 
 #[cfg(test)]

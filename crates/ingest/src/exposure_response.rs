@@ -10,6 +10,8 @@
 
 use motes_scene::{ExposureResponse, ImageU8};
 
+use crate::geometry::median;
+
 /// Half side of the square that is averaged around a point, share of the long side: wide enough for
 /// a keypoint's scatter and for grain, narrow enough for one surface.
 const HALF_SIDE: f64 = 0.005;
@@ -119,27 +121,22 @@ fn gains(photos: &[PhotoBrightness], points: usize) -> Vec<f64> {
     let mut surface = vec![0.0; points];
     for _ in 0..ROUNDS {
         for (value, seen) in surface.iter_mut().zip(&of_point) {
-            *value = median(seen.iter().map(|&(i, b)| b - gains[i]).collect());
+            *value = middle_or_zero(seen.iter().map(|&(i, b)| b - gains[i]).collect());
         }
         for (gain, photo) in gains.iter_mut().zip(photos) {
             // A point that one photo alone sees fits any gain.
             let shared = photo.samples.iter().filter(|(p, _)| of_point[*p].len() > 1);
-            *gain = median(shared.map(|&(p, b)| b - surface[p]).collect());
+            *gain = middle_or_zero(shared.map(|&(p, b)| b - surface[p]).collect());
         }
-        let middle = median(gains.clone());
+        let middle = middle_or_zero(gains.clone());
         gains.iter_mut().for_each(|gain| *gain -= middle);
     }
     gains
 }
 
 /// 0 of nothing.
-fn median(mut values: Vec<f64>) -> f64 {
-    if values.is_empty() {
-        return 0.0;
-    }
-    let (last, half) = (values.len() - 1, values.len() / 2);
-    values.sort_by(f64::total_cmp);
-    0.5 * (values[half] + values[last - half])
+fn middle_or_zero(values: Vec<f64>) -> f64 {
+    median(values).unwrap_or(0.0)
 }
 
 #[cfg(test)]

@@ -63,6 +63,13 @@ pub struct Modifiers<'a> {
     pub opacity_gain: Option<&'a [f32]>,
 }
 
+impl<'a> Modifiers<'a> {
+    /// With these widths of the 3D smoothing filter; none when there are none.
+    pub fn with_filter(filter_3d: &'a [f32]) -> Self {
+        Self { filter_3d: (!filter_3d.is_empty()).then_some(filter_3d), opacity_gain: None }
+    }
+}
+
 impl Modifiers<'_> {
     #[inline]
     pub(crate) fn filter_3d(&self, i: usize) -> f32 {

@@ -15,10 +15,19 @@ pub struct ExposureResponse {
     pub reference_stops: f64,
 }
 
+/// No camera exposes more or less than one second at f/1 and ISO 100 by more stops than this.
+pub const MAX_EXPOSURE_STOPS: f64 = 60.0;
+/// A stop doubles the light: ln 2 in linear values, less in encoded ones.
+const MAX_SLOPE: f64 = 2.0;
 /// Gains stay within this factor of 1, whatever a document says.
 const MAX_GAIN: f64 = 16.0;
 
 impl ExposureResponse {
+    /// Whether the numbers can be those of a camera; false for NaN.
+    pub fn is_plausible(&self) -> bool {
+        self.slope_per_stop.abs() <= MAX_SLOPE && self.reference_stops.abs() <= MAX_EXPOSURE_STOPS
+    }
+
     /// Gain of a photo taken at `stops`; 1 where that is unknown. Within [1/16, 16].
     pub fn gain(&self, stops: Option<f64>) -> f32 {
         let log_gain = stops.map_or(0.0, |s| self.slope_per_stop * (s - self.reference_stops));

@@ -17,7 +17,7 @@ mod unit_world;
 
 pub use camera::{Camera, CameraModel, Pinhole};
 pub use capture::{Capture, SparsePoints, Split, View};
-pub use exposure_response::ExposureResponse;
+pub use exposure_response::{ExposureResponse, MAX_EXPOSURE_STOPS};
 pub use gaussians::{ColumnValues, ExtraColumn, Gaussians};
 pub use image::{Image, ImageF32, ImageU8};
 pub use pose::Pose;

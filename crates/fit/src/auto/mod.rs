@@ -48,6 +48,11 @@ pub enum ExposureModel {
 }
 
 impl ExposureModel {
+    /// Whether every photo has an exposure of its own.
+    pub(crate) fn is_fitted(self) -> bool {
+        matches!(self, Self::Gain | Self::Affine)
+    }
+
     /// Free parameters for `views` photos: their mean is fixed.
     pub(crate) fn parameters(self, views: usize) -> usize {
         let per_view = match self {

@@ -201,10 +201,7 @@ impl Trainer {
         let start = Instant::now();
         let (background, dials) = (self.background(), self.options.raster);
         let options = RenderOptions { background, dials, ..RenderOptions::default() };
-        let modifiers = Modifiers {
-            filter_3d: (!self.state.filter_3d.is_empty()).then_some(&self.state.filter_3d[..]),
-            opacity_gain: None,
-        };
+        let modifiers = Modifiers::with_filter(&self.state.filter_3d);
         let gaussians = &self.state.gaussians;
         let image = self.frame.forward(gaussians, transform, &modifiers, &options);
         let [width, height] = transform.size;

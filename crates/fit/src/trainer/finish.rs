@@ -12,7 +12,6 @@ use motes_scene::Gaussians;
 
 use super::Trainer;
 use crate::auto::{Decision, ModelChoice};
-use crate::loss::ColorTransform;
 
 /// Change of the training PSNR that removing what carries nothing may cost, dB.
 const TOLERANCE_DB: f64 = 0.01;
@@ -160,10 +159,7 @@ impl Trainer {
     fn contributions(&mut self) -> Vec<f64> {
         let mut grey = self.state.gaussians.with_sh_degree(0);
         grey.sh.fill(0.0);
-        let modifiers = Modifiers {
-            filter_3d: (!self.state.filter_3d.is_empty()).then_some(&self.state.filter_3d[..]),
-            opacity_gain: None,
-        };
+        let modifiers = Modifiers::with_filter(&self.state.filter_3d);
         let options = RenderOptions::default();
         let mut sums = vec![0.0; grey.len()];
         // The finest resolution but one: shares of the weight hardly depend on it, the cost does.
@@ -194,29 +190,21 @@ impl Trainer {
         let n = self.views.len();
         let take = n.min(JUDGES);
         let background = self.color_behind();
-        let modifiers = Modifiers {
-            filter_3d: (!self.state.filter_3d.is_empty()).then_some(&self.state.filter_3d[..]),
-            opacity_gain: None,
-        };
+        let modifiers = Modifiers::with_filter(&self.state.filter_3d);
         let options =
             RenderOptions { background, dials: self.options.raster, ..RenderOptions::default() };
-        let exposed = self.fits_exposure();
         let mut gradient: Option<Planes> = None;
         let mut sum = 0.0;
         for i in 0..take {
             let view = i * n / take;
+            let color = self.color_transform(view);
             let (transform, target) = &self.views[view].levels[level];
             let image = self.frame.forward(&self.state.gaussians, transform, &modifiers, &options);
-            let color = match exposed {
-                true => self.state.exposures.transform(view),
-                false => ColorTransform::IDENTITY,
-            };
             let scratch = gradient
                 .take()
                 .filter(|g| [g.width, g.height] == [target.width, target.height])
                 .unwrap_or_else(|| Planes::new(target.width, target.height, 4));
             let scratch = gradient.insert(scratch);
-            let color = color.brighter(self.views[view].exposure_gain);
             let value = self.loss.evaluate(image, target, background, color, 0.0, scratch);
             sum += -10.0 * value.mse.max(1e-12).log10();
         }

@@ -11,6 +11,7 @@ use crate::auto::{
 };
 use crate::background::{BackgroundColor, OpenSky, append, shell};
 use crate::exposure::{NEEDED_SPREAD, gain_spread};
+use crate::loss::ColorTransform;
 use crate::options::{Background, FitOptions};
 use crate::plan::Plan;
 use crate::target::TrainingImage;
@@ -129,7 +130,17 @@ impl ModelState {
 impl Trainer {
     /// Whether per-photo exposures are being fitted.
     pub fn fits_exposure(&self) -> bool {
-        matches!(self.state.model.exposure, ExposureModel::Gain | ExposureModel::Affine)
+        self.state.model.exposure.is_fitted()
+    }
+
+    /// What brings the rendering of a training photo to its brightness: its exposure where they are
+    /// fitted, times what its metadata says.
+    pub(super) fn color_transform(&self, view: usize) -> ColorTransform {
+        let color = match self.fits_exposure() {
+            true => self.state.exposures.transform(view),
+            false => ColorTransform::IDENTITY,
+        };
+        color.brighter(self.views[view].exposure_gain)
     }
 
     /// What every probe of this process took; empty after a resume past them.
@@ -255,7 +266,7 @@ impl Trainer {
     /// Gives every photo an exposure, starting from the best for the model so far.
     pub(super) fn put_exposure(&mut self, exposure: ExposureModel, level: usize) {
         self.state.model.exposure = exposure;
-        if matches!(exposure, ExposureModel::Gain | ExposureModel::Affine) {
+        if exposure.is_fitted() {
             let sums = self.brightness_sums(level);
             self.state.exposures.solve(&sums, exposure == ExposureModel::Affine);
         }

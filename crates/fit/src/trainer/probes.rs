@@ -271,10 +271,7 @@ impl Trainer {
             dials: self.options.raster,
             ..RenderOptions::default()
         };
-        let modifiers = Modifiers {
-            filter_3d: (!self.state.filter_3d.is_empty()).then_some(&self.state.filter_3d[..]),
-            opacity_gain: None,
-        };
+        let modifiers = Modifiers::with_filter(&self.state.filter_3d);
         let mut probe = Probe {
             raw: Residuals::default(),
             corrected: Residuals::default(),

@@ -44,10 +44,7 @@ impl Trainer {
             dials: self.options.raster,
             ..RenderOptions::default()
         };
-        let modifiers = Modifiers {
-            filter_3d: (!self.state.filter_3d.is_empty()).then_some(&self.state.filter_3d[..]),
-            opacity_gain: None,
-        };
+        let modifiers = Modifiers::with_filter(&self.state.filter_3d);
         // Grey: the gradient by a colour that is clamped at black would be 0.
         let grey = Gaussians {
             sh: vec![0.0; 3 * n],

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::Trainer;
 use super::schedule::STREAM_BACKGROUND;
 use crate::auto::{BackgroundModel, ExposureModel};
-use crate::loss::{ColorTransform, LossValue};
+use crate::loss::LossValue;
 use crate::moments::Update;
 use crate::options::{AdamRule, Densify, FreezeGroup};
 use crate::priors;
@@ -102,10 +102,8 @@ impl Trainer {
         } else {
             self.color_behind()
         };
-        let modifiers = Modifiers {
-            filter_3d: (!self.state.filter_3d.is_empty()).then_some(&self.state.filter_3d[..]),
-            opacity_gain: gains,
-        };
+        let modifiers =
+            Modifiers { opacity_gain: gains, ..Modifiers::with_filter(&self.state.filter_3d) };
         let render_options = RenderOptions {
             background,
             sh_degree_limit: Some(self.sh_degree_at(progress)),
@@ -113,6 +111,7 @@ impl Trainer {
             ..RenderOptions::default()
         };
         let exposure = self.state.model.exposure;
+        let color = self.color_transform(view);
         let gaussians = &self.state.gaussians;
         let lap = Lap::start();
         let image = self.frame.forward(gaussians, transform, &modifiers, &render_options);
@@ -124,11 +123,6 @@ impl Trainer {
             .take()
             .filter(|g| [g.width, g.height] == transform.size)
             .unwrap_or_else(|| Planes::new(width, height, 4));
-        let color = match exposure {
-            ExposureModel::Gain | ExposureModel::Affine => self.state.exposures.transform(view),
-            ExposureModel::Auto | ExposureModel::None => ColorTransform::IDENTITY,
-        };
-        let color = color.brighter(exposure_gain);
         let loss = self.loss.evaluate(
             image,
             target,
@@ -166,7 +160,7 @@ impl Trainer {
             let lap = Lap::start();
             let seen = self.state.refine_stats.add(&self.gradients);
             self.profile.counts.gaussians_seen += seen;
-            if matches!(exposure, ExposureModel::Gain | ExposureModel::Affine) {
+            if exposure.is_fitted() {
                 let offsets = exposure == ExposureModel::Affine;
                 self.state.exposures.step(view, exposure_gain, &loss, offsets);
             }

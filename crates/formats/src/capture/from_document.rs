@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 
 use glam::{DQuat, DVec3};
 use motes_scene::{
-    Camera, CameraModel, Capture, ExposureResponse, Pose, SparsePoints, Split, View,
+    Camera, CameraModel, Capture, ExposureResponse, MAX_EXPOSURE_STOPS, Pose, SparsePoints, Split,
+    View,
 };
 
 use super::document::{
@@ -16,10 +17,6 @@ use crate::error::{FormatError, Result, quoted};
 
 /// Larger images are taken for damaged documents.
 const MAX_SIDE: u64 = 1 << 17;
-/// No camera exposes a million times more or less than one second at f/1 and ISO 100 by more.
-const MAX_STOPS: f64 = 60.0;
-/// A stop doubles the light: ln 2 in linear values, less in encoded ones.
-const MAX_SLOPE: f64 = 2.0;
 /// How far a quaternion's norm may be from 1: hand-written poses with three digits pass.
 const UNIT_TOLERANCE: f64 = 1e-2;
 
@@ -66,11 +63,12 @@ fn response_from_document(
     path: &Path,
 ) -> Result<ExposureResponse> {
     let ExposureResponseDocument { slope_per_stop, reference_stops } = response;
-    if !(slope_per_stop.abs() <= MAX_SLOPE && reference_stops.abs() <= MAX_STOPS) {
+    let response = ExposureResponse { slope_per_stop, reference_stops };
+    if !response.is_plausible() {
         let cause = format!("{slope_per_stop} per stop around {reference_stops} is not plausible");
         return Err(FormatError::invalid(path, "exposure_response", cause));
     }
-    Ok(ExposureResponse { slope_per_stop, reference_stops })
+    Ok(response)
 }
 
 fn camera_from_document(camera: &CameraDocument, path: &Path, place: &str) -> Result<Camera> {
@@ -115,7 +113,7 @@ fn view_from_document(
         let cause = format!("it refers to camera {}, but there are {cameras}", view.camera);
         return Err(FormatError::invalid(path, place_of("camera"), cause));
     }
-    if let Some(stops) = view.exposure_stops.filter(|stops| !(stops.abs() <= MAX_STOPS)) {
+    if let Some(stops) = view.exposure_stops.filter(|stops| !(stops.abs() <= MAX_EXPOSURE_STOPS)) {
         let cause = format!("an exposure of {stops} stops is not plausible");
         return Err(FormatError::invalid(path, place_of("exposure_stops"), cause));
     }

@@ -5,6 +5,7 @@ use std::io::BufReader;
 use std::path::Path;
 
 use exif::{Exif, In, Reader, Tag, Value};
+use motes_scene::MAX_EXPOSURE_STOPS;
 
 /// `log2(t S / 100 / N²)` with the exposure time `t` in seconds, the ISO speed `S` and the f-number
 /// `N` (1 where the photo has none: a lens with a fixed aperture). One more is twice as bright.
@@ -21,7 +22,7 @@ fn stops_of(exif: &Exif) -> Option<f64> {
     let iso = number(exif, Tag::PhotographicSensitivity)?;
     let f_number = number(exif, Tag::FNumber).unwrap_or(1.0);
     let stops = (seconds * iso / 100.0 / (f_number * f_number)).log2();
-    (stops.abs() <= 60.0).then_some(stops)
+    (stops.abs() <= MAX_EXPOSURE_STOPS).then_some(stops)
 }
 
 fn number(exif: &Exif, tag: Tag) -> Option<f64> {

@@ -74,14 +74,9 @@ fn response_comment(response: ExposureResponse) -> String {
 fn response_from_comments(comments: &[String]) -> Option<ExposureResponse> {
     let text = comments.iter().find_map(|comment| comment.strip_prefix(RESPONSE_KEY))?;
     let numbers: Vec<f64> = text.split_whitespace().filter_map(|n| n.parse().ok()).collect();
-    match *numbers.as_slice() {
-        [slope_per_stop, reference_stops]
-            if slope_per_stop.abs() <= 2.0 && reference_stops.abs() <= 60.0 =>
-        {
-            Some(ExposureResponse { slope_per_stop, reference_stops })
-        }
-        _ => None,
-    }
+    let &[slope_per_stop, reference_stops] = numbers.as_slice() else { return None };
+    let response = ExposureResponse { slope_per_stop, reference_stops };
+    response.is_plausible().then_some(response)
 }
 
 /// Opens a file for [`rows::Body`]: the reader and the size, when it has one.
