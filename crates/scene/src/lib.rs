@@ -12,7 +12,9 @@ mod capture;
 mod exposure_response;
 mod gaussians;
 mod image;
+mod materials;
 mod pose;
+mod surface;
 mod unit_world;
 
 pub use camera::{Camera, CameraModel, Pinhole};
@@ -20,5 +22,7 @@ pub use capture::{Capture, SparsePoints, Split, View};
 pub use exposure_response::{ExposureResponse, MAX_EXPOSURE_STOPS};
 pub use gaussians::{ColumnValues, ExtraColumn, Gaussians};
 pub use image::{Image, ImageF32, ImageU8};
+pub use materials::{MATERIAL_COLUMNS, Materials};
 pub use pose::Pose;
+pub use surface::Surface;
 pub use unit_world::UnitWorld;

@@ -1,0 +1,1 @@
+//! From Gaussians and photos to an explicit surface.
