@@ -1,0 +1,18 @@
+//! A posed photo as inverse rendering takes it.
+
+use motes_scene::{ImageF32, Pinhole, Pose};
+
+/// A photo of the capture.
+#[derive(Clone, Debug)]
+pub struct Photo {
+    /// Name of its view.
+    pub name: String,
+    /// Intrinsics at the size of the picture.
+    pub camera: Pinhole,
+    /// Maps world points to the camera's frame.
+    pub camera_from_world: Pose,
+    /// `[h, w, 3]`, linear, brought to the exposure of the model (sRGB values divided by the view's gain, then decoded).
+    pub radiance_linear: ImageF32,
+    /// `[h, w, 1]`, 0 to 1: 0 where a mask says ignore or any channel of the photo is clipped.
+    pub weight: ImageF32,
+}
