@@ -93,3 +93,50 @@ def run_records():
             changed(run_record, lambda d: d.update(threads=-1)))
     invalid(r, "nested.json", "recursion limit",
             json.dumps(run_record()).replace("[1.5]", "[" * 5000 + "]" * 5000))
+
+
+def decomposition():
+    return {
+        "format": "motes/decomposition", "version": "1.0", "made_by": "motes 0.1.0",
+        "gaussians": "gaussians.ply", "surface": "surface.ply", "environment": "environment.exr",
+        "environment_convention": "blender", "up_in_world": [0.0, 0.0, 1.0],
+        "lobes": "principled", "indirect": True,
+        "scale_anchor": {"kind": "albedo-anchor", "explanation": "a base color was given",
+                         "factor_rgb": [0.5, 1.0, 1.5]},
+        "terms": [{"name": "specular", "kept": False, "evidence": "it explains nothing",
+                   "numbers": {"gain_db": 0.01, "probes": None}}],
+        "views": [{"name": "a.png", "split": "test", "psnr_db": 25.5},
+                  {"name": "b.png", "split": "train", "psnr_db": None}],
+        "counts": {"gaussians": 3, "unobserved_gaussians": 1, "vertices": 4, "triangles": 2},
+        "seconds": 12.5,
+    }
+
+
+def decompositions():
+    d = "decomposition"
+    valid(d, "plain.json", json.dumps(decomposition()))
+
+    def short(document):
+        for key in ("made_by", "terms", "views", "counts", "seconds"):
+            document.pop(key)
+    valid(d, "short.json", changed(decomposition, short))
+    valid(d, "folders.json", changed(decomposition, lambda c: c.update(surface="parts/mesh.ply")))
+
+    def bad(name, expect, change):
+        invalid(d, name + ".json", expect, changed(decomposition, change))
+    bad("absolute", "the file name \"/etc/passwd\" is absolute (surface)",
+        lambda c: c.update(surface="/etc/passwd"))
+    bad("upwards", "leads out of the folder of the document (environment)",
+        lambda c: c.update(environment="../sky.exr"))
+    bad("no-gaussians", "missing field `gaussians`", lambda c: c.pop("gaussians"))
+    bad("convention-unknown", "unknown variant `maya`",
+        lambda c: c.update(environment_convention="maya"))
+    bad("lobes-unknown", "unknown variant `phong`", lambda c: c.update(lobes="phong"))
+    bad("up-zero", "(up_in_world)", lambda c: c.update(up_in_world=[0, 0, 0]))
+    bad("up-long", "(up_in_world)", lambda c: c.update(up_in_world=[0, 0, 2]))
+    bad("factor-zero", "(scale_anchor.factor_rgb)",
+        lambda c: c["scale_anchor"].update(factor_rgb=[1, 0, 1]))
+    bad("version-2", "version 2.0 of motes/decomposition is not known",
+        lambda c: c.update(version="2.0"))
+    bad("a-capture", "this is no motes/decomposition document",
+        lambda c: c.update(format="motes/capture"))

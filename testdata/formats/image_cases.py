@@ -148,6 +148,27 @@ def exrs():
         whole.replace(b"string\0" + struct.pack("<I", 5), b"string\0" + b"\xff\xff\xff\xff"))
 
 
+def environments():
+    e = "environment"
+    rgb = [("R", 1, 0.5), ("G", 1, 0.25), ("B", 1, 2.0)]
+    valid(e, "half.exr", exr(4, 2, rgb))
+    valid(e, "float-with-alpha.exr", exr(2, 1, [(n, 2, v) for n, _, v in rgb] + [("A", 2, 1.0)]))
+    valid(e, "layer.exr", exr(2, 1, [("Sky." + n, 2, v) for n, _, v in rgb]))
+    head = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n"
+    # 128 + 2: a mantissa of 64 / 256 times four is one.
+    valid(e, "flat.hdr", head + b"-Y 1 +X 2\n" + bytes([32, 16, 128, 130]) * 2)
+    bad = lambda name, expect, data: invalid(e, name, expect, data)
+    bad("empty.exr", "the file is empty", b"")
+    bad("photo.exr", "neither an OpenEXR nor a Radiance file", b"\x89PNG\r\n\x1a\n" + b"\0" * 60)
+    bad("no-colour.exr", "there are no channels R, G and B, only depth.Z",
+        exr(1, 1, [("depth.Z", 2, 1.0)]))
+    bad("window-30000.exr", "bytes cannot hold", exr(1, 1, rgb, window=(0, 0, 29999, 29999)))
+    bad("pixels-cut.exr", "pixels-cut.exr", exr(4, 2, rgb)[:-5])
+    bad("huge.hdr", "huge.hdr", head + b"-Y 900000 +X 900000\n")
+    bad("cut.hdr", "cut.hdr", head + b"-Y 40 +X 20\n" + b"\1" * 9)
+    bad("header-only.hdr", "header-only.hdr", b"#?RADIANCE\n")
+
+
 def tensors(header, data=b"", length=None):
     text = header if isinstance(header, bytes) else json.dumps(header).encode()
     return struct.pack("<Q", len(text) if length is None else length) + text + data

@@ -16,9 +16,9 @@ sys.dont_write_bytecode = True
 
 from cases import HERE  # noqa: E402
 from capture_cases import captures  # noqa: E402
-from document_cases import camera_paths, metrics_files, run_records  # noqa: E402
-from image_cases import exrs, images, tensor_files  # noqa: E402
-from ply_cases import gaussians_invalid, gaussians_valid, points  # noqa: E402
+from document_cases import camera_paths, decompositions, metrics_files, run_records  # noqa: E402
+from image_cases import environments, exrs, images, tensor_files  # noqa: E402
+from ply_cases import gaussians_invalid, gaussians_valid, points, surfaces  # noqa: E402
 
 
 def main():
@@ -27,7 +27,7 @@ def main():
         if os.path.isdir(path):
             shutil.rmtree(path)
     for part in (gaussians_valid, gaussians_invalid, points, captures, camera_paths, metrics_files,
-                 run_records, images, exrs, tensor_files):
+                 run_records, images, exrs, tensor_files, surfaces, decompositions, environments):
         part()
 
 

@@ -233,3 +233,59 @@ def points():
     invalid(p, "rows-1e18.ply", "1000000000000000000 rows are more than",
             ply(LE, xyz, 1, count=10**18))
     invalid(p, "cut.ply", "but the file has", ply(LE, xyz + rgb, 4)[:-1])
+
+
+def surface(order="<", vertices=None, columns=None, faces=((0, 1, 2), (2, 1, 3)), count=None,
+            list_type="uchar", item="int", name="vertex_indices", extra="", encoding=None):
+    """Four vertices and two triangles; columns: names of float columns in their order."""
+    columns = columns or SURFACE
+    text = {"<": "binary_little_endian", ">": "binary_big_endian"}[order]
+    head = ["ply", f"format {encoding or text} 1.0", f"element vertex {4 if vertices is None else vertices}"]
+    head += [f"property float {c}" for c in columns]
+    head += [f"element face {len(faces) if count is None else count}",
+             f"property list {list_type} {item} {name}"] + ([extra] if extra else []) + ["end_header"]
+    cells = dict(nx=0.0, ny=0.0, nz=1.0, roughness=0.25, metallic=1.0)
+    body = b""
+    for row in range(4 if vertices is None else min(vertices, 4)):
+        cells.update(x=row % 2, y=row // 2, z=0.5, base_color_0=row / 4, base_color_1=0.5, base_color_2=1.0)
+        body += b"".join(struct.pack(order + "f", cells.get(c, 7.0)) for c in columns)
+    for face in faces:
+        body += struct.pack(order + STRUCT[list_type], len(face))
+        body += b"".join(struct.pack(order + STRUCT[item], v) for v in face)
+        if extra:
+            body += struct.pack(order + "f", 9.0)
+    return ("\n".join(head) + "\n").encode() + body
+
+
+SURFACE = ["x", "y", "z", "nx", "ny", "nz", "base_color_0", "base_color_1", "base_color_2",
+           "roughness", "metallic"]
+
+
+def surfaces():
+    s = "surface-ply"
+    valid(s, "same-plain.ply", surface())
+    valid(s, "same-big-endian.ply", surface(">"))
+    valid(s, "same-other-order.ply", surface(columns=SURFACE[::-1] + ["quality"]))
+    valid(s, "same-wide-lists.ply", surface(list_type="uint", item="short", name="vertex_index"))
+    valid(s, "same-face-columns.ply", surface(extra="property float area"))
+    valid(s, "no-material.ply", surface(columns=SURFACE[:6]))
+    valid(s, "no-rows.ply", surface(vertices=0, faces=()))
+    bad = lambda name, expect, data: invalid(s, name + ".ply", expect, data)
+    bad("ascii", "binary PLY files only", surface(encoding="ascii"))
+    bad("no-faces", "there is no element face", ply(LE, floats(SURFACE), 2))
+    bad("no-normals", "property \"nx\" of the vertices is missing", surface(columns=SURFACE[:3]))
+    bad("half-a-material", "property \"metallic\" of the vertices is missing",
+        surface(columns=SURFACE[:-1]))
+    bad("quad", "face 1 has 4 corners", surface(faces=((0, 1, 2), (0, 1, 3, 2))))
+    bad("corner-beyond", "[2, 1, 4] names a vertex of 4", surface(faces=((0, 1, 2), (2, 1, 4))))
+    bad("corner-negative", "face 0 has the corner -1", surface(faces=((0, 1, -1),)))
+    bad("list-negative", "face 0 has -3 corners",
+        surface(list_type="char")[:-26] + b"\xfd" + b"\0" * 25)
+    bad("corners-float", "no list vertex_indices of whole numbers", surface(item="float"))
+    bad("not-a-number", "(row 0 of vertex)", surface().replace(struct.pack("<f", 0.5),
+                                                               struct.pack("<f", float("nan")), 1))
+    bad("cut", "but the file has", surface(vertices=4)[:-30])
+    bad("cut-in-face", "the file ends in row 1 of the 2 rows of element \"face\"", surface()[:-1])
+    bad("longer", "there is data after the last row", surface() + b"abc")
+    bad("rows-1e18", "1000000000000000000 rows are more than", surface(count=10**18))
+    bad("rows-4e9", "but the file has", surface(count=4 * 10**9))

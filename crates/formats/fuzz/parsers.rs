@@ -7,11 +7,12 @@ use std::path::Path;
 
 use motes_formats::camera_path::CameraPathDocument;
 use motes_formats::capture::{CaptureDocument, capture_from_document};
+use motes_formats::decomposition::DecompositionDocument;
 use motes_formats::documents::parse_document;
 use motes_formats::metrics::MetricsDocument;
 use motes_formats::ply::{self, PlyWriteOptions};
 use motes_formats::run_record::RunRecord;
-use motes_formats::{colmap, exr_aov, images, tensors, transforms};
+use motes_formats::{colmap, environment, exr_aov, images, tensors, transforms};
 
 const NAME: &str = "fuzzed";
 
@@ -39,6 +40,32 @@ pub(crate) fn gaussians(bytes: &[u8]) {
 pub(crate) fn points(bytes: &[u8]) {
     if let Ok(points) = ply::read_points_from(bytes, Path::new(NAME)) {
         assert_eq!(points.positions.len(), points.colors.len());
+    }
+}
+
+/// A surface. What is accepted must survive being written and read.
+pub(crate) fn surface(bytes: &[u8]) {
+    let name = Path::new(NAME);
+    let Ok(surface) = ply::read_surface_from(bytes, name) else { return };
+    assert!(surface.is_consistent(), "a surface that is not consistent was accepted");
+    let mut written = Vec::new();
+    ply::write_surface_to(&mut written, &surface, name).expect("memory takes all");
+    assert_eq!(ply::read_surface_from(&written[..], name).expect("what was written"), surface);
+}
+
+/// An environment map.
+pub(crate) fn environment(bytes: &[u8]) {
+    if let Ok(map) = environment::read_environment_from(bytes, Path::new(NAME)) {
+        assert_eq!((map.channels, map.data.len()), (3, map.width * map.height * 3));
+    }
+}
+
+/// The document of a scene folder.
+pub(crate) fn decomposition(bytes: &[u8]) {
+    let name = Path::new(NAME);
+    let Ok(parsed) = parse_document::<DecompositionDocument>(bytes, name) else { return };
+    if let Ok(checked) = parsed.document.check(name) {
+        assert!(!checked.surface.is_absolute(), "an absolute path was accepted");
     }
 }
 

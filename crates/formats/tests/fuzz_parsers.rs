@@ -79,6 +79,9 @@ fn model(from: &Path, to: &Path) -> Vec<Vec<u8>> {
 fn parsers_survive_damaged_files() {
     fuzz("gaussians", &seeds("gaussians-ply"), parsers::gaussians);
     fuzz("points", &seeds("points-ply"), parsers::points);
+    fuzz("surface", &seeds("surface-ply"), parsers::surface);
+    fuzz("environment", &seeds("environment"), parsers::environment);
+    fuzz("decomposition", &seeds("decomposition"), parsers::decomposition);
     fuzz("capture", &seeds("capture"), parsers::capture);
     fuzz("camera_path", &seeds("camera-path"), parsers::camera_path);
     fuzz("reports", &[seeds("metrics"), seeds("run")].concat(), parsers::reports);

@@ -164,6 +164,7 @@ pub fn all_schemas() -> Vec<(String, Value)> {
     vec![
         schema::<crate::capture::CaptureDocument>(),
         schema::<crate::camera_path::CameraPathDocument>(),
+        schema::<crate::decomposition::DecompositionDocument>(),
         schema::<crate::metrics::MetricsDocument>(),
         schema::<crate::run_record::RunRecord>(),
     ]

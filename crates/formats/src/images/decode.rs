@@ -5,7 +5,7 @@ use std::path::Path;
 
 use image::metadata::Orientation;
 use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits};
-use motes_scene::ImageU8;
+use motes_scene::{ImageF32, ImageU8};
 
 use super::convert::{to_mask, to_rgb_or_rgba};
 use super::tiff_tags::tag_beyond_file;
@@ -62,6 +62,16 @@ pub fn read_mask(path: &Path) -> Result<ImageU8> {
 /// As [`read_image`].
 pub fn read_mask_upright(path: &Path) -> Result<ImageU8> {
     decode(path, true).map(to_mask)
+}
+
+/// Decodes a Radiance file to linear values, `[h, w, 3]`.
+pub(crate) fn decode_radiance(bytes: &[u8], path: &Path) -> Result<ImageF32> {
+    let image = decode_bytes(bytes, path, false)?;
+    let (width, height) = (image.width() as usize, image.height() as usize);
+    let DynamicImage::ImageRgb32F(linear) = image else {
+        return Err(FormatError::invalid(path, "byte 0", "not a Radiance file"));
+    };
+    Ok(ImageF32::from_data(width, height, 3, linear.into_raw()))
 }
 
 /// Width and height as stored, without decoding the pixels.

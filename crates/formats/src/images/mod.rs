@@ -10,6 +10,7 @@ mod encode;
 mod exposure;
 mod tiff_tags;
 
+pub(crate) use decode::decode_radiance;
 pub use decode::{
     image_dimensions, image_dimensions_upright, read_image, read_image_from, read_image_upright,
     read_mask, read_mask_upright,

@@ -1,6 +1,7 @@
-//! PLY files: Gaussians in the layout that every splat program reads, and coloured points.
+//! PLY files: Gaussians in the layout that every splat program reads, coloured points, and surfaces
+//! with a material.
 //!
-//! `docs/formats/gaussians-ply.md` is normative. Columns are found by name, in any order, any
+//! `docs/formats/gaussians-ply.md` and `surface-ply.md` are normative. Columns are found by name, in any order, any
 //! scalar type, in ascii and both binary encodings; columns that motes does not know are carried
 //! through in their type and order.
 
@@ -10,6 +11,7 @@ mod plan;
 mod points;
 mod rows;
 mod scalar;
+mod surface;
 mod write;
 
 use std::fs::File;
@@ -22,6 +24,7 @@ use crate::error::{FormatError, Result};
 
 pub use gaussians::{GaussianFile, open_gaussians, read_gaussians, read_gaussians_from};
 pub use points::{read_points, read_points_from, write_points, write_points_to};
+pub use surface::{read_surface, read_surface_from, write_surface, write_surface_to};
 pub use write::{PlyWriteOptions, write_gaussians, write_gaussians_to};
 
 /// `colour = 0.5 + SH_C0 * f_dc` at degree 0.

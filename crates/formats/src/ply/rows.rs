@@ -82,6 +82,11 @@ impl<'a> Body<'a> {
         Ok(Self { reader, path, encoding, byte, line })
     }
 
+    /// Offset in the file of the next byte.
+    pub(super) fn position(&self) -> u64 {
+        self.byte
+    }
+
     /// Whether packed rows hold big-endian values.
     pub(crate) fn is_big_endian(&self) -> bool {
         self.encoding == Encoding::BigEndian
@@ -229,7 +234,7 @@ impl<'a> Body<'a> {
     }
 
     /// Appends the next `bytes` bytes to `block`, which never grows beyond a block and a row.
-    fn exact(
+    pub(super) fn exact(
         &mut self,
         bytes: usize,
         block: &mut Vec<u8>,
@@ -242,13 +247,13 @@ impl<'a> Body<'a> {
             .map_err(|error| FormatError::io(self.path, error))?;
         self.byte += read as u64;
         if read < bytes {
-            let whole = read / packed_row_bytes(element).max(1);
+            let whole = read.checked_div(packed_row_bytes(element)).unwrap_or(0);
             return Err(self.ends_early(element, row + whole as u64));
         }
         Ok(())
     }
 
-    fn pass_over(&mut self, bytes: u128, element: &Element, row: u64) -> Result<()> {
+    pub(super) fn pass_over(&mut self, bytes: u128, element: &Element, row: u64) -> Result<()> {
         let wanted = u64::try_from(bytes).unwrap_or(u64::MAX);
         let mut limited = (&mut *self.reader).take(wanted);
         let passed = std::io::copy(&mut limited, &mut std::io::sink())

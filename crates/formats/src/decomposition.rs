@@ -1,0 +1,216 @@
+//! `decomposition.json`: what a scene folder holds, and how its light and material were found.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::capture::{SplitDocument, checked_relative_path, resolve};
+use crate::documents::{Document, Parsed, read_document, write_document};
+use crate::error::{FormatError, Result};
+
+/// The name of the document in a scene folder.
+pub const DECOMPOSITION_FILE: &str = "decomposition.json";
+
+/// How far the length of `up_in_world` may be from 1: hand-written vectors with three digits pass.
+const UNIT_TOLERANCE: f64 = 1e-2;
+
+/// A scene taken apart into surface, material and light.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(title = "motes decomposition")]
+pub struct DecompositionDocument {
+    /// `motes/decomposition`.
+    pub format: String,
+    /// `MAJOR.MINOR`.
+    pub version: String,
+    /// Program and version that made it.
+    #[serde(default)]
+    pub made_by: String,
+    /// Gaussians with material columns (PLY), relative to this document.
+    pub gaussians: String,
+    /// Triangle mesh with normals and material (PLY), relative to this document.
+    pub surface: String,
+    /// Light in photo units (lat-long, EXR), relative to this document.
+    pub environment: String,
+    /// Axes of the environment.
+    pub environment_convention: ConventionDocument,
+    /// Unit vector away from the ground.
+    pub up_in_world: [f64; 3],
+    /// Lobes of the materials.
+    pub lobes: LobesDocument,
+    /// Whether one bounce of indirect light belongs to the scene's image formation.
+    pub indirect: bool,
+    /// What the scale of light against base color rests on.
+    pub scale_anchor: ScaleAnchorDocument,
+    /// What was modelled or left out, and why.
+    #[serde(default)]
+    pub terms: Vec<TermDocument>,
+    /// Pictures under the light of the capture against the photos.
+    #[serde(default)]
+    pub views: Vec<DecomposedViewDocument>,
+    /// Sizes.
+    #[serde(default)]
+    pub counts: DecompositionCounts,
+    /// Elapsed seconds of the decomposition; null when they were not taken.
+    #[serde(default)]
+    pub seconds: Option<f64>,
+}
+
+impl Document for DecompositionDocument {
+    const FORMAT: &'static str = "motes/decomposition";
+    const MAJOR: u32 = 1;
+    const MINOR: u32 = 0;
+}
+
+/// Axes of a lat-long map, see `docs/shading.md`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum ConventionDocument {
+    /// +y up, centre +z.
+    #[default]
+    Openexr,
+    /// +z up, centre +x.
+    Blender,
+    /// +y up, centre +x.
+    Threejs,
+}
+
+/// Lobes of the materials, see `docs/shading.md`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum LobesDocument {
+    /// Diffuse only; roughness and metallic mean nothing.
+    Lambert,
+    /// Diffuse under a specular coat, or metal.
+    #[default]
+    Principled,
+    /// The same specular lobes over Burley's diffuse lobe.
+    Burley,
+}
+
+/// What the scale of light against base color rests on.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ScaleAnchorDocument {
+    /// Kind of evidence.
+    pub kind: ScaleAnchorKind,
+    /// A sentence.
+    pub explanation: String,
+    /// Factor on base color that the anchor gave, per channel; light has its inverse.
+    pub factor_rgb: [f64; 3],
+}
+
+/// Kinds of evidence for the scale of light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum ScaleAnchorKind {
+    /// The light was given.
+    Environment,
+    /// A base color was given.
+    AlbedoAnchor,
+    /// Highlights: dielectrics reflect a known share.
+    Specular,
+    /// Nothing but what base colors usually are.
+    Prior,
+}
+
+/// A term of the image formation.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct TermDocument {
+    /// Name, such as `specular`.
+    pub name: String,
+    /// Whether it is part of the result.
+    pub kept: bool,
+    /// Why, in a sentence.
+    pub evidence: String,
+    /// What was measured, by name; null where there is no number.
+    #[serde(default)]
+    pub numbers: BTreeMap<String, Option<f64>>,
+}
+
+/// A picture under the light of the capture against its photo.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct DecomposedViewDocument {
+    /// Name of the view.
+    pub name: String,
+    /// Role of the view.
+    pub split: SplitDocument,
+    /// PSNR of the 8-bit picture, dB; null where no pixel counts.
+    #[serde(default)]
+    pub psnr_db: Option<f64>,
+}
+
+/// Sizes of the parts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
+pub struct DecompositionCounts {
+    /// Gaussians.
+    pub gaussians: u64,
+    /// Gaussians that no training view saw: their material is a guess.
+    pub unobserved_gaussians: u64,
+    /// Vertices of the surface.
+    pub vertices: u64,
+    /// Triangles of the surface.
+    pub triangles: u64,
+}
+
+/// A checked document with the files of its folder.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Decomposition {
+    /// The document; `up_in_world` has length 1.
+    pub document: DecompositionDocument,
+    /// Gaussians with material columns.
+    pub gaussians: PathBuf,
+    /// Mesh with material.
+    pub surface: PathBuf,
+    /// Light.
+    pub environment: PathBuf,
+    /// Sentences about keys that were ignored.
+    pub warnings: Vec<String>,
+}
+
+impl DecompositionDocument {
+    /// Checks the document; `path` names it and the files are taken relative to it.
+    ///
+    /// # Errors
+    /// As [`read_decomposition`].
+    pub fn check(mut self, path: &Path) -> Result<Decomposition> {
+        let file = |place: &str, name: &str| {
+            checked_relative_path(path, place, name).map(|file| resolve(path, &file))
+        };
+        let gaussians = file("gaussians", &self.gaussians)?;
+        let surface = file("surface", &self.surface)?;
+        let environment = file("environment", &self.environment)?;
+        let length = self.up_in_world.iter().map(|v| v * v).sum::<f64>().sqrt();
+        if !((length - 1.0).abs() <= UNIT_TOLERANCE) {
+            let cause = format!("{:?} is no unit vector", self.up_in_world);
+            return Err(FormatError::invalid(path, "up_in_world", cause));
+        }
+        self.up_in_world = self.up_in_world.map(|v| v / length);
+        if !self.scale_anchor.factor_rgb.iter().all(|f| *f > 0.0 && f.is_finite()) {
+            let cause = format!("{:?} are no factors", self.scale_anchor.factor_rgb);
+            return Err(FormatError::invalid(path, "scale_anchor.factor_rgb", cause));
+        }
+        Ok(Decomposition { document: self, gaussians, surface, environment, warnings: Vec::new() })
+    }
+}
+
+/// Reads the document of a scene folder; `scene` is the folder or the document itself.
+///
+/// # Errors
+/// The document cannot be read or is malformed; a file name is absolute or leads out of the
+/// folder; `up_in_world` is no unit vector; a factor is not positive. Whether the files exist is
+/// seen when they are read.
+pub fn read_decomposition(scene: &Path) -> Result<Decomposition> {
+    let path = if scene.is_dir() { scene.join(DECOMPOSITION_FILE) } else { scene.to_owned() };
+    let Parsed { document, warnings } = read_document::<DecompositionDocument>(&path)?;
+    Ok(Decomposition { warnings, ..document.check(&path)? })
+}
+
+/// Writes the document into a scene folder.
+///
+/// # Errors
+/// Writing fails.
+pub fn write_decomposition(folder: &Path, document: &DecompositionDocument) -> Result<()> {
+    write_document(&folder.join(DECOMPOSITION_FILE), document)
+}
