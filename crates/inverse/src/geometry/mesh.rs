@@ -1,0 +1,125 @@
+//! Triangle meshes while they are worked on.
+
+use glam::Vec3;
+
+/// Vertices of the unit world and triangles, counter-clockwise from outside.
+#[derive(Clone, Default)]
+pub(super) struct Mesh {
+    pub(super) vertices: Vec<Vec3>,
+    pub(super) triangles: Vec<[u32; 3]>,
+}
+
+impl Mesh {
+    #[inline]
+    pub(super) fn corners(&self, triangle: [u32; 3]) -> [Vec3; 3] {
+        triangle.map(|v| self.vertices[v as usize])
+    }
+
+    /// Twice the area times the unit normal.
+    #[inline]
+    pub(super) fn area_normal(&self, triangle: [u32; 3]) -> Vec3 {
+        let [a, b, c] = self.corners(triangle);
+        (b - a).cross(c - a)
+    }
+
+    /// Unit normals of the vertices, weighted by area; an unused vertex points along +z.
+    pub(super) fn vertex_normals(&self) -> Vec<Vec3> {
+        let mut normals = vec![Vec3::ZERO; self.vertices.len()];
+        for &t in &self.triangles {
+            let n = self.area_normal(t);
+            t.iter().for_each(|&v| normals[v as usize] += n);
+        }
+        normals.iter().map(|n| n.normalize_or(Vec3::Z)).collect()
+    }
+
+    /// Keeps the triangles that `keep` names, and the vertices that they use. Returns the old index of every vertex.
+    pub(super) fn retain(&mut self, keep: impl Fn(usize) -> bool) -> Vec<u32> {
+        let mut index = 0;
+        self.triangles.retain(|_| {
+            index += 1;
+            keep(index - 1)
+        });
+        let mut new_of = vec![u32::MAX; self.vertices.len()];
+        let mut old_of = Vec::new();
+        for v in self.triangles.as_flattened_mut() {
+            let slot = &mut new_of[*v as usize];
+            if *slot == u32::MAX {
+                *slot = old_of.len() as u32;
+                old_of.push(*v);
+            }
+            *v = *slot;
+        }
+        self.vertices = old_of.iter().map(|&v| self.vertices[v as usize]).collect();
+        old_of
+    }
+
+    /// Adds the vertices and triangles of another mesh.
+    pub(super) fn append(&mut self, other: Mesh) {
+        let first = self.vertices.len() as u32;
+        self.vertices.extend(other.vertices);
+        self.triangles.extend(other.triangles.into_iter().map(|t| t.map(|v| v + first)));
+    }
+
+    /// A number per triangle, equal for triangles that are connected.
+    pub(super) fn components(&self) -> Vec<u32> {
+        let mut parent: Vec<u32> = (0..self.vertices.len() as u32).collect();
+        fn root(parent: &mut [u32], mut v: u32) -> u32 {
+            while parent[v as usize] != v {
+                parent[v as usize] = parent[parent[v as usize] as usize];
+                v = parent[v as usize];
+            }
+            v
+        }
+        for &[a, b, c] in &self.triangles {
+            for other in [b, c] {
+                let (p, q) = (root(&mut parent, a), root(&mut parent, other));
+                // The smaller index wins: the result does not depend on the order.
+                parent[p.max(q) as usize] = p.min(q);
+            }
+        }
+        self.triangles.iter().map(|t| root(&mut parent, t[0])).collect()
+    }
+
+    /// Drops connected pieces smaller than `area`, in squared units. Returns how many.
+    pub(super) fn drop_small_components(&mut self, area: f32) -> usize {
+        let labels = self.components();
+        let mut areas = vec![0.0f32; self.vertices.len()];
+        for (&label, &t) in labels.iter().zip(&self.triangles) {
+            areas[label as usize] += 0.5 * self.area_normal(t).length();
+        }
+        let dropped = areas.iter().filter(|&&a| a > 0.0 && !(a >= area)).count();
+        self.retain(|t| areas[labels[t] as usize] >= area);
+        dropped
+    }
+}
+
+/// Vertices joined by an edge: those of `v` are `list[start[v]..start[v + 1]]`, ascending.
+pub(super) struct Neighbours {
+    start: Vec<u32>,
+    list: Vec<u32>,
+}
+
+impl Neighbours {
+    pub(super) fn of(mesh: &Mesh) -> Self {
+        let mut edges: Vec<(u32, u32)> = mesh
+            .triangles
+            .iter()
+            .flat_map(|&[a, b, c]| [(a, b), (b, a), (b, c), (c, b), (c, a), (a, c)])
+            .collect();
+        edges.sort_unstable();
+        edges.dedup();
+        let mut start = vec![0u32; mesh.vertices.len() + 1];
+        for &(a, _) in &edges {
+            start[a as usize + 1] += 1;
+        }
+        for v in 1..start.len() {
+            start[v] += start[v - 1];
+        }
+        Self { start, list: edges.into_iter().map(|(_, b)| b).collect() }
+    }
+
+    #[inline]
+    pub(super) fn at(&self, v: usize) -> &[u32] {
+        &self.list[self.start[v] as usize..self.start[v + 1] as usize]
+    }
+}

@@ -1,0 +1,44 @@
+//! Dials of the extraction of a surface.
+
+use clap::Args;
+use serde::{Deserialize, Serialize};
+
+/// How a surface is extracted.
+#[derive(Clone, Debug, PartialEq, Args, Serialize, Deserialize)]
+#[serde(default, rename_all = "kebab-case")]
+pub struct GeometryOptions {
+    /// Edge of a voxel in pixels at the median depth of the photos; smaller is finer and slower
+    #[arg(long, help_heading = "Geometry", default_value_t = 1.0, value_name = "PIXELS")]
+    pub voxel_pixels: f32,
+    /// Blocks of 8x8x8 voxels (4 KiB each) at most; more make the voxels larger
+    #[arg(long, help_heading = "Geometry", default_value_t = 100_000, value_name = "COUNT")]
+    pub max_blocks: usize,
+    /// Pieces of surface smaller than the square of this many voxels are dropped
+    #[arg(long, help_heading = "Geometry", default_value_t = 20.0, value_name = "VOXELS")]
+    pub min_component: f32,
+    /// Views that must have seen a piece of surface; fewer photos lower it
+    #[arg(long, help_heading = "Geometry", default_value_t = 3, value_name = "COUNT")]
+    pub min_views: u8,
+    /// Share of the surface from which a plane is taken for one (a table, a floor); above 1: never
+    #[arg(long, help_heading = "Geometry", default_value_t = 0.15, value_name = "SHARE")]
+    pub plane_share: f32,
+    /// Distance from a plane up to which the surface is put onto it
+    #[arg(long, help_heading = "Geometry", default_value_t = 2.5, value_name = "VOXELS")]
+    pub plane_tolerance: f32,
+    /// Stiffness of the surface against the noise of the Gaussians' depth; 0 leaves it as fused
+    #[arg(long, help_heading = "Geometry", default_value_t = 100.0, value_name = "WEIGHT")]
+    pub stiffness: f32,
+}
+
+impl Default for GeometryOptions {
+    /// The defaults of the flags: they are written once, in the attributes above.
+    fn default() -> Self {
+        #[derive(clap::Parser)]
+        struct Flags {
+            #[command(flatten)]
+            options: GeometryOptions,
+        }
+        let Flags { options } = clap::Parser::parse_from(["defaults"]);
+        options
+    }
+}

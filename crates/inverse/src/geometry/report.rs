@@ -1,0 +1,31 @@
+//! What the extraction of a surface did.
+
+use serde::{Deserialize, Serialize};
+
+/// Seconds of one step.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct StepTime {
+    /// Its name.
+    pub name: String,
+    /// Wall-clock seconds.
+    pub seconds: f64,
+}
+
+/// What the extraction of a surface did.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct GeometryReport {
+    /// Edge of a voxel, world units; 0 when there is no surface.
+    pub voxel: f64,
+    /// Triangles of the surface.
+    pub triangles: usize,
+    /// Small pieces that were dropped.
+    pub pieces_dropped: usize,
+    /// Dominant planes that were found.
+    pub planes: usize,
+    /// Share of the pixels that see them.
+    pub pixels_on_planes: f64,
+    /// Blocks of voxels.
+    pub blocks: usize,
+    /// Time per step.
+    pub steps: Vec<StepTime>,
+}

@@ -1,0 +1,125 @@
+//! Displacement of vertices along their normals under a thin-plate energy.
+//!
+//! `E(u) = sum_v w_v (u_v - t_v)^2 + stiffness sum_v b_v (n_v · (mean_j y_j - y_v))^2 / h^2`,
+//! `y = x + u n`, `j` the neighbours of `v`: the discrete bilaplacian (Kobbelt et al. 1998). It
+//! penalises curvature, so that noise goes first and a sphere stays. `b_v` is 1, or less where the
+//! surface has a crease.
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use super::mesh::{Mesh, Neighbours};
+
+/// Vertices per parallel chunk.
+const CHUNK: usize = 4096;
+
+pub(super) struct ThinPlate<'a> {
+    pub(super) mesh: &'a Mesh,
+    pub(super) normals: &'a [Vec3],
+    pub(super) neighbours: &'a Neighbours,
+    /// `w_v`; a vertex with an infinite one does not move.
+    pub(super) weight: &'a [f32],
+    /// `t_v`.
+    pub(super) target: &'a [f32],
+    pub(super) stiffness: f32,
+    /// `b_v`.
+    pub(super) bend: &'a [f32],
+}
+
+impl ThinPlate<'_> {
+    fn free(&self, v: usize) -> bool {
+        self.weight[v].is_finite()
+    }
+
+    /// `n_v · (mean_j u_j n_j - u_v n_v)`.
+    #[inline]
+    fn bending(&self, u: &[f32], v: usize) -> f32 {
+        let ring = self.neighbours.at(v);
+        if ring.is_empty() {
+            return 0.0;
+        }
+        let n = self.normals[v];
+        let sum: f32 = ring.iter().map(|&j| u[j as usize] * n.dot(self.normals[j as usize])).sum();
+        sum / ring.len() as f32 - u[v]
+    }
+
+    /// The transpose of [`Self::bending`].
+    #[inline]
+    fn transpose(&self, r: &[f32], v: usize) -> f32 {
+        let n = self.normals[v];
+        let ring = self.neighbours.at(v);
+        let sum: f32 = ring
+            .iter()
+            .map(|&j| {
+                let j = j as usize;
+                r[j] * n.dot(self.normals[j]) / self.neighbours.at(j).len() as f32
+            })
+            .sum();
+        if ring.is_empty() { 0.0 } else { sum - r[v] }
+    }
+
+    /// Displacements after at most `iterations` of conjugate gradients from `t = 0`.
+    pub(super) fn solve(&self, iterations: usize) -> Vec<f32> {
+        let n = self.mesh.vertices.len();
+        let map = |f: &(dyn Fn(usize) -> f32 + Sync)| -> Vec<f32> {
+            (0..n).into_par_iter().with_min_len(CHUNK).map(f).collect()
+        };
+        // What bends without any displacement.
+        let rest = map(&|v| {
+            let ring = self.neighbours.at(v);
+            if ring.is_empty() {
+                return 0.0;
+            }
+            let x = self.mesh.vertices[v];
+            let sum: Vec3 = ring.iter().map(|&j| self.mesh.vertices[j as usize] - x).sum();
+            self.normals[v].dot(sum) / ring.len() as f32
+        });
+        let weighted = |bent: &[f32]| map(&|v| self.stiffness * self.bend[v] * bent[v]);
+        let apply = |u: &[f32]| {
+            let bent = weighted(&map(&|v| self.bending(u, v)));
+            map(&|v| {
+                if self.free(v) { self.weight[v] * u[v] + self.transpose(&bent, v) } else { 0.0 }
+            })
+        };
+        let pulled = weighted(&rest);
+        let mut residual = map(&|v| {
+            if self.free(v) {
+                self.weight[v] * self.target[v] - self.transpose(&pulled, v)
+            } else {
+                0.0
+            }
+        });
+        let mut u = vec![0.0f32; n];
+        let mut direction = residual.clone();
+        let mut norm = dot(&residual, &residual);
+        let enough = norm * 1e-8;
+        for _ in 0..iterations {
+            if !(norm > enough) {
+                break;
+            }
+            let image = apply(&direction);
+            let curvature = dot(&direction, &image);
+            if !(curvature > 0.0) {
+                break;
+            }
+            let step = (norm / curvature) as f32;
+            u.par_iter_mut().zip(&direction).for_each(|(u, d)| *u += step * d);
+            residual.par_iter_mut().zip(&image).for_each(|(r, i)| *r -= step * i);
+            let next = dot(&residual, &residual);
+            let keep = (next / norm) as f32;
+            direction.par_iter_mut().zip(&residual).for_each(|(d, r)| *d = r + keep * *d);
+            norm = next;
+        }
+        u
+    }
+}
+
+/// In chunks of fixed size: the same at any number of threads.
+fn dot(a: &[f32], b: &[f32]) -> f64 {
+    let parts: Vec<f64> = a
+        .par_chunks(CHUNK)
+        .zip(b.par_chunks(CHUNK))
+        .map(|(a, b)| a.iter().zip(b).map(|(&a, &b)| f64::from(a) * f64::from(b)).sum())
+        .collect();
+    parts.iter().sum()
+}

@@ -1,0 +1,35 @@
+//! Depth of the views as the Gaussians see it.
+
+use motes_raster::{RenderOptions, render};
+use motes_scene::Gaussians;
+use rayon::prelude::*;
+
+use super::view::View;
+
+/// `[h, w]`, depth along the axis of view in the unit world; 0 where there is none.
+pub(super) struct DepthMap {
+    pub(super) depth: Vec<f32>,
+}
+
+/// Opacity from which a pixel has a depth.
+const ALPHA: f32 = 0.6;
+
+/// Where the transmittance of each pixel passes 1/2.
+pub(super) fn splat_depths(gaussians: &Gaussians, views: &[View]) -> Vec<DepthMap> {
+    let options = RenderOptions { aovs: true, ..RenderOptions::default() };
+    let of = |view: &View| {
+        let picture = render(gaussians, &view.camera, &view.camera_from_unit, &options);
+        let depth = match picture.aovs {
+            Some(aovs) => aovs
+                .depth_median
+                .data
+                .iter()
+                .zip(&picture.alpha.data)
+                .map(|(&d, &a)| if a >= ALPHA && d > 0.0 && d.is_finite() { d } else { 0.0 })
+                .collect(),
+            None => Vec::new(),
+        };
+        DepthMap { depth }
+    };
+    views.par_iter().with_max_len(1).map(of).collect()
+}

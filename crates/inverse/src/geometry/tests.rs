@@ -1,0 +1,202 @@
+//! Analytic shapes, degenerate captures, other worlds.
+
+use glam::DQuat;
+use motes_scene::{ImageF32, Pinhole, Pose};
+use motes_shading::tracing::{Plane as TruthPlane, Ray, Shapes, Sphere, Tracer};
+
+use super::*;
+
+const RADIUS: f64 = 0.3;
+
+fn shapes() -> Shapes {
+    Shapes {
+        spheres: vec![Sphere { centre: DVec3::new(0.0, 0.0, 0.25), radius: RADIUS }],
+        planes: vec![TruthPlane { point: DVec3::ZERO, normal: DVec3::Z }],
+    }
+}
+
+/// `n` photos on a ring that looks down onto the origin, in a world of another size and place.
+fn photos(n: usize, scale: f64, shift: DVec3) -> Vec<Photo> {
+    let (width, height) = (160, 120);
+    let camera = Pinhole { fx: 170.0, fy: 170.0, cx: 80.0, cy: 60.0, width, height };
+    let photo = |i: usize| {
+        let angle = std::f64::consts::TAU * i as f64 / n as f64;
+        let eye = DVec3::new(1.4 * angle.cos(), 1.4 * angle.sin(), 1.2);
+        let pose = Pose::look_at(eye * scale + shift, shift, DVec3::Z).unwrap();
+        Photo {
+            name: format!("{i}"),
+            camera,
+            camera_from_world: pose,
+            radiance_linear: ImageF32::filled(width, height, 3, 0.5),
+            weight: ImageF32::filled(width, height, 1, 1.0),
+        }
+    };
+    (0..n).map(photo).collect()
+}
+
+/// Exact depths of the shapes plus a wave of the given height.
+fn depths(views: &[View], unit: &UnitWorld, wave: f32) -> Vec<DepthMap> {
+    let shapes = shapes();
+    let of = |view: &View| {
+        let depth = (0..view.width * view.height)
+            .map(|i| {
+                let (x, y) = ((i % view.width) as f32 + 0.5, (i / view.width) as f32 + 0.5);
+                let ray = view.ray(x, y);
+                let origin = unit.point_in_world(view.center.as_dvec3()).as_vec3();
+                let hit = shapes.closest_hit(&Ray::new(origin, ray.normalize()));
+                let z = hit.map_or(0.0, |h| h.distance / ray.length());
+                z / unit.length as f32 + wave * ((0.7 * x).sin() + (0.9 * y).cos())
+            })
+            .collect();
+        DepthMap { depth }
+    };
+    views.iter().map(of).collect()
+}
+
+fn from_depths(
+    wave: f32,
+    options: &GeometryOptions,
+) -> (Mesh, Vec<Vec3>, GeometryReport, UnitWorld) {
+    let photos = photos(12, 1.0, DVec3::ZERO);
+    let centers: Vec<DVec3> =
+        photos.iter().map(|p| p.camera_from_world.center_in_world()).collect();
+    let unit = UnitWorld::of(&centers, std::iter::empty());
+    let views: Vec<View> = photos.iter().map(|p| View::new(p, &unit)).collect();
+    let maps = depths(&views, &unit, wave);
+    let mut observer = |_: &'static str, _: f32| ControlFlow::Continue(());
+    let mut steps = Steps { observer: &mut observer, times: Vec::new(), started: None };
+    let (mesh, normals, report) = fused(&views, maps, options, &mut steps).unwrap();
+    (mesh, normals, report, unit)
+}
+
+#[test]
+fn a_sphere_on_a_plane_comes_back() {
+    // The wave is half a voxel high: the noise of a depth map.
+    for (wave, degrees, distance) in [(0.0, 1.2, 0.3), (0.004, 4.0, 0.5)] {
+        let (mesh, normals, report, unit) = from_depths(wave, &GeometryOptions::default());
+        assert_eq!(report.planes, 1, "{report:?}");
+        let (mut worst, mut angles, mut count) = (0.0f64, 0.0f64, 0.0);
+        for (x, n) in mesh.vertices.iter().zip(&normals) {
+            let p = unit.point_in_world(x.as_dvec3());
+            let radial = p - DVec3::new(0.0, 0.0, 0.25);
+            let n = n.as_dvec3();
+            let on_plane = p.z.abs() < 1e-3 && n.dot(DVec3::Z) > 0.99;
+            // The crease between the two is as round as a voxel.
+            if on_plane || p.z < 0.06 {
+                continue;
+            }
+            worst = worst.max((radial.length() - RADIUS).abs() / (report.voxel * unit.length));
+            angles += n.angle_between(radial).to_degrees();
+            count += 1.0;
+        }
+        println!("{wave}: {worst} voxels, {} degrees", angles / count);
+        assert!(count > 1000.0, "{count}");
+        assert!(worst < distance, "{wave}: off by {worst} voxels");
+        assert!(angles / count < degrees, "{wave}: normals off by {} degrees", angles / count);
+        let on_plane =
+            mesh.vertices.iter().filter(|v| unit.point_in_world(v.as_dvec3()).z.abs() < 5e-3);
+        assert!(on_plane.count() > 500, "the plane is part of the surface");
+    }
+}
+
+#[test]
+fn triangles_are_counter_clockwise_from_outside() {
+    let (mesh, normals, _, unit) = from_depths(0.0, &GeometryOptions::default());
+    let turned = |t: &&[u32; 3]| mesh.area_normal(**t).dot(normals[t[0] as usize]) < 0.0;
+    let count = mesh.triangles.iter().filter(turned).count();
+    // A few fold over at the crease between sphere and plane.
+    assert!(count * 500 < mesh.triangles.len(), "{count} of {}", mesh.triangles.len());
+    let outwards = |v: &Vec3, n: &Vec3| {
+        let radial = unit.point_in_world(v.as_dvec3()) - DVec3::new(0.0, 0.0, 0.25);
+        radial.z < 0.0 || n.as_dvec3().dot(radial) > 0.0
+    };
+    assert!(mesh.vertices.iter().zip(&normals).all(|(v, n)| outwards(v, n)));
+}
+
+/// Gaussians on the sphere and on the plane, flat and opaque.
+fn gaussians(scale: f64, shift: DVec3) -> Gaussians {
+    let mut g = Gaussians::empty(0);
+    let mut add = |p: DVec3, n: DVec3, size: f64| {
+        let q = DQuat::from_rotation_arc(DVec3::Z, n);
+        g.means.push((p * scale + shift).as_vec3().to_array());
+        g.rotations.push([q.w as f32, q.x as f32, q.y as f32, q.z as f32]);
+        let wide = (size * scale).ln() as f32;
+        g.log_scales.push([wide, wide, wide - 3.0]);
+        g.opacity_logits.push(4.0);
+        g.sh.extend([0.1; 3]);
+    };
+    for i in 0..3000 {
+        let z = 1.0 - 2.0 * (f64::from(i) + 0.5) / 3000.0;
+        let angle = f64::from(i) * 2.399_963;
+        let n =
+            DVec3::new((1.0 - z * z).sqrt() * angle.cos(), (1.0 - z * z).sqrt() * angle.sin(), z);
+        add(DVec3::new(0.0, 0.0, 0.25) + n * RADIUS, n, 0.012);
+    }
+    for i in 0..70 {
+        for j in 0..70 {
+            add(DVec3::new(f64::from(i) - 34.5, f64::from(j) - 34.5, 0.0) * 0.03, DVec3::Z, 0.02);
+        }
+    }
+    g
+}
+
+fn run(gaussians: &Gaussians, photos: &[Photo]) -> (Surface, GeometryReport) {
+    let mut observer = |_: &'static str, _: f32| ControlFlow::Continue(());
+    extract(gaussians, photos, &GeometryOptions::default(), &mut observer).unwrap()
+}
+
+#[test]
+fn other_units_and_places_and_threads_give_the_same_surface() {
+    let (reference, report) = run(&gaussians(1.0, DVec3::ZERO), &photos(12, 1.0, DVec3::ZERO));
+    assert!(
+        reference.is_consistent() && report.planes == 1 && report.triangles > 5000,
+        "{report:?}"
+    );
+    for (scale, shift) in
+        [(1e3, DVec3::ZERO), (1e-3, DVec3::ZERO), (1.0, DVec3::new(1e3, -2e3, 5e2))]
+    {
+        let (other, r) = run(&gaussians(scale, shift), &photos(12, scale, shift));
+        assert!((r.voxel / scale / report.voxel - 1.0).abs() < 1e-2, "{scale} {shift}");
+        let ratio = r.triangles as f64 / report.triangles as f64;
+        assert!((ratio - 1.0).abs() < 0.03, "{scale} {shift}: {ratio}");
+        let top = |s: &Surface| s.vertices.iter().map(|v| v[2]).fold(f32::MIN, f32::max);
+        let (a, b) = (f64::from(top(&reference)), (f64::from(top(&other)) - shift.z) / scale);
+        assert!((a - b).abs() < report.voxel * 0.5, "{scale} {shift}: {a} {b}");
+    }
+    for threads in [1, 3] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let other =
+            pool.install(|| run(&gaussians(1.0, DVec3::ZERO), &photos(12, 1.0, DVec3::ZERO)));
+        assert!(reference == other.0, "{threads} threads");
+    }
+}
+
+#[test]
+fn little_or_nothing_to_see_gives_little_or_nothing() {
+    let all = gaussians(1.0, DVec3::ZERO);
+    let (none, report) = run(&Gaussians::empty(0), &photos(3, 1.0, DVec3::ZERO));
+    assert!(none.vertices.is_empty() && report.triangles == 0);
+    assert!(run(&all, &[]).0.vertices.is_empty());
+    let (one, _) = run(&all, &photos(1, 1.0, DVec3::ZERO));
+    assert!(one.is_consistent());
+    let mut broken = all;
+    broken.means.iter_mut().step_by(3).for_each(|m| *m = [f32::NAN; 3]);
+    broken.log_scales.iter_mut().step_by(7).for_each(|s| *s = [f32::INFINITY; 3]);
+    let (surface, _) = run(&broken, &photos(12, 1.0, DVec3::ZERO));
+    assert!(surface.is_consistent());
+    let values = surface.vertices.iter().chain(&surface.normals).flatten();
+    assert!(values.clone().all(|v| v.is_finite()));
+}
+
+#[test]
+fn the_observer_can_stop_it() {
+    let mut calls = 0;
+    let mut observer = |_: &'static str, _: f32| {
+        calls += 1;
+        if calls < 3 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+    };
+    let all = gaussians(1.0, DVec3::ZERO);
+    let photos = photos(6, 1.0, DVec3::ZERO);
+    let result = extract(&all, &photos, &GeometryOptions::default(), &mut observer);
+    assert_eq!(result.unwrap_err(), GeometryError::Cancelled);
+}

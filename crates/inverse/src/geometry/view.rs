@@ -1,0 +1,69 @@
+//! A posed picture in the unit world, single precision.
+
+use glam::{Mat3, Vec2, Vec3};
+use motes_scene::{Pinhole, Pose, UnitWorld};
+
+use crate::Photo;
+
+/// Camera of one photo.
+pub(super) struct View {
+    pub(super) rotation: Mat3,
+    pub(super) center: Vec3,
+    pub(super) focal: Vec2,
+    pub(super) principal: Vec2,
+    pub(super) width: usize,
+    pub(super) height: usize,
+    /// Intrinsics and pose in the unit world, for the rasterizer.
+    pub(super) camera: Pinhole,
+    pub(super) camera_from_unit: Pose,
+}
+
+impl View {
+    pub(super) fn new(photo: &Photo, unit: &UnitWorld) -> Self {
+        let camera_from_unit = unit.pose(&photo.camera_from_world);
+        let c = &photo.camera;
+        Self {
+            rotation: camera_from_unit.rotation_matrix().as_mat3(),
+            center: camera_from_unit.center_in_world().as_vec3(),
+            focal: Vec2::new(c.fx as f32, c.fy as f32),
+            principal: Vec2::new(c.cx as f32, c.cy as f32),
+            width: c.width,
+            height: c.height,
+            camera: *c,
+            camera_from_unit,
+        }
+    }
+
+    /// Pixel coordinates and depth of a point in front of the camera, whether or not in the picture.
+    #[inline]
+    pub(super) fn project(&self, p: Vec3) -> Option<Vec3> {
+        let q = self.rotation * (p - self.center);
+        (q.z > 1e-6).then(|| {
+            let s = 1.0 / q.z;
+            Vec3::new(
+                self.focal.x * q.x * s + self.principal.x,
+                self.focal.y * q.y * s + self.principal.y,
+                q.z,
+            )
+        })
+    }
+
+    /// Direction of a pixel in the unit world whose component along the axis of view is 1.
+    #[inline]
+    pub(super) fn ray(&self, x: f32, y: f32) -> Vec3 {
+        let d = (Vec2::new(x, y) - self.principal) / self.focal;
+        self.rotation.transpose() * d.extend(1.0)
+    }
+
+    /// Column and row of the pixel that contains a point of the picture.
+    #[inline]
+    pub(super) fn pixel(&self, x: f32, y: f32) -> Option<usize> {
+        let inside = x >= 0.0 && y >= 0.0 && x < self.width as f32 && y < self.height as f32;
+        inside.then(|| y as usize * self.width + x as usize)
+    }
+
+    /// Length that one pixel covers at depth 1.
+    pub(super) fn footprint(&self) -> f32 {
+        1.0 / self.focal.max_element()
+    }
+}
