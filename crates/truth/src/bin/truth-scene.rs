@@ -1,0 +1,62 @@
+//! Makes a ground-truth scene: photos, cameras, lights, relit pictures and buffers.
+
+#![allow(clippy::print_stderr, clippy::print_stdout, reason = "a tool for developers")]
+
+use std::path::PathBuf;
+
+use clap::Parser;
+use motes_shading::brdf::Lobes;
+use motes_truth::scenes::SceneName;
+use motes_truth::{MakeOptions, make};
+
+/// Make a ground-truth scene: photos, cameras, lights, relit pictures and buffers
+#[derive(Parser, Debug)]
+#[command(name = "truth-scene")]
+struct Args {
+    /// Which scene
+    scene: SceneName,
+    /// Folder to write
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+    /// Columns; rows are three quarters of it
+    #[arg(long, value_name = "PIXELS", default_value_t = 380)]
+    width: usize,
+    /// Photos
+    #[arg(long, value_name = "COUNT", default_value_t = 20)]
+    train_views: usize,
+    /// Views with buffers and relit pictures
+    #[arg(long, value_name = "COUNT", default_value_t = 6)]
+    test_views: usize,
+    /// Paths per pixel
+    #[arg(long, value_name = "COUNT", default_value_t = 16)]
+    samples: u32,
+    /// Surfaces that a path meets after the first
+    #[arg(long, value_name = "COUNT", default_value_t = 3)]
+    bounces: u32,
+    /// The coat takes its reflection out of the diffuse light, unlike other renderers' `principled`
+    #[arg(long)]
+    principled: bool,
+    /// Key of all random numbers
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// Threads; 0 for all
+    #[arg(long, value_name = "COUNT", default_value_t = 0)]
+    threads: usize,
+}
+
+fn main() -> anyhow::Result<()> {
+    let args = Args::parse();
+    let options = MakeOptions {
+        width: args.width.max(16),
+        train_views: args.train_views.max(1),
+        test_views: args.test_views,
+        samples: args.samples.max(1),
+        bounces: args.bounces,
+        lobes: if args.principled { Lobes::Principled } else { Lobes::Burley },
+        seed: args.seed,
+    };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(args.threads).build()?;
+    pool.install(|| {
+        make(args.scene, &options, &args.output, &mut |what| eprintln!("truth-scene: {what}"))
+    })
+}

@@ -1,0 +1,155 @@
+//! Ground truth for inverse rendering.
+//!
+//! [`make`] writes a folder: photos of a made scene with cameras, its lights, the same views under
+//! other lights, and the buffers of what is really there. `docs/formats/ground-truth.md` describes
+//! the layout. Everything is made of numbers: the shapes, the textures, the lights.
+//!
+//! Invariant: for one recipe, one size and one seed the files are the same at any thread count.
+
+pub mod cameras;
+mod denoise;
+pub mod folder;
+pub mod lights;
+pub mod path;
+mod points;
+pub mod render;
+pub mod scenes;
+pub mod score;
+pub mod shapes;
+mod texture;
+pub mod world;
+
+use std::path::Path;
+
+use anyhow::Context as _;
+use motes_scene::ImageF32;
+use motes_shading::brdf::Lobes;
+use motes_shading::environment::Environment;
+
+use crate::cameras::{Shot, ring};
+use crate::folder::{Folder, Photos};
+use crate::lights::{Light, environment};
+use crate::path::PathTracer;
+use crate::render::{Buffers, buffers, radiance};
+use crate::scenes::SceneName;
+use crate::world::World;
+
+/// How a scene is made.
+#[derive(Clone, Copy, Debug)]
+pub struct MakeOptions {
+    /// Columns; rows are three quarters.
+    pub width: usize,
+    /// Photos.
+    pub train_views: usize,
+    /// Views with buffers and relit pictures.
+    pub test_views: usize,
+    /// Paths per pixel, each with four directions from the light at its first surface.
+    pub samples: u32,
+    /// Surfaces after the first.
+    pub bounces: u32,
+    /// Lobes of what is not Lambert.
+    pub lobes: Lobes,
+    /// Key of all random numbers.
+    pub seed: u64,
+}
+
+impl Default for MakeOptions {
+    fn default() -> Self {
+        Self {
+            width: 480,
+            train_views: 20,
+            test_views: 6,
+            samples: 16,
+            bounces: 3,
+            lobes: Lobes::Burley,
+            seed: 0,
+        }
+    }
+}
+
+/// Share of the photos' pixels that may be brighter than white.
+const CLIPPED: f64 = 0.01;
+
+/// Makes a scene and writes it to `folder`; `say` hears about every light.
+///
+/// # Errors
+/// When a file cannot be written.
+pub fn make(
+    name: SceneName,
+    options: &MakeOptions,
+    folder: &Path,
+    say: &mut dyn FnMut(&str),
+) -> anyhow::Result<()> {
+    let recipe = name.recipe();
+    let world = World::new(&recipe, options.lobes)?;
+    let size = (options.width, options.width * 3 / 4);
+    let shots = ring(&recipe, size, options.train_views, options.test_views);
+    let guides: Vec<Buffers> = shots.iter().map(|shot| buffers(&world, shot)).collect();
+    let train = options.train_views;
+
+    let take = |light: &Light, which: std::ops::Range<usize>, samples, salt: u64| {
+        let picture = light.picture()?;
+        let environment = environment(&picture)?;
+        let seed = options.seed ^ (salt << 32);
+        let frames = shots[which.clone()].iter().zip(&guides[which.clone()]).zip(which.clone());
+        let frames = expose(&world, &environment, frames, samples, options.bounces, seed);
+        anyhow::Ok((picture, frames))
+    };
+    let (capture, light) = &recipe.capture_light;
+    say(&format!("{}: {train} photos under {capture}", recipe.name));
+    let (picture, photos) = take(light, 0..train, options.samples, 0)?;
+    let exposure = exposure_of(&photos);
+    let out = Folder::create(folder, exposure).context("the folder of the scene")?;
+    out.light(capture, &picture)?;
+    for (shot, frame) in shots.iter().zip(&photos) {
+        out.photo(&format!("images/{}.png", shot.name), frame)?;
+    }
+    let (_, frames) = take(light, train..shots.len(), options.samples, 0)?;
+    out.frames("test/capture", &shots[train..], &frames)?;
+    let mut lights = vec![(*capture, picture)];
+    for (k, (name, light)) in recipe.relights.iter().enumerate() {
+        say(&format!("{}: {} views under {name}", recipe.name, options.test_views));
+        let (picture, frames) = take(light, train..shots.len(), options.samples, k as u64 + 1)?;
+        out.light(name, &picture)?;
+        out.frames(&format!("test/relight_{name}"), &shots[train..], &frames)?;
+        lights.push((name, picture));
+    }
+    for (i, (shot, guide)) in shots.iter().zip(&guides).enumerate() {
+        if i >= train {
+            out.buffers(shot, guide)?;
+        }
+        out.ids(shot, guide)?;
+    }
+    let all = Photos { shots: &shots, train, guides: &guides, photos: &photos, exposure };
+    let points = points::sparse_points(&world, &all, options.seed);
+    out.colmap(&all, &points)?;
+    out.documents(&recipe, &world, &all, &lights, options)
+}
+
+fn expose<'a>(
+    world: &World,
+    light: &Environment,
+    views: impl Iterator<Item = ((&'a Shot, &'a Buffers), usize)>,
+    samples: u32,
+    bounces: u32,
+    seed: u64,
+) -> Vec<ImageF32> {
+    let tracer = PathTracer::new(world, light, bounces, seed);
+    views
+        .map(|((shot, guide), i)| radiance(&tracer, shot, guide, samples, (seed, i as u64)))
+        .collect()
+}
+
+/// The exposure that leaves [`CLIPPED`] of the pixels too bright, to three digits.
+fn exposure_of(photos: &[ImageF32]) -> f64 {
+    let mut brightest: Vec<f32> = photos
+        .iter()
+        .flat_map(|p| p.data.chunks_exact(3))
+        .map(|c| c[0].max(c[1]).max(c[2]))
+        .collect();
+    brightest.sort_unstable_by(f32::total_cmp);
+    let white = brightest[((brightest.len() - 1) as f64 * (1.0 - CLIPPED)) as usize];
+    let exposure = 1.0 / f64::from(white.max(1e-6));
+    let digits = 10f64.powi(2 - exposure.log10().floor() as i32);
+    (exposure * digits).round() / digits
+}

@@ -1,0 +1,175 @@
+//! Reading a ground-truth folder.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context as _, bail};
+use motes_formats::exr_aov::{AovImage, open_exr};
+use motes_formats::images::{read_image, read_mask};
+use motes_scene::{ImageF32, ImageU8};
+use serde::Deserialize;
+
+/// An object of the scene.
+#[derive(Clone, Debug, Deserialize)]
+pub struct TruthObject {
+    /// Grey value of its pixels in the id pictures; 1 is the support.
+    pub id: u8,
+    /// Its name.
+    pub name: String,
+    /// 0 or 1.
+    #[serde(default)]
+    pub metallic: f64,
+    /// Perceptual.
+    #[serde(default)]
+    pub roughness: f64,
+}
+
+#[derive(Deserialize)]
+struct SceneDocument {
+    title: String,
+    width: usize,
+    height: usize,
+    exposure: f64,
+    relight_lights: Vec<String>,
+    objects: Vec<TruthObject>,
+}
+
+#[derive(Deserialize)]
+struct Transforms {
+    frames: Vec<Frame>,
+}
+
+#[derive(Deserialize)]
+struct Frame {
+    file_path: String,
+}
+
+/// A folder of ground truth.
+#[derive(Clone, Debug)]
+pub struct TruthFolder {
+    /// Where it is.
+    pub root: PathBuf,
+    /// Name of the scene.
+    pub title: String,
+    /// Columns and rows.
+    pub size: (usize, usize),
+    /// Linear photo value over radiance.
+    pub exposure: f64,
+    /// Lights that the test views are there under.
+    pub lights: Vec<String>,
+    /// What is in the scene.
+    pub objects: Vec<TruthObject>,
+    /// Names of the test views, without suffix.
+    pub views: Vec<String>,
+}
+
+/// Buffers of a view.
+#[derive(Clone, Debug)]
+pub struct TruthBuffers {
+    /// Linear base color.
+    pub albedo: ImageF32,
+    /// Unit, world.
+    pub normal: ImageF32,
+    /// Perceptual, 1 channel.
+    pub roughness: ImageF32,
+    /// 1 channel.
+    pub metallic: ImageF32,
+    /// Object of every pixel.
+    pub ids: ImageU8,
+}
+
+fn document<T: serde::de::DeserializeOwned>(path: &Path) -> anyhow::Result<T> {
+    let text = std::fs::read_to_string(path).with_context(|| path.display().to_string())?;
+    serde_json::from_str(&text).with_context(|| path.display().to_string())
+}
+
+/// Channels of an EXR side by side.
+///
+/// # Errors
+/// When one is missing; the message names the file.
+pub fn channels(path: &Path, image: &AovImage, names: &[&[&str]]) -> anyhow::Result<ImageF32> {
+    let mut planes = Vec::new();
+    for alternatives in names {
+        let found = alternatives.iter().find_map(|name| image.channel(name));
+        let Some(channel) = found else {
+            bail!("there is no channel {}: {}", alternatives.join(" or "), path.display());
+        };
+        planes.push(channel.to_f32());
+    }
+    let n = image.width * image.height;
+    let data = (0..n).flat_map(|i| planes.iter().map(move |p| p[i])).collect();
+    Ok(ImageF32::from_data(image.width, image.height, planes.len(), data))
+}
+
+impl TruthFolder {
+    /// Reads the documents of a folder; pictures are read when they are needed.
+    ///
+    /// # Errors
+    /// When `scene.json` or `transforms_test.json` is missing or malformed.
+    pub fn open(root: &Path) -> anyhow::Result<Self> {
+        let scene: SceneDocument = document(&root.join("scene.json"))?;
+        let test: Transforms = document(&root.join("transforms_test.json"))?;
+        let name = |frame: &Frame| {
+            let stem = Path::new(&frame.file_path).file_stem().unwrap_or_default();
+            stem.to_string_lossy().into_owned()
+        };
+        Ok(Self {
+            root: root.to_path_buf(),
+            title: scene.title,
+            size: (scene.width, scene.height),
+            exposure: scene.exposure,
+            lights: scene.relight_lights,
+            objects: scene.objects,
+            views: test.frames.iter().map(name).collect(),
+        })
+    }
+
+    /// Refuses another size than that of the test views.
+    ///
+    /// # Errors
+    /// When it differs; the message names the file.
+    pub fn check(&self, path: &Path, size: (usize, usize)) -> anyhow::Result<()> {
+        if size != self.size {
+            let (w, h) = self.size;
+            bail!("{} x {} pixels, the truth has {w} x {h}: {}", size.0, size.1, path.display());
+        }
+        Ok(())
+    }
+
+    /// An 8-bit picture of a test view, 3 channels.
+    ///
+    /// # Errors
+    /// When it is missing or has another size.
+    pub fn picture(&self, folder: &Path, view: &str) -> anyhow::Result<ImageU8> {
+        let path = folder.join(format!("{view}.png"));
+        let image = read_image(&path)?;
+        self.check(&path, (image.width, image.height))?;
+        if image.channels == 3 {
+            return Ok(image);
+        }
+        let data =
+            image.data.chunks_exact(image.channels).flat_map(|p| [p[0], p[1], p[2]]).collect();
+        Ok(ImageU8::from_data(image.width, image.height, 3, data))
+    }
+
+    /// The buffers of a test view.
+    ///
+    /// # Errors
+    /// When one is missing or has another size.
+    pub fn buffers(&self, view: &str) -> anyhow::Result<TruthBuffers> {
+        let read = |what: &str, names: &[&[&str]]| {
+            let path = self.root.join(format!("aov/{view}_{what}.exr"));
+            let image = open_exr(&path)?;
+            self.check(&path, (image.width, image.height))?;
+            channels(&path, &image, names)
+        };
+        let rgb: &[&[&str]] = &[&["R"], &["G"], &["B"]];
+        let ids = read_mask(&self.root.join(format!("aov/{view}_id.png")))?;
+        Ok(TruthBuffers {
+            albedo: read("albedo", rgb)?,
+            normal: read("normal", rgb)?,
+            roughness: read("roughness", &[&["R"]])?,
+            metallic: read("metallic", &[&["R"]])?,
+            ids,
+        })
+    }
+}

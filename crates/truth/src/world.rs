@@ -1,0 +1,185 @@
+//! A recipe as something that rays meet.
+
+use glam::{Mat3, Vec3};
+use motes_shading::brdf::{Lobes, Material};
+use motes_shading::integrate::SurfacePoint;
+use motes_shading::tracing::{BuildQuality, MeshError, MeshTracer, Ray, Tracer, TriangleMesh};
+
+use crate::scenes::SceneRecipe;
+use crate::shapes::vertex_normals;
+use crate::texture::{Paint, fractal};
+
+/// Steps of the shapes' meshes.
+const STEPS: u32 = 112;
+/// Half the side of the ground, in units of the scene: it fills every picture.
+const GROUND: f32 = 14.0;
+/// Half the side of its finely meshed middle.
+const MIDDLE: f32 = 2.6;
+
+/// One object: the ground is the first.
+#[derive(Clone, Debug)]
+struct Object {
+    paint: Paint,
+    /// Into the coordinates of the paint.
+    to_paint: (Mat3, Vec3, f32),
+}
+
+/// A scene, ready for rays. Object ids start at 1, the ground's.
+pub struct World {
+    tracer: MeshTracer,
+    mesh: TriangleMesh,
+    normals: Vec<Vec3>,
+    objects: Vec<Object>,
+    /// Object of every triangle.
+    owners: Vec<u16>,
+    lobes: Lobes,
+    /// Lowest and highest corner of every object, world.
+    pub bounds: Vec<(Vec3, Vec3)>,
+}
+
+/// A hit with its material.
+#[derive(Clone, Copy, Debug)]
+pub struct Seen {
+    /// What the integrator takes.
+    pub point: SurfacePoint,
+    /// Distance along the ray.
+    pub distance: f32,
+    /// Id of the object.
+    pub object: u8,
+}
+
+impl World {
+    /// Builds the meshes; `lobes` of everything that is not Lambert by its recipe.
+    ///
+    /// # Errors
+    /// When a mesh is damaged, which no recipe's is.
+    pub fn new(recipe: &SceneRecipe, lobes: Lobes) -> Result<Self, MeshError> {
+        let unit = recipe.unit;
+        let mut world = Self {
+            tracer: MeshTracer::new(&TriangleMesh::default(), BuildQuality::Fast)?,
+            mesh: TriangleMesh::default(),
+            normals: Vec::new(),
+            objects: Vec::new(),
+            owners: Vec::new(),
+            lobes: if recipe.lambert { Lobes::Lambert } else { lobes },
+            bounds: Vec::new(),
+        };
+        let ground = ground(recipe);
+        let normals = vertex_normals(&ground);
+        let to_paint = (Mat3::IDENTITY, recipe.origin, unit);
+        world.add(ground, normals, Object { paint: recipe.ground.clone(), to_paint });
+        for thing in &recipe.things {
+            let smooth = thing.shape.mesh(STEPS);
+            let (rotation, scale) = (thing.rotation(), unit * thing.size);
+            let turned: Vec<Vec3> =
+                smooth.mesh.vertices.iter().map(|&p| rotation * p * scale).collect();
+            let lowest = turned.iter().map(|p| p.z).fold(f32::INFINITY, f32::min);
+            let at = thing.place * unit;
+            // Down to the ground, and a little into it where that is uneven.
+            let z = height(recipe, thing.place.x, thing.place.y) * unit - lowest;
+            let sunk = 0.25 * recipe.waves * unit;
+            let origin = recipe.origin + Vec3::new(at.x, at.y, z - sunk);
+            let vertices = turned.iter().map(|&p| p + origin).collect();
+            let normals = smooth.normals.iter().map(|&n| rotation * n).collect();
+            let mesh = TriangleMesh { vertices, triangles: smooth.mesh.triangles };
+            let to_paint = (rotation.transpose(), origin, scale);
+            world.add(mesh, normals, Object { paint: thing.paint.clone(), to_paint });
+        }
+        world.tracer = MeshTracer::new(&world.mesh, BuildQuality::Balanced)?;
+        Ok(world)
+    }
+
+    fn add(&mut self, mesh: TriangleMesh, normals: Vec<Vec3>, object: Object) {
+        let first = self.mesh.vertices.len() as u32;
+        let corners =
+            mesh.vertices.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), &p| {
+                (low.min(p), high.max(p))
+            });
+        self.bounds.push(corners);
+        self.owners.extend(mesh.triangles.iter().map(|_| self.objects.len() as u16));
+        self.mesh.triangles.extend(mesh.triangles.iter().map(|t| t.map(|i| i + first)));
+        self.mesh.vertices.extend(mesh.vertices);
+        self.normals.extend(normals);
+        self.objects.push(object);
+    }
+
+    /// What a ray meets.
+    pub fn see(&self, ray: &Ray) -> Option<Seen> {
+        let hit = self.tracer.closest_hit(ray)?;
+        let triangle = self.mesh.triangles[hit.primitive as usize].map(|i| i as usize);
+        let [b, c] = hit.barycentrics;
+        let weights = [1.0 - b - c, b, c];
+        let to_viewer = -ray.direction;
+        let geometric = hit.geometric_normal;
+        let smooth: Vec3 = (0..3).map(|k| self.normals[triangle[k]] * weights[k]).sum();
+        let smooth = smooth.normalize_or(geometric);
+        // A smooth normal may turn away where the triangle does not.
+        let shading_normal = if smooth.dot(to_viewer) > 1e-3 { smooth } else { geometric };
+        let position = ray.at(hit.distance);
+        let owner = self.owners[hit.primitive as usize];
+        let object = &self.objects[owner as usize];
+        let (rotation, origin, scale) = object.to_paint;
+        let base = object.paint.base_color(rotation * (position - origin) / scale);
+        let material = match self.lobes {
+            Lobes::Lambert => Material::lambert(base),
+            lobes => Material {
+                lobes,
+                ..Material::principled(base, object.paint.roughness, object.paint.metallic)
+            },
+        };
+        let point = SurfacePoint {
+            position,
+            geometric_normal: geometric,
+            shading_normal,
+            to_viewer,
+            material,
+        };
+        Some(Seen { point, distance: hit.distance, object: owner as u8 + 1 })
+    }
+
+    /// Whether anything is in the way.
+    pub fn occluded(&self, ray: &Ray) -> bool {
+        self.tracer.occluded(ray)
+    }
+}
+
+/// Height of the ground, in units of the scene: waves that fade out far away.
+fn height(recipe: &SceneRecipe, x: f32, y: f32) -> f32 {
+    if !(recipe.waves > 0.0) {
+        return 0.0;
+    }
+    let fade = (1.0 - (x * x + y * y).sqrt() / MIDDLE).clamp(0.0, 1.0);
+    recipe.waves * 2.0 * (fractal(Vec3::new(1.6 * x + 3.0, 1.6 * y, 0.5), 2) - 0.5) * fade
+}
+
+fn ground(recipe: &SceneRecipe) -> TriangleMesh {
+    let steps = if recipe.waves > 0.0 { 128 } else { 1 };
+    let mut mesh = TriangleMesh::default();
+    // A fine middle, and one ring around it.
+    for j in 0..=steps {
+        for i in 0..=steps {
+            let at = |k: usize| (2.0 * k as f32 / steps as f32 - 1.0) * MIDDLE;
+            let z = height(recipe, at(i), at(j));
+            mesh.vertices.push(Vec3::new(at(i), at(j), z) * recipe.unit + recipe.origin);
+        }
+    }
+    let row = steps as u32 + 1;
+    for j in 0..row - 1 {
+        for i in 0..row - 1 {
+            let a = j * row + i;
+            mesh.triangles.extend([[a, a + 1, a + row + 1], [a, a + row + 1, a + row]]);
+        }
+    }
+    let inner = [0, row - 1, row * row - 1, row * (row - 1)];
+    let first = mesh.vertices.len() as u32;
+    for (x, y) in [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)] {
+        mesh.vertices.push(Vec3::new(x, y, 0.0) * (GROUND * recipe.unit) + recipe.origin);
+    }
+    for k in 0..4u32 {
+        let (here, next) = (k as usize, (k as usize + 1) % 4);
+        let (outer, outer_next) = (first + k, first + next as u32);
+        mesh.triangles.push([outer, outer_next, inner[next]]);
+        mesh.triangles.push([outer, inner[next], inner[here]]);
+    }
+    mesh
+}

@@ -1,0 +1,197 @@
+//! A made scene is consistent with itself, and scores see the difference between good and bad.
+
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use glam::{DVec3, Vec3};
+use motes_formats::colmap::read_model;
+use motes_formats::exr_aov::{AovChannel, open_exr, write_exr};
+use motes_formats::images::{read_image, write_png};
+use motes_scene::ImageF32;
+use motes_shading::brdf::Lobes;
+use motes_truth::cameras::ring;
+use motes_truth::lights::environment;
+use motes_truth::path::PathTracer;
+use motes_truth::render::{buffers, radiance};
+use motes_truth::scenes::SceneName;
+use motes_truth::score::align::Align;
+use motes_truth::score::truth_folder::TruthFolder;
+use motes_truth::score::{PSNR_CAP_DB, Results, score};
+use motes_truth::world::World;
+use motes_truth::{MakeOptions, make};
+
+fn tiny() -> MakeOptions {
+    MakeOptions { width: 48, train_views: 4, test_views: 2, samples: 2, ..MakeOptions::default() }
+}
+
+fn made(name: SceneName, threads: usize, folder: &Path) {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    pool.install(|| make(name, &tiny(), folder, &mut |_| {})).unwrap();
+}
+
+fn files(root: &Path) -> BTreeMap<String, Vec<u8>> {
+    let mut all = BTreeMap::new();
+    let mut folders = vec![root.to_path_buf()];
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+            } else {
+                let name = path.strip_prefix(root).unwrap().to_string_lossy().into_owned();
+                all.insert(name, std::fs::read(path).unwrap());
+            }
+        }
+    }
+    all
+}
+
+#[test]
+fn the_files_are_the_same_at_any_thread_count() {
+    let (one, three) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    made(SceneName::Matte, 1, one.path());
+    made(SceneName::Matte, 3, three.path());
+    let (one, three) = (files(one.path()), files(three.path()));
+    // 4 photos, 4 lights with previews, 2 test views under 4 lights as PNG and EXR, ...
+    assert!(one.len() > 40, "{} files", one.len());
+    for (name, bytes) in &one {
+        assert!(three[name] == *bytes, "{name} differs");
+    }
+}
+
+#[test]
+fn cameras_points_and_depths_agree() {
+    let folder = tempfile::tempdir().unwrap();
+    made(SceneName::Studio, 2, folder.path());
+    let model = read_model(&folder.path().join("sparse/0")).unwrap();
+    assert_eq!(model.images.len(), 4);
+    assert!(model.points.len() > 200, "{} points", model.points.len());
+    let mut errors = Vec::new();
+    for image in &model.images {
+        for (at, id) in &image.observations {
+            let point = &model.points[*id as usize - 1];
+            let q = image.camera_from_world.transform_point(point.position);
+            let f = 1.12 * 48.0;
+            errors.push((24.0 + f * q.x / q.z - at[0]).hypot(18.0 + f * q.y / q.z - at[1]));
+        }
+    }
+    let mean = errors.iter().sum::<f64>() / errors.len() as f64;
+    assert!(mean > 0.1 && mean < 1.5, "{mean} px");
+
+    // The centre of the depth map lies on the object that the id picture names.
+    let recipe = SceneName::Studio.recipe();
+    let world = World::new(&recipe, Lobes::Burley).unwrap();
+    let shots = ring(&recipe, (48, 36), 4, 2);
+    let depth = open_exr(&folder.path().join("aov/test_000_depth.exr")).unwrap();
+    let depth = depth.channel("Z").unwrap().to_f32();
+    let ids = read_image(&folder.path().join("aov/test_000_id.png")).unwrap();
+    let camera = &shots[4];
+    for (x, y) in [(24, 18), (5, 30), (40, 9)] {
+        let i = y * 48 + x;
+        let local = DVec3::new(x as f64 + 0.5 - 24.0, y as f64 + 0.5 - 18.0, camera.focal);
+        let p = camera
+            .camera_from_world
+            .inverse()
+            .transform_point(local / camera.focal * f64::from(depth[i]));
+        let (low, high) = world.bounds[ids.data[3 * i] as usize - 1];
+        let slack = Vec3::splat(1e-3 * recipe.unit);
+        let p = p.as_vec3();
+        assert!(p.cmpge(low - slack).all() && p.cmple(high + slack).all(), "{p} {low} {high}");
+    }
+}
+
+#[test]
+fn nothing_shines_in_a_furnace_and_open_ground_returns_its_base_color() {
+    let recipe = SceneName::Matte.recipe();
+    let world = World::new(&recipe, Lobes::Burley).unwrap();
+    let light = environment(&ImageF32::filled(16, 8, 3, 1.0)).unwrap();
+    let tracer = PathTracer::new(&world, &light, 8, 1);
+    let shot = &ring(&recipe, (64, 48), 4, 0)[1];
+    let guide = buffers(&world, shot);
+    let picture = radiance(&tracer, shot, &guide, 64, (1, 0));
+    let mut open = Vec::new();
+    for (i, (l, b)) in
+        picture.data.chunks_exact(3).zip(guide.albedo.data.chunks_exact(3)).enumerate()
+    {
+        assert!(l.iter().all(|&v| v < 1.0), "pixel {i} shines: {l:?}");
+        let p = Vec3::from_slice(&guide.position.data[3 * i..3 * i + 3]);
+        if guide.ids[i] == 1 && p.truncate().length() > 1.5 {
+            open.push(l.iter().sum::<f32>() / b.iter().sum::<f32>());
+        }
+    }
+    let mean = open.iter().sum::<f32>() / open.len() as f32;
+    assert!(open.len() > 50 && (mean - 1.0).abs() < 0.03, "{mean} over {} pixels", open.len());
+}
+
+/// The truth's own buffers in the names of a prediction, changed by `change`.
+fn predict(truth: &TruthFolder, to: &Path, change: impl Fn(&str, usize, f32) -> f32) {
+    for view in &truth.views {
+        let mut channels = Vec::new();
+        let b = truth.buffers(view).unwrap();
+        for (layer, names, image) in [
+            ("base_color", &["R", "G", "B"][..], &b.albedo),
+            ("normal", &["X", "Y", "Z"][..], &b.normal),
+            ("roughness", &[""][..], &b.roughness),
+            ("metallic", &[""][..], &b.metallic),
+        ] {
+            for (c, name) in names.iter().enumerate() {
+                let plane = image.data.iter().skip(c).step_by(names.len());
+                let values = plane.map(|&v| change(layer, c, v)).collect();
+                let name = if name.is_empty() { layer.into() } else { format!("{layer}.{name}") };
+                channels.push(AovChannel::float(name, values));
+            }
+        }
+        let (w, h) = truth.size;
+        write_exr(&to.join(format!("{view}.exr")), w, h, &channels, &[]).unwrap();
+    }
+}
+
+#[test]
+fn the_truth_scores_best_and_what_is_wrong_with_a_result_is_named() {
+    let (folder, same, worse) =
+        (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    made(SceneName::Studio, 2, folder.path());
+    let truth = TruthFolder::open(folder.path()).unwrap();
+    predict(&truth, same.path(), |_, _, v| v);
+    predict(&truth, worse.path(), |layer, c, v| match layer {
+        "base_color" => v * [0.5, 0.7, 0.6][c],
+        "roughness" => v + 0.1,
+        "metallic" => 0.0,
+        _ => v,
+    });
+    let relit = |of: &str| folder.path().join("test").join(of);
+    let light = truth.lights[0].clone();
+    let results = |picture: &str, buffers: &Path| Results {
+        relit: BTreeMap::from([(light.clone(), relit(picture))]),
+        buffers: Some(buffers.to_path_buf()),
+        ..Results::default()
+    };
+    let best = score(&truth, &results(&format!("relight_{light}"), same.path())).unwrap();
+    let pictures = |s: &motes_truth::score::Scores, a| s.relit[&light].aligned[&a].psnr_db;
+    assert!(pictures(&best, Align::None) >= PSNR_CAP_DB);
+    let m = best.materials.unwrap();
+    assert!(m.objects.pixels > 100 && m.objects.normal_mae_deg < 0.1, "{m:?}");
+    assert!(m.objects.roughness_mse + m.objects.metallic_mse < 1e-9);
+    assert!(m.objects.base_color[&Align::None].psnr_linear_db >= PSNR_CAP_DB);
+
+    let bad = score(&truth, &results("capture", worse.path())).unwrap();
+    assert!(pictures(&bad, Align::None) < 30.0);
+    assert!(pictures(&bad, Align::Channel) > pictures(&bad, Align::None));
+    let m = bad.materials.unwrap().objects;
+    let color = |a| m.base_color[&a].psnr_linear_db;
+    assert!(color(Align::None) < 25.0 && color(Align::Scalar) > color(Align::None) + 3.0);
+    assert!(color(Align::Channel) > 60.0, "{}", color(Align::Channel));
+    assert!((m.roughness_mse - 0.01).abs() < 1e-4 && m.metallic_mse > 0.1, "{m:?}");
+
+    // A missing picture is an error that names it.
+    let empty = tempfile::tempdir().unwrap();
+    let missing = Results { splat: Some(empty.path().to_path_buf()), ..Results::default() };
+    let error = format!("{:#}", score(&truth, &missing).unwrap_err());
+    assert!(error.contains("test_000.png"), "{error}");
+    let white = motes_scene::ImageU8::filled(8, 8, 3, 255);
+    write_png(&empty.path().join("test_000.png"), &white).unwrap();
+    let error = format!("{:#}", score(&truth, &missing).unwrap_err());
+    assert!(error.contains("8 x 8"), "{error}");
+}
