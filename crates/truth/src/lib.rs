@@ -10,6 +10,7 @@ pub mod cameras;
 mod denoise;
 pub mod folder;
 pub mod lights;
+pub mod oracle;
 pub mod path;
 mod points;
 pub mod render;

@@ -117,16 +117,7 @@ impl World {
         let shading_normal = if smooth.dot(to_viewer) > 1e-3 { smooth } else { geometric };
         let position = ray.at(hit.distance);
         let owner = self.owners[hit.primitive as usize];
-        let object = &self.objects[owner as usize];
-        let (rotation, origin, scale) = object.to_paint;
-        let base = object.paint.base_color(rotation * (position - origin) / scale);
-        let material = match self.lobes {
-            Lobes::Lambert => Material::lambert(base),
-            lobes => Material {
-                lobes,
-                ..Material::principled(base, object.paint.roughness, object.paint.metallic)
-            },
-        };
+        let material = self.material(owner, position);
         let point = SurfacePoint {
             position,
             geometric_normal: geometric,
@@ -135,6 +126,34 @@ impl World {
             material,
         };
         Some(Seen { point, distance: hit.distance, object: owner as u8 + 1 })
+    }
+
+    fn material(&self, owner: u16, position: Vec3) -> Material {
+        let object = &self.objects[owner as usize];
+        let (rotation, origin, scale) = object.to_paint;
+        let base = object.paint.base_color(rotation * (position - origin) / scale);
+        match self.lobes {
+            Lobes::Lambert => Material::lambert(base),
+            lobes => Material {
+                lobes,
+                ..Material::principled(base, object.paint.roughness, object.paint.metallic)
+            },
+        }
+    }
+
+    /// Position, normal and material of every vertex.
+    pub fn vertices(&self) -> Vec<(Vec3, Vec3, Material)> {
+        let mut owner = vec![0; self.mesh.vertices.len()];
+        for (triangle, &object) in self.mesh.triangles.iter().zip(&self.owners) {
+            triangle.iter().for_each(|&v| owner[v as usize] = object);
+        }
+        let all = self.mesh.vertices.iter().zip(&self.normals).zip(owner);
+        all.map(|((&p, &n), object)| (p, n, self.material(object, p))).collect()
+    }
+
+    /// Three vertices each.
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        &self.mesh.triangles
     }
 
     /// Whether anything is in the way.
@@ -153,7 +172,7 @@ fn height(recipe: &SceneRecipe, x: f32, y: f32) -> f32 {
 }
 
 fn ground(recipe: &SceneRecipe) -> TriangleMesh {
-    let steps = if recipe.waves > 0.0 { 128 } else { 1 };
+    let steps = 128;
     let mut mesh = TriangleMesh::default();
     // A fine middle, and one ring around it.
     for j in 0..=steps {

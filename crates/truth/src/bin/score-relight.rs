@@ -32,6 +32,9 @@ struct Args {
     /// Scores as JSON
     #[arg(short, long, value_name = "FILE.json")]
     output: Option<PathBuf>,
+    /// Scores as a Markdown page, also printed
+    #[arg(long, value_name = "FILE.md")]
+    page: Option<PathBuf>,
     /// Contact sheet of truth, ours, error
     #[arg(long, value_name = "FILE.png")]
     sheet: Option<PathBuf>,
@@ -69,6 +72,10 @@ fn main() -> anyhow::Result<()> {
     if let (Some(path), Some(folder)) = (&args.components, &results.buffers) {
         write_png(path, &sheet::components(&truth, folder)?)?;
     }
-    print!("{}", markdown::page(&scores));
+    let page = markdown::page(&scores);
+    if let Some(path) = &args.page {
+        write_atomic(path, |w| w.write_all(page.as_bytes()))?;
+    }
+    print!("{page}");
     Ok(())
 }

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 
 use clap::Parser;
 use motes_shading::brdf::Lobes;
+use motes_truth::oracle::write_oracle;
 use motes_truth::scenes::SceneName;
 use motes_truth::{MakeOptions, make};
 
@@ -18,6 +19,12 @@ struct Args {
     /// Folder to write
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
+    /// Write the scene folder of a perfect decomposition to OUTPUT instead, for these Gaussians
+    #[arg(long, value_name = "FILE.ply", requires = "truth")]
+    oracle: Option<PathBuf>,
+    /// The ground-truth folder whose photos the Gaussians of --oracle were trained on
+    #[arg(long, value_name = "DIR")]
+    truth: Option<PathBuf>,
     /// Columns; rows are three quarters of it
     #[arg(long, value_name = "PIXELS", default_value_t = 380)]
     width: usize,
@@ -55,6 +62,9 @@ fn main() -> anyhow::Result<()> {
         lobes: if args.principled { Lobes::Principled } else { Lobes::Burley },
         seed: args.seed,
     };
+    if let (Some(gaussians), Some(truth)) = (&args.oracle, &args.truth) {
+        return write_oracle(args.scene, options.lobes, truth, gaussians, &args.output);
+    }
     let pool = rayon::ThreadPoolBuilder::new().num_threads(args.threads).build()?;
     pool.install(|| {
         make(args.scene, &options, &args.output, &mut |what| eprintln!("truth-scene: {what}"))
