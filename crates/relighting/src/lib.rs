@@ -1,1 +1,30 @@
 //! Relighting: a decomposed scene under another light, as views, as baked colours, as a scene.
+//!
+//! - [`RelightScene`]: Gaussians with material and the surface that rays meet, ready for light.
+//! - [`LightSource`]: a lat-long map, or sun and sky, turned and exposed into an environment.
+//! - [`Relighter`]: a scene under one light: deferred pictures ([`Relighter::picture`]) and baked
+//!   colours ([`Relighter::bake`]).
+//! - [`lift`]: views that were relit by other means, back to 3D.
+//!
+//! `docs/stages/relight.md` holds the equations, what is approximated, and what each quality costs.
+
+mod bake;
+mod compose;
+mod deferred;
+mod denoise;
+mod g_buffer;
+pub mod lift;
+mod light;
+mod options;
+mod radiance_cache;
+mod relighter;
+mod scene;
+pub mod srgb;
+mod upsample;
+
+pub use bake::BakeOptions;
+pub use compose::{Background, Components, Picture, PictureStats};
+pub use light::{Light, LightError, LightSource, environment_image};
+pub use options::{Convention, Exposure, LightOptions, Quality, QualityOptions, SunOption};
+pub use relighter::Relighter;
+pub use scene::{RelightScene, SceneError};

@@ -9,7 +9,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
-use motes_formats::ply::{PlyWriteOptions, write_gaussians};
+use motes_formats::environment::write_environment;
+use motes_formats::ply::{PlyWriteOptions, write_gaussians, write_surface};
+use motes_scene::{Gaussians, ImageF32, Materials, Surface};
 use serde_json::Value;
 
 /// A complete command line with these inputs, and the product that it would write.
@@ -36,6 +38,7 @@ fn line_of(stage: &str) -> (&'static [&'static str], &'static str) {
                 &["--capture", "capture.json", "--gaussians", "g.ply", "--metrics", "m.json"];
             (line, "m.json")
         }
+        "relight" => (&["--scene", "scene", "-o", "baked.ply"], "baked.ply"),
         "lab-report" => (&["run", "-o", "page.html"], "page.html"),
         new => panic!("{new} needs a line here"),
     }
@@ -111,6 +114,7 @@ impl Bench {
         self.put("g.ply", b"ply\nformat binary_little_endian 1.0\nelement vertex 99999999999\n");
         self.put("run/capture/capture.json", b"[]");
         self.put("run/metrics.json", b"{");
+        self.put("scene/decomposition.json", b"{");
         self.put("model/cameras.txt", b"1 PINHOLE many 48 1 1 1 1\n");
         self.put("model/images.txt", b"");
         self.put("model/points3D.txt", b"");
@@ -124,6 +128,29 @@ impl Bench {
         assert!(output.status.success(), "{}", stderr(&output));
         let gaussians = motes_testkit::random_gaussians(1, 20, 1);
         write_gaussians(&self.path("g.ply"), &gaussians, &PlyWriteOptions::default()).unwrap();
+        self.put_scene(gaussians);
+    }
+
+    /// The smallest scene folder: Gaussians of one material, no surface, a grey light.
+    fn put_scene(&self, mut gaussians: Gaussians) {
+        let n = gaussians.len();
+        let materials = Materials {
+            normals: vec![[0.0, 0.0, 1.0]; n],
+            base_color_linear: vec![[0.5; 3]; n],
+            roughness: vec![0.5; n],
+            metallic: vec![0.0; n],
+            visibility: vec![1.0; n],
+            observations: vec![1; n],
+        };
+        materials.attach(&mut gaussians);
+        let at = |name: &str| self.path("scene").join(name);
+        write_gaussians(&at("gaussians.ply"), &gaussians, &PlyWriteOptions::default()).unwrap();
+        write_surface(&at("surface.ply"), &Surface::default()).unwrap();
+        let grey = ImageF32::filled(2, 1, 3, 0.5);
+        write_environment(&at("environment.exr"), &grey, &[]).unwrap();
+        let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../testdata/formats");
+        let document = corpus.join("decomposition/v1/valid/short.json");
+        fs::copy(document, at("decomposition.json")).unwrap();
     }
 }
 
@@ -276,7 +303,7 @@ fn a_dry_run_writes_nothing() {
 
 #[test]
 fn stdout_is_the_report_and_only_when_asked() {
-    for stage in ["render", "evaluate"] {
+    for stage in ["render", "evaluate", "relight"] {
         let bench = Bench::of(stage);
         bench.put_inputs();
         let (line, product) = line_of(stage);

@@ -1,0 +1,227 @@
+//! Colours of the Gaussians under a light, as spherical harmonics that every viewer shows.
+//!
+//! A Gaussian takes the outgoing radiance of the surface point it stands for, seen from `K` directions `v_k`
+//! over the hemisphere of its normal. Diffuse and indirect light are one value (the mean); specular light
+//! follows the direction. `encode` is the sRGB curve with clipping, as the colours of a splat are
+//! sRGB-encoded:
+//!
+//! ```text
+//! c_k = encode(L_o(v_k)),   sh = argmin Σ_k (0.5 + Σ_j Y_j(-v_k) sh_j - c_k)² + λ Σ_{j>0} sh_j²
+//! ```
+//!
+//! Views from behind, where no radiance is known, are bound by `λ` alone.
+
+use std::f32::consts::TAU;
+
+use clap::Args;
+use glam::Vec3;
+use motes_math::sh::{sh_basis, sh_coefficients};
+use motes_scene::Gaussians;
+use motes_shading::frame::Frame;
+use motes_shading::integrate::{IntegrationOptions, Shader, SurfacePoint};
+use motes_shading::tracing::{Hit, Ray};
+use rayon::prelude::*;
+use serde::Serialize;
+
+use crate::relighter::Relighter;
+use crate::scene::RelightScene;
+use crate::srgb;
+
+/// Ridge on bands above 0, relative to the number of directions. It costs fit where it is
+/// large and rings behind the hemisphere where it is small.
+const RIDGE: f64 = 2e-3;
+/// The surface point of a Gaussian is looked for this many ray biases before and behind it.
+const REACH: f32 = 12.0;
+/// Keeps these random numbers apart from those of pixels and vertices.
+const FIRST_ITEM: u64 = 1 << 50;
+
+/// How colours are baked.
+#[derive(Args, Clone, Copy, Debug, Serialize)]
+#[command(next_help_heading = "Baked colours")]
+pub struct BakeOptions {
+    /// Degree of the spherical harmonics of baked colours, 0 (diffuse only) to 3
+    #[arg(long, value_name = "DEGREE", default_value_t = 3,
+        value_parser = clap::value_parser!(u8).range(0..=3))]
+    pub sh_degree: u8,
+
+    /// Directions that each Gaussian is seen from, 4 to 256
+    #[arg(long, value_name = "N", default_value_t = 32,
+        value_parser = clap::value_parser!(u32).range(4..=256))]
+    pub bake_directions: u32,
+}
+
+impl Default for BakeOptions {
+    fn default() -> Self {
+        Self { sh_degree: 3, bake_directions: 32 }
+    }
+}
+
+impl Relighter<'_> {
+    /// The Gaussians with baked colours; shape, opacity and extra columns stay.
+    pub fn bake(&self, options: &BakeOptions) -> Gaussians {
+        let scene = self.scene;
+        let l_hit = |_: &Ray, hit: &Hit| self.cache.at(scene, hit);
+        let (light, brdf) = self.options.samples();
+        let integration = IntegrationOptions {
+            // A quarter for each of many directions: their sum has more than a pixel.
+            light_samples: (light / 4).max(4),
+            brdf_samples: brdf.max(4),
+            ray_bias: scene.ray_bias,
+            seed: self.seed,
+            ..IntegrationOptions::default()
+        };
+        let indirect = (!self.cache.is_empty()).then_some(&l_hit as _);
+        let shader = Shader::new(self.light, &scene.tracer, indirect, integration);
+        let k = sh_coefficients(options.sh_degree);
+        let mut baked = scene.gaussians.with_sh_degree(options.sh_degree);
+        baked.sh.par_chunks_mut(3 * k).enumerate().with_min_len(64).for_each(|(i, sh)| {
+            let mut observations = Vec::with_capacity(options.bake_directions as usize);
+            let (position, normal) = surface_point(scene, i);
+            let m = &scene.materials;
+            let base = Vec3::from(m.base_color_linear[i]);
+            let material = scene.material(base, m.roughness[i], m.metallic[i]);
+            let mut even = Vec3::ZERO;
+            for d in 0..options.bake_directions {
+                let to_viewer = direction(normal, d, options.bake_directions);
+                let point = SurfacePoint {
+                    position,
+                    geometric_normal: normal,
+                    shading_normal: normal,
+                    to_viewer,
+                    material,
+                };
+                let item = FIRST_ITEM + (i as u64) * 256 + u64::from(d);
+                let shaded = shader.shade_point(&point, item);
+                even += shaded.diffuse + shaded.indirect;
+                observations.push((to_viewer, shaded.specular));
+            }
+            even /= options.bake_directions as f32;
+            fit(options.sh_degree, &observations, even, sh);
+        });
+        baked
+    }
+}
+
+/// Where the Gaussian's light falls: the surface at its centre along the normal, or the centre.
+fn surface_point(scene: &RelightScene, i: usize) -> (Vec3, Vec3) {
+    let mean = Vec3::from(scene.gaussians.means[i]);
+    let normal = Vec3::from(scene.materials.normals[i]).normalize_or(scene.up_in_world);
+    if !mean.is_finite() {
+        return (Vec3::ZERO, normal);
+    }
+    let reach = REACH * scene.ray_bias;
+    let ray = Ray { t_max: 2.0 * reach, ..Ray::new(mean + normal * reach, -normal) };
+    match scene.first_hit(&ray) {
+        Some(hit) if hit.hit.geometric_normal.dot(normal) > 0.0 => (hit.position, hit.normal),
+        _ => (mean, normal),
+    }
+}
+
+/// Direction `d` of `n` on the hemisphere: a spiral of equal solid angles from the pole to 6 degrees
+/// above the horizon.
+fn direction(normal: Vec3, d: u32, n: u32) -> Vec3 {
+    const GOLDEN: f32 = 0.618_034;
+    let z = 1.0 - 0.9 * (d as f32 + 0.5) / n as f32;
+    let r = (1.0 - z * z).max(0.0).sqrt();
+    let (sin, cos) = (TAU * (d as f32 * GOLDEN).fract()).sin_cos();
+    Frame::from_normal(normal).world_from_local(Vec3::new(r * cos, r * sin, z)).normalize()
+}
+
+fn fit(degree: u8, observations: &[(Vec3, Vec3)], even: Vec3, sh: &mut [f32]) {
+    let k = sh_coefficients(degree);
+    let mut normal_matrix = vec![0.0f64; k * k];
+    let mut right = vec![[0.0f64; 3]; k];
+    for (to_viewer, specular) in observations {
+        let mut basis = [0.0f32; 25];
+        sh_basis(degree, (-*to_viewer).to_array(), &mut basis);
+        let color = (even + *specular).to_array();
+        let color = color.map(|v| f64::from(srgb::encode(v.clamp(0.0, 1.0))) - 0.5);
+        for a in 0..k {
+            for b in 0..=a {
+                normal_matrix[a * k + b] += f64::from(basis[a] * basis[b]);
+            }
+            for (r, c) in right[a].iter_mut().zip(color) {
+                *r += f64::from(basis[a]) * c;
+            }
+        }
+    }
+    for a in 0..k {
+        let ridge = if a == 0 { 1e-9 } else { RIDGE };
+        normal_matrix[a * k + a] += ridge * observations.len() as f64;
+    }
+    solve(&mut normal_matrix, &mut right, k);
+    for (out, solved) in sh.chunks_exact_mut(3).zip(&right) {
+        for (o, s) in out.iter_mut().zip(solved) {
+            *o = *s as f32;
+        }
+    }
+}
+
+/// Solves `A x = b` for a symmetric positive definite `A` given by its lower triangle; `x` replaces `b`.
+fn solve(a: &mut [f64], b: &mut [[f64; 3]], n: usize) {
+    // Cholesky: A = L Lᵀ, L over A.
+    for i in 0..n {
+        for j in 0..=i {
+            let mut sum = a[i * n + j];
+            for k in 0..j {
+                sum -= a[i * n + k] * a[j * n + k];
+            }
+            a[i * n + j] = if i == j { sum.max(1e-12).sqrt() } else { sum / a[j * n + j] };
+        }
+    }
+    // Forwards with L, backwards with Lᵀ, all channels at once.
+    let step = |b: &mut [[f64; 3]], i: usize, k: usize, l: f64| {
+        let known = b[k];
+        b[i].iter_mut().zip(known).for_each(|(v, x)| *v -= l * x);
+    };
+    for i in 0..n {
+        for k in 0..i {
+            step(b, i, k, a[i * n + k]);
+        }
+        b[i] = b[i].map(|v| v / a[i * n + i]);
+    }
+    for i in (0..n).rev() {
+        for k in i + 1..n {
+            step(b, i, k, a[k * n + i]);
+        }
+        b[i] = b[i].map(|v| v / a[i * n + i]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_colour_without_direction_needs_band_0_alone() {
+        let observations: Vec<(Vec3, Vec3)> =
+            (0..32).map(|d| (direction(Vec3::Y, d, 32), Vec3::ZERO)).collect();
+        let mut sh = [0.0; 48];
+        fit(3, &observations, Vec3::new(0.2, 0.5, 0.9), &mut sh);
+        for (c, v) in [0.2, 0.5, 0.9].into_iter().enumerate() {
+            let shown = 0.5 + sh[c] * motes_math::sh::SH_C0 as f32;
+            assert!((shown - srgb::encode(v)).abs() < 1e-3, "{shown}");
+        }
+        assert!(sh[3..].iter().all(|v| v.abs() < 1e-3), "{sh:?}");
+    }
+
+    #[test]
+    fn a_highlight_is_brighter_where_it_is_seen() {
+        let toward = Vec3::new(0.6, 0.0, 0.8);
+        let observations: Vec<(Vec3, Vec3)> = (0..64)
+            .map(|d| direction(Vec3::Z, d, 64))
+            .map(|v| (v, Vec3::splat(0.5 * v.dot(toward).max(0.0).powi(8))))
+            .collect();
+        let mut sh = [0.0; 48];
+        fit(3, &observations, Vec3::splat(0.1), &mut sh);
+        let seen = |to_viewer: Vec3| {
+            let mut basis = [0.0; 25];
+            sh_basis(3, (-to_viewer).to_array(), &mut basis);
+            0.5 + (0..16).map(|k| basis[k] * sh[3 * k]).sum::<f32>()
+        };
+        let aside = Vec3::new(-0.6, 0.0, 0.8);
+        assert!((seen(toward) - srgb::encode(0.6)).abs() < 0.08, "{}", seen(toward));
+        assert!((seen(aside) - srgb::encode(0.1)).abs() < 0.05, "{}", seen(aside));
+        assert!((0.0..1.0).contains(&seen(-Vec3::Z)), "behind: {}", seen(-Vec3::Z));
+    }
+}

@@ -1,0 +1,159 @@
+//! Shading of a view's buffers, and the light without the material it fell on.
+//!
+//! `L_o = k_d E_d + k_s E_s + k_i E_i` with `k_d = (1 - m) b`, `k_s = 0.04 (1 - m) + m b`,
+//! `k_i = k_d + k_s`: the factors that the texture of a material enters by. What is left changes slowly
+//! over a surface, so filters work on `E`, and the texture passes them untouched.
+
+use glam::Vec3;
+use motes_shading::brdf::{DIELECTRIC_F0, Lobes, Material};
+use motes_shading::environment::Environment;
+use motes_shading::integrate::{IntegrationOptions, Shaded, Shader};
+use motes_shading::tracing::{Hit, MeshTracer, Ray};
+use rayon::prelude::*;
+
+use crate::g_buffer::GBuffer;
+use crate::radiance_cache::RadianceCache;
+use crate::scene::RelightScene;
+
+/// No factor is smaller: light on black matter must not become infinite.
+const LEAST_FACTOR: f32 = 1e-3;
+/// Pixels per task; the result does not depend on it.
+const CHUNK: usize = 64;
+
+/// Light on the material of a pixel, or the factors of that material.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Parts {
+    pub(crate) diffuse: Vec3,
+    pub(crate) specular: Vec3,
+    pub(crate) indirect: Vec3,
+}
+
+/// Light of a pixel.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Lit {
+    pub(crate) parts: Parts,
+    pub(crate) visibility: f32,
+    /// Of the sum of the parts, mean of the channels.
+    pub(crate) variance: f32,
+}
+
+impl Parts {
+    /// The factors by which the texture enters.
+    pub(crate) fn factors(material: &Material) -> Self {
+        let (b, m) = (material.base_color_linear, material.metallic);
+        let least = Vec3::splat(LEAST_FACTOR);
+        if material.lobes == Lobes::Lambert {
+            let b = b.max(least);
+            return Self { diffuse: b, specular: least, indirect: b };
+        }
+        let (diffuse, specular) = (b * (1.0 - m), Vec3::splat(DIELECTRIC_F0 as f32).lerp(b, m));
+        Self {
+            diffuse: diffuse.max(least),
+            specular: specular.max(least),
+            indirect: (diffuse + specular).max(least),
+        }
+    }
+
+    pub(crate) fn times(&self, other: &Self) -> Self {
+        Self {
+            diffuse: self.diffuse * other.diffuse,
+            specular: self.specular * other.specular,
+            indirect: self.indirect * other.indirect,
+        }
+    }
+
+    pub(crate) fn over(&self, other: &Self) -> Self {
+        Self {
+            diffuse: self.diffuse / other.diffuse,
+            specular: self.specular / other.specular,
+            indirect: self.indirect / other.indirect,
+        }
+    }
+
+    pub(crate) fn total(&self) -> Vec3 {
+        self.diffuse + self.specular + self.indirect
+    }
+}
+
+/// Directions per pixel.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Samples {
+    pub(crate) light: u32,
+    pub(crate) brdf: u32,
+}
+
+/// A scene and its light, ready to shade pixels.
+pub(crate) struct Shading<'a> {
+    pub(crate) scene: &'a RelightScene,
+    pub(crate) light: &'a Environment,
+    pub(crate) cache: &'a RadianceCache,
+    pub(crate) seed: u64,
+}
+
+impl Shading<'_> {
+    /// Light of the pixels that `wanted` says; the others stay dark.
+    pub(crate) fn shade(
+        &self,
+        buffer: &GBuffer,
+        samples: Samples,
+        wanted: impl Fn(usize) -> bool + Sync,
+    ) -> Vec<Lit> {
+        let l_hit = |_: &Ray, hit: &Hit| self.cache.at(self.scene, hit);
+        let options = |divisor: u32| IntegrationOptions {
+            light_samples: samples.light.div_ceil(divisor),
+            brdf_samples: samples.brdf.div_ceil(divisor),
+            ray_bias: self.scene.ray_bias,
+            seed: self.seed,
+            ..IntegrationOptions::default()
+        };
+        let shader = |divisor| -> Shader<'_, MeshTracer> {
+            let indirect = (!self.cache.is_empty()).then_some(&l_hit as _);
+            Shader::new(self.light, &self.scene.tracer, indirect, options(divisor))
+        };
+        let whole = shader(1);
+        let quarter = (!buffer.edges.is_empty()).then(|| shader(4));
+        let mut lit = vec![Lit::default(); buffer.sight.len()];
+        lit.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, lit)| {
+            for (k, lit) in lit.iter_mut().enumerate() {
+                let pixel = chunk * CHUNK + k;
+                let Some(sight) = buffer.sight[pixel].as_ref().filter(|_| wanted(pixel)) else {
+                    continue;
+                };
+                let item = 4 * pixel as u64;
+                let edge = buffer.edges.binary_search_by_key(&(pixel as u32), |(p, _)| *p);
+                *lit = match (&quarter, edge) {
+                    (Some(quarter), Ok(edge)) => {
+                        let sights = buffer.edges[edge].1.iter().zip(item..);
+                        let seen = sights.filter_map(|(s, item)| s.as_ref().map(|s| (s, item)));
+                        mean(seen.map(|(sight, item)| {
+                            quarter.shade_point(&buffer.point(pixel, sight), item)
+                        }))
+                    }
+                    _ => {
+                        mean(std::iter::once(whole.shade_point(&buffer.point(pixel, sight), item)))
+                    }
+                };
+            }
+        });
+        lit
+    }
+}
+
+fn mean(all: impl Iterator<Item = Shaded>) -> Lit {
+    let (mut lit, mut count) = (Lit::default(), 0.0f32);
+    for s in all {
+        lit.parts.diffuse += s.diffuse;
+        lit.parts.specular += s.specular;
+        lit.parts.indirect += s.indirect;
+        lit.visibility += s.visibility;
+        lit.variance += s.variance;
+        count += 1.0;
+    }
+    let share = 1.0 / count.max(1.0);
+    let Parts { diffuse, specular, indirect } = lit.parts;
+    lit.parts =
+        Parts { diffuse: diffuse * share, specular: specular * share, indirect: indirect * share };
+    lit.visibility *= share;
+    lit.variance *= share * share;
+    lit
+}

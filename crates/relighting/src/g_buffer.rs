@@ -1,0 +1,212 @@
+//! What a view sees, before any light: material from the Gaussians, position and normal from the
+//! surface.
+
+use glam::{DVec3, Vec3};
+use motes_raster::{RasterDials, RenderOptions, Rendering, render};
+use motes_scene::{Gaussians, Pinhole, Pose};
+use motes_shading::brdf::Material;
+use motes_shading::integrate::SurfacePoint;
+use motes_shading::tracing::Ray;
+use rayon::prelude::*;
+
+use crate::scene::RelightScene;
+
+/// Blended alpha never reaches 1; from here on a pixel counts as covered.
+const FULL_ALPHA: f32 = 0.95;
+/// Below this alpha there is nothing to shade.
+const LEAST_ALPHA: f32 = 1.0 / 255.0;
+/// Least cosine between normal and viewer: interpolated normals turn away at silhouettes.
+const LEAST_COSINE: f32 = 0.03;
+/// Neighbours whose normals differ more (cosine) or that lie farther off each other's tangent plane
+/// (share of the depth) are an edge.
+const EDGE_COSINE: f32 = 0.95;
+const EDGE_OFFSET: f32 = 0.004;
+
+/// A point that a ray of the camera meets.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sight {
+    pub(crate) position: Vec3,
+    /// Unit, within a right angle of the viewer.
+    pub(crate) normal: Vec3,
+    pub(crate) to_viewer: Vec3,
+    /// z in the camera.
+    pub(crate) depth: f32,
+    /// From the surface, not from the Gaussians.
+    pub(crate) on_surface: bool,
+}
+
+/// Buffers of a view, row by row.
+#[derive(Debug)]
+pub(crate) struct GBuffer {
+    pub(crate) width: usize,
+    pub(crate) height: usize,
+    /// Share of the pixel that is not background.
+    pub(crate) coverage: Vec<f32>,
+    pub(crate) material: Vec<Material>,
+    /// Share of the material that no training view saw.
+    pub(crate) unobserved: Vec<f32>,
+    /// Through the pixel's centre.
+    pub(crate) sight: Vec<Option<Sight>>,
+    /// Pixels of an edge with up to four sights instead of one, sorted by pixel.
+    pub(crate) edges: Vec<(u32, [Option<Sight>; 4])>,
+}
+
+/// A pinhole camera as rays.
+pub(crate) struct Rays {
+    eye: Vec3,
+    world_from_camera: Pose,
+    camera: Pinhole,
+}
+
+impl Rays {
+    pub(crate) fn new(camera: &Pinhole, camera_from_world: &Pose) -> Self {
+        let world_from_camera = camera_from_world.inverse();
+        let eye = world_from_camera.translation.as_vec3();
+        Self { eye, world_from_camera, camera: *camera }
+    }
+
+    /// The ray through a point of the picture, and the cosine to the optical axis.
+    pub(crate) fn through(&self, x: f64, y: f64) -> (Ray, f32) {
+        let c = &self.camera;
+        let local = DVec3::new((x - c.cx) / c.fx, (y - c.cy) / c.fy, 1.0).normalize();
+        let direction = (self.world_from_camera.rotation * local).as_vec3().normalize();
+        (Ray::new(self.eye, direction), local.z as f32)
+    }
+
+    fn sight(&self, scene: &RelightScene, x: f64, y: f64) -> Option<Sight> {
+        let (ray, cosine) = self.through(x, y);
+        let hit = scene.first_hit(&ray)?;
+        let to_viewer = -ray.direction;
+        let normal = towards(hit.normal, to_viewer);
+        let depth = hit.distance * cosine;
+        Some(Sight { position: hit.position, normal, to_viewer, depth, on_surface: true })
+    }
+}
+
+/// The normal, bent where it turns away from the viewer.
+pub(crate) fn towards(normal: Vec3, to_viewer: Vec3) -> Vec3 {
+    let cosine = normal.dot(to_viewer);
+    if cosine >= LEAST_COSINE {
+        return normal;
+    }
+    (normal + to_viewer * (LEAST_COSINE - cosine)).normalize_or(to_viewer)
+}
+
+impl GBuffer {
+    /// Of a view. With `antialias_edges`, pixels where the surface has an edge get four sights.
+    pub(crate) fn new(
+        scene: &RelightScene,
+        camera: &Pinhole,
+        camera_from_world: &Pose,
+        antialias_edges: bool,
+    ) -> Self {
+        let draw = |gaussians: &Gaussians, aovs: bool, dials: RasterDials| {
+            let antialias = scene.antialias;
+            let options = RenderOptions { antialias, aovs, dials, ..RenderOptions::default() };
+            render(gaussians, camera, camera_from_world, &options)
+        };
+        let exact = RasterDials::default();
+        let color = draw(&scene.base_color_splats, false, exact);
+        // Roughness and metallic change little under what is nearly hidden.
+        let coarse = RasterDials { alpha_min: 0.02, transmittance_min: 0.02, ..exact };
+        let properties = draw(&scene.property_splats, false, coarse);
+        let (width, height) = (camera.width, camera.height);
+        let (alpha, property_alpha) = (&color.alpha.data, &properties.alpha.data);
+        let material = |i: usize| {
+            // Blended over black: dividing by alpha leaves the mean of what was blended.
+            let share = 1.0 / alpha[i].max(LEAST_ALPHA);
+            let base = Vec3::from_slice(&color.color.data[3 * i..3 * i + 3]) * share;
+            let share = 1.0 / property_alpha[i].max(LEAST_ALPHA);
+            let [r, m, u] = [0, 1, 2].map(|k| properties.color.data[3 * i + k] * share);
+            (scene.material(base, r, m), u.clamp(0.0, 1.0))
+        };
+        let (material, unobserved) = (0..width * height).into_par_iter().map(material).unzip();
+        let rays = Rays::new(camera, camera_from_world);
+        let mut sight: Vec<Option<Sight>> = (0..width * height)
+            .into_par_iter()
+            .map(|i| rays.sight(scene, (i % width) as f64 + 0.5, (i / width) as f64 + 0.5))
+            .collect();
+        let visible = |i: usize| alpha[i] >= LEAST_ALPHA;
+        let missed: Vec<usize> =
+            (0..sight.len()).filter(|i| sight[*i].is_none() && visible(*i)).collect();
+        if !missed.is_empty() {
+            let aovs = draw(&scene.base_color_splats, true, exact);
+            for &i in &missed {
+                let at = [(i % width) as f64 + 0.5, (i / width) as f64 + 0.5];
+                sight[i] = splat_sight(&rays, at, i, &aovs);
+            }
+        }
+        for (i, sight) in sight.iter_mut().enumerate() {
+            if !visible(i) {
+                *sight = None;
+            }
+        }
+        let coverage = alpha.iter().map(|a| (a / FULL_ALPHA).min(1.0)).collect();
+        let mut buffer =
+            Self { width, height, coverage, material, unobserved, sight, edges: Vec::new() };
+        if antialias_edges {
+            buffer.edges = buffer.find_edges(scene, &rays);
+        }
+        buffer
+    }
+
+    fn find_edges(&self, scene: &RelightScene, rays: &Rays) -> Vec<(u32, [Option<Sight>; 4])> {
+        const QUARTERS: [[f64; 2]; 4] = [[0.25, 0.25], [0.75, 0.25], [0.25, 0.75], [0.75, 0.75]];
+        (0..self.sight.len())
+            .into_par_iter()
+            .filter(|i| self.sight[*i].is_some() && self.is_edge(*i))
+            .map(|i| {
+                let (x, y) = ((i % self.width) as f64, (i / self.width) as f64);
+                (i as u32, QUARTERS.map(|[dx, dy]| rays.sight(scene, x + dx, y + dy)))
+            })
+            .filter(|(_, sights)| sights.iter().any(Option::is_some))
+            .collect()
+    }
+
+    fn is_edge(&self, i: usize) -> bool {
+        let (x, y) = (i % self.width, i / self.width);
+        let Some(own) = &self.sight[i] else { return false };
+        let neighbours = [
+            (x > 0).then(|| i - 1),
+            (x + 1 < self.width).then(|| i + 1),
+            (y > 0).then(|| i - self.width),
+            (y + 1 < self.height).then(|| i + self.width),
+        ];
+        neighbours.into_iter().flatten().any(|k| match &self.sight[k] {
+            None => true,
+            Some(other) => !continues(own, other, EDGE_COSINE, EDGE_OFFSET),
+        })
+    }
+
+    /// The point of a sight in this pixel.
+    pub(crate) fn point(&self, pixel: usize, sight: &Sight) -> SurfacePoint {
+        SurfacePoint {
+            position: sight.position,
+            geometric_normal: sight.normal,
+            shading_normal: sight.normal,
+            to_viewer: sight.to_viewer,
+            material: self.material[pixel],
+        }
+    }
+}
+
+/// Whether two sights belong to one smooth piece of surface.
+pub(crate) fn continues(a: &Sight, b: &Sight, cosine: f32, offset: f32) -> bool {
+    let apart = (b.position - a.position).dot(a.normal).abs();
+    a.normal.dot(b.normal) >= cosine && apart <= offset * a.depth
+}
+
+/// Where the surface was missed: depth and normal of the Gaussians themselves.
+fn splat_sight(rays: &Rays, at: [f64; 2], pixel: usize, drawn: &Rendering) -> Option<Sight> {
+    let aovs = drawn.aovs.as_ref()?;
+    let depth = aovs.depth_expected.data[pixel];
+    let (ray, cosine) = rays.through(at[0], at[1]);
+    let to_viewer = -ray.direction;
+    let normal = Vec3::from_slice(&aovs.normal_in_world.data[3 * pixel..3 * pixel + 3]);
+    if !(depth > 0.0) {
+        return None;
+    }
+    let normal = towards(normal.normalize_or(to_viewer), to_viewer);
+    let position = ray.at(depth / cosine);
+    Some(Sight { position, normal, to_viewer, depth, on_surface: false })
+}

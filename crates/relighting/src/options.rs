@@ -1,0 +1,280 @@
+//! The dials of relighting, as flags.
+
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use clap::{Args, ValueEnum};
+use motes_shading::environment::{self, SunSky};
+use serde::Serialize;
+
+/// Which light falls on the scene; none of these: the scene's own.
+#[derive(Args, Clone, Debug, Default, Serialize)]
+#[command(next_help_heading = "Light")]
+pub struct LightOptions {
+    /// Lat-long environment map (.exr, .hdr), linear [default: the scene's own light]
+    #[arg(long, value_name = "FILE", conflicts_with = "sun")]
+    pub environment: Option<PathBuf>,
+
+    /// Axes of the map [default: openexr]
+    #[arg(long, value_enum, value_name = "CONVENTION", requires = "environment")]
+    pub env_convention: Option<Convention>,
+
+    /// Turn the light about its up axis by this many degrees, counter-clockwise seen from above
+    #[arg(long, value_name = "DEG", default_value_t = 0.0, allow_negative_numbers = true,
+        value_parser = parse_degrees)]
+    pub env_rotate: f64,
+
+    /// Factor on the light: a number, or "auto": a white sheet on the ground as bright as under
+    /// the scene's own light [default: 1 for maps, auto for the sun and the sky]
+    #[arg(long, value_name = "FACTOR")]
+    pub env_exposure: Option<Exposure>,
+
+    /// The sun: azimuth=DEG,elevation=DEG, and turbidity=1..10 (3), ground=0..1 (0.3)
+    #[arg(long, value_name = "KEY=VALUE,...")]
+    pub sun: Option<SunOption>,
+
+    /// The clear sky round the sun, too
+    #[arg(long, requires = "sun")]
+    pub sky: bool,
+}
+
+/// Factor on the light.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Exposure {
+    /// A white sheet on the ground is as bright as under the scene's own light.
+    Auto,
+    /// Linear photo value of radiance 1.
+    #[serde(untagged)]
+    Factor(f32),
+}
+
+impl FromStr for Exposure {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if text == "auto" {
+            return Ok(Self::Auto);
+        }
+        let factor = text.parse().ok().filter(|f: &f32| *f > 0.0 && f.is_finite());
+        factor.map(Self::Factor).ok_or_else(|| "expected a number above 0, or auto".into())
+    }
+}
+
+/// Axes of a lat-long map.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Convention {
+    /// OpenEXR, USD, Mitsuba: +y up, centre +z
+    #[default]
+    #[value(name = "openexr")]
+    OpenExr,
+    /// Blender: +z up, centre +x
+    Blender,
+    /// three.js: +y up, centre +x
+    #[value(name = "threejs")]
+    ThreeJs,
+}
+
+impl From<Convention> for environment::Convention {
+    fn from(convention: Convention) -> Self {
+        match convention {
+            Convention::OpenExr => Self::OpenExr,
+            Convention::Blender => Self::Blender,
+            Convention::ThreeJs => Self::ThreeJs,
+        }
+    }
+}
+
+/// `azimuth=DEG,elevation=DEG[,turbidity=..][,ground=..]`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SunOption(pub SunSky);
+
+impl FromStr for SunOption {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let mut sky = SunSky::default();
+        let mut seen = [false; 4];
+        for part in text.split(',') {
+            let expected = || "expected azimuth=DEG,elevation=DEG[,turbidity=..][,ground=..]";
+            let (key, value) = part.split_once('=').ok_or_else(expected)?;
+            let number: f64 = value
+                .trim()
+                .parse()
+                .ok()
+                .filter(|v: &f64| v.is_finite())
+                .ok_or_else(|| format!("\"{value}\" is no number"))?;
+            let (i, place) = match key.trim() {
+                "azimuth" => (0, &mut sky.azimuth_deg),
+                "elevation" => (1, &mut sky.elevation_deg),
+                "turbidity" => (2, &mut sky.turbidity),
+                "ground" => (3, &mut sky.ground_albedo),
+                _ => return Err(expected().into()),
+            };
+            if std::mem::replace(&mut seen[i], true) {
+                return Err(format!("{} is given twice", key.trim()));
+            }
+            *place = number;
+        }
+        if !(seen[0] && seen[1]) {
+            return Err("the sun needs azimuth=DEG and elevation=DEG".into());
+        }
+        if !(0.0..=90.0).contains(&sky.elevation_deg) {
+            return Err("the sun's elevation is 0 to 90 degrees".into());
+        }
+        if !(1.0..=10.0).contains(&sky.turbidity) || !(0.0..=1.0).contains(&sky.ground_albedo) {
+            return Err("turbidity is 1 to 10, ground 0 to 1".into());
+        }
+        Ok(Self(sky))
+    }
+}
+
+impl Serialize for SunOption {
+    /// As the flag takes it.
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let SunSky { azimuth_deg, elevation_deg, turbidity, ground_albedo } = self.0;
+        serializer.collect_str(&format_args!(
+            "azimuth={azimuth_deg},elevation={elevation_deg},turbidity={turbidity},ground={ground_albedo}"
+        ))
+    }
+}
+
+fn parse_degrees(text: &str) -> Result<f64, String> {
+    let degrees = text.parse().ok().filter(|d: &f64| d.is_finite());
+    degrees.ok_or_else(|| "expected a number of degrees".into())
+}
+
+/// Time against noise.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Quality {
+    /// Every third pixel in both directions, filtered and interpolated
+    Preview,
+    /// Every pixel, filtered
+    #[default]
+    Standard,
+    /// Every pixel with many samples, not filtered
+    Reference,
+}
+
+/// How light is computed. Dials that are not given follow the quality.
+#[derive(Args, Clone, Debug, Default, Serialize)]
+#[command(next_help_heading = "Quality")]
+pub struct QualityOptions {
+    /// Time against noise; the dials below follow it
+    #[arg(long, value_enum, value_name = "QUALITY", default_value_t)]
+    pub quality: Quality,
+
+    /// Directions towards the light per pixel, 1 to 65536
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65_536))]
+    pub light_samples: Option<u32>,
+
+    /// Directions of the material's lobes per pixel, 0 to 65536
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=65_536))]
+    pub brdf_samples: Option<u32>,
+
+    /// Surfaces that indirect light comes over, 0 to 8 [default: 2 where the scene has indirect
+    /// light, 0 elsewhere]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=8))]
+    pub bounces: Option<u32>,
+
+    /// Strength of the filter of light, 0 (off) to 10
+    #[arg(long, value_name = "STRENGTH", value_parser = parse_strength)]
+    pub denoise: Option<f32>,
+
+    /// Shade every Nth pixel in both directions, 1 to 8
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=8))]
+    pub shade_every: Option<u32>,
+}
+
+fn parse_strength(text: &str) -> Result<f32, String> {
+    let strength = text.parse().ok().filter(|s| (0.0..=10.0).contains(s));
+    strength.ok_or_else(|| "expected a number from 0 to 10".into())
+}
+
+impl QualityOptions {
+    /// The dials of a quality.
+    pub fn of(quality: Quality) -> Self {
+        Self { quality, ..Self::default() }
+    }
+
+    /// Directions from the light and from the lobes.
+    pub fn samples(&self) -> (u32, u32) {
+        let (light, brdf) = match self.quality {
+            Quality::Preview => (16, 4),
+            Quality::Standard => (32, 8),
+            Quality::Reference => (512, 128),
+        };
+        (self.light_samples.unwrap_or(light), self.brdf_samples.unwrap_or(brdf))
+    }
+
+    /// Strength of the filter.
+    pub fn denoise_strength(&self) -> f32 {
+        self.denoise.unwrap_or(match self.quality {
+            Quality::Preview => 2.0,
+            Quality::Standard => 1.0,
+            Quality::Reference => 0.0,
+        })
+    }
+
+    /// One in this many pixels, per direction.
+    pub fn shade_every(&self) -> usize {
+        let n = if self.quality == Quality::Preview { 3 } else { 1 };
+        self.shade_every.unwrap_or(n) as usize
+    }
+
+    /// Surfaces that indirect light comes over.
+    pub fn bounces(&self, scene_has_indirect: bool) -> u32 {
+        self.bounces.unwrap_or(if scene_has_indirect { 2 } else { 0 })
+    }
+
+    /// Directions per vertex of the surface, for indirect light.
+    pub fn cache_samples(&self) -> u32 {
+        match self.quality {
+            Quality::Preview => 16,
+            Quality::Standard => 32,
+            Quality::Reference => 128,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_sun_is_read_and_written_alike() {
+        let sun: SunOption = "azimuth=120, elevation=8".parse().unwrap();
+        assert_eq!((sun.0.azimuth_deg, sun.0.elevation_deg, sun.0.turbidity), (120.0, 8.0, 3.0));
+        let text = serde_json_free(&sun);
+        assert_eq!(text.parse(), Ok(sun));
+        for bad in [
+            "",
+            "azimuth=1",
+            "azimuth=1,elevation=91",
+            "azimuth=1,elevation=NaN",
+            "azimuth=1,azimuth=2,elevation=3",
+            "azimuth=1,elevation=2,hue=3",
+            "azimuth=1,elevation=2,turbidity=0",
+        ] {
+            assert!(bad.parse::<SunOption>().is_err(), "{bad}");
+        }
+    }
+
+    fn serde_json_free(sun: &SunOption) -> String {
+        let SunSky { azimuth_deg, elevation_deg, turbidity, ground_albedo } = sun.0;
+        format!(
+            "azimuth={azimuth_deg},elevation={elevation_deg},turbidity={turbidity},ground={ground_albedo}"
+        )
+    }
+
+    #[test]
+    fn exposures_are_positive_numbers_or_auto() {
+        assert_eq!("auto".parse(), Ok(Exposure::Auto));
+        assert_eq!("0.928".parse(), Ok(Exposure::Factor(0.928)));
+        for bad in ["0", "-1", "NaN", "inf", "bright"] {
+            assert!(bad.parse::<Exposure>().is_err(), "{bad}");
+        }
+    }
+}

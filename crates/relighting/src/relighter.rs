@@ -1,0 +1,123 @@
+//! A scene under one light.
+
+use motes_scene::{Pinhole, Pose};
+use motes_shading::environment::Environment;
+
+use crate::compose::{Background, Composition, Picture, compose};
+use crate::deferred::{Lit, Parts, Samples, Shading};
+use crate::denoise::{Grid, denoise, luminances};
+use crate::g_buffer::GBuffer;
+use crate::options::QualityOptions;
+use crate::radiance_cache::RadianceCache;
+use crate::scene::RelightScene;
+use crate::upsample::{fine_pixel, upsample};
+
+/// Passes of the filter: the last one looks 4 pixels apart, 14 pixels in all.
+const FILTER_PASSES: u32 = 3;
+
+/// A scene under one light, ready for pictures.
+pub struct Relighter<'a> {
+    pub(crate) scene: &'a RelightScene,
+    pub(crate) light: &'a Environment,
+    pub(crate) cache: RadianceCache,
+    pub(crate) options: QualityOptions,
+    pub(crate) seed: u64,
+}
+
+impl<'a> Relighter<'a> {
+    /// Computes what the surface sends on under `light`, once for all pictures.
+    pub fn new(
+        scene: &'a RelightScene,
+        light: &'a Environment,
+        options: &QualityOptions,
+        seed: u64,
+    ) -> Self {
+        let bounces = options.bounces(scene.indirect);
+        let cache = RadianceCache::new(scene, light, bounces, options.cache_samples(), seed);
+        Self { scene, light, cache, options: options.clone(), seed }
+    }
+
+    pub(crate) fn shading(&self) -> Shading<'_> {
+        Shading { scene: self.scene, light: self.light, cache: &self.cache, seed: self.seed }
+    }
+
+    /// The picture of a camera, with its components when asked for. The same at any number of threads.
+    pub fn picture(
+        &self,
+        camera: &Pinhole,
+        camera_from_world: &Pose,
+        background: Background,
+        with_components: bool,
+    ) -> Picture {
+        let every = self.options.shade_every();
+        let buffer = GBuffer::new(self.scene, camera, camera_from_world, every == 1);
+        let lit = if every == 1 { self.every_pixel(&buffer) } else { self.sparse(&buffer, every) };
+        let (scene, light) = (self.scene, self.light);
+        let with =
+            Composition { scene, light, camera, camera_from_world, background, with_components };
+        compose(&with, &buffer, &lit)
+    }
+
+    fn samples(&self) -> Samples {
+        let (light, brdf) = self.options.samples();
+        Samples { light, brdf }
+    }
+
+    fn every_pixel(&self, buffer: &GBuffer) -> Vec<Lit> {
+        let lit = self.shading().shade(buffer, self.samples(), |_| true);
+        if !(self.options.denoise_strength() > 0.0) {
+            return lit;
+        }
+        let factors: Vec<Parts> = buffer.material.iter().map(Parts::factors).collect();
+        let mut grid = Grid {
+            width: buffer.width,
+            height: buffer.height,
+            sight: buffer.sight.clone(),
+            roughness: buffer.material.iter().map(|m| m.roughness).collect(),
+            lit: lit.iter().zip(&factors).map(demodulate).collect(),
+            factors: factors.iter().map(luminances).collect(),
+        };
+        denoise(&mut grid, self.options.denoise_strength(), FILTER_PASSES);
+        grid.lit.iter().zip(&factors).map(modulate).collect()
+    }
+
+    /// Shades one of `every` x `every` pixels, filters, and interpolates; pixels whose
+    /// surface no shaded neighbour shares are shaded on their own.
+    fn sparse(&self, buffer: &GBuffer, every: usize) -> Vec<Lit> {
+        let (width, height) = (buffer.width.div_ceil(every), buffer.height.div_ceil(every));
+        let fine: Vec<usize> =
+            (0..width * height).map(|i| fine_pixel(i, width, every, buffer)).collect();
+        let mut chosen = vec![false; buffer.sight.len()];
+        fine.iter().for_each(|i| chosen[*i] = true);
+        let first = self.shading().shade(buffer, self.samples(), |i| chosen[i]);
+        let factors: Vec<Parts> = buffer.material.iter().map(Parts::factors).collect();
+        let mut grid = Grid {
+            width,
+            height,
+            sight: fine.iter().map(|i| buffer.sight[*i]).collect(),
+            roughness: fine.iter().map(|i| buffer.material[*i].roughness).collect(),
+            lit: fine.iter().map(|i| demodulate((&first[*i], &factors[*i]))).collect(),
+            factors: fine.iter().map(|i| luminances(&factors[*i])).collect(),
+        };
+        denoise(&mut grid, self.options.denoise_strength(), FILTER_PASSES - 1);
+        let filled = upsample(&grid, every, buffer);
+        let unexplained = filled.iter().any(Option::is_none);
+        let second = match unexplained {
+            true => self.shading().shade(buffer, self.samples(), |i| filled[i].is_none()),
+            false => first,
+        };
+        let pixel = |i: usize| match &filled[i] {
+            Some(lit) => modulate((lit, &factors[i])),
+            None => second[i],
+        };
+        (0..buffer.sight.len()).map(pixel).collect()
+    }
+}
+
+fn demodulate((lit, factors): (&Lit, &Parts)) -> Lit {
+    Lit { parts: lit.parts.over(factors), ..*lit }
+}
+
+fn modulate((lit, factors): (&Lit, &Parts)) -> Lit {
+    Lit { parts: lit.parts.times(factors), ..*lit }
+}

@@ -1,0 +1,174 @@
+//! A decomposed scene, ready for light.
+
+use glam::Vec3;
+use motes_math::sh::SH_C0;
+use motes_raster::Antialias;
+use motes_scene::{Gaussians, Materials, Surface};
+use motes_shading::brdf::{Lobes, Material};
+use motes_shading::tracing::{BuildQuality, Hit, MeshError, MeshTracer, Ray, TriangleMesh};
+use thiserror::Error;
+
+/// Rays start at most this share of the surface's diagonal off it: a mesh of few large triangles
+/// says nothing about how fine it is.
+const MAX_BIAS: f32 = 1e-3;
+
+/// Why a scene cannot be lit.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum SceneError {
+    /// A column is missing or has another type.
+    #[error("the Gaussians have no column \"{0}\" of the right type")]
+    Column(&'static str),
+    /// The surface has no material.
+    #[error("the vertices of the surface have no base_color, roughness and metallic")]
+    SurfaceMaterial,
+    /// The mesh is broken.
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
+}
+
+/// Gaussians with material, and the surface that rays meet.
+#[derive(Debug)]
+pub struct RelightScene {
+    /// As captured, with all columns.
+    pub gaussians: Gaussians,
+    /// The columns.
+    pub materials: Materials,
+    /// The footprint to draw the Gaussians with.
+    pub antialias: Antialias,
+    /// Lobes of the materials.
+    pub lobes: Lobes,
+    /// Whether one bounce is worth it, as the decomposition found.
+    pub indirect: bool,
+    /// Unit vector away from the ground.
+    pub up_in_world: Vec3,
+    pub(crate) surface: Surface,
+    pub(crate) tracer: MeshTracer,
+    /// Degree 0; colours are linear base color.
+    pub(crate) base_color_splats: Gaussians,
+    /// Degree 0; colours are roughness, metallic, and 1 where no view saw the Gaussian.
+    pub(crate) property_splats: Gaussians,
+    /// How far rays start off the surface, world units.
+    pub(crate) ray_bias: f32,
+}
+
+impl RelightScene {
+    /// Prepares a scene: the tree of the surface, the columns as colours.
+    ///
+    /// # Errors
+    /// When a material column is missing, the surface has no material, or a triangle refers to a
+    /// vertex that does not exist. A surface without triangles is fine: nothing casts a shadow.
+    pub fn new(
+        gaussians: Gaussians,
+        surface: Surface,
+        lobes: Lobes,
+        indirect: bool,
+        up_in_world: Vec3,
+    ) -> Result<Self, SceneError> {
+        let materials = Materials::of(&gaussians).map_err(SceneError::Column)?;
+        if !surface.triangles.is_empty() && !surface.has_materials() {
+            return Err(SceneError::SurfaceMaterial);
+        }
+        let mesh = TriangleMesh {
+            vertices: surface.vertices.iter().map(|v| Vec3::from(*v)).collect(),
+            triangles: surface.triangles.clone(),
+        };
+        let tracer = MeshTracer::new(&mesh, BuildQuality::Balanced)?;
+        let base_color_splats = colored(&gaussians, |i| materials.base_color_linear[i]);
+        let property_splats = colored(&gaussians, |i| {
+            let unobserved = if materials.observations[i] == 0 { 1.0 } else { 0.0 };
+            [materials.roughness[i], materials.metallic[i], unobserved]
+        });
+        let ray_bias = ray_bias(&mesh);
+        Ok(Self {
+            gaussians,
+            materials,
+            antialias: Antialias::default(),
+            lobes,
+            indirect,
+            up_in_world: up_in_world.normalize_or(Vec3::Z),
+            surface,
+            tracer,
+            base_color_splats,
+            property_splats,
+            ray_bias,
+        })
+    }
+
+    /// Gaussians whose material is a guess.
+    pub fn unobserved(&self) -> usize {
+        self.materials.observations.iter().filter(|n| **n == 0).count()
+    }
+
+    /// Triangles of the surface.
+    pub fn triangles(&self) -> usize {
+        self.surface.triangles.len()
+    }
+
+    /// A material with this scene's lobes, clamped to its ranges.
+    pub(crate) fn material(&self, base_color: Vec3, roughness: f32, metallic: f32) -> Material {
+        let material = Material::principled(base_color, roughness, metallic);
+        Material { lobes: self.lobes, ..material }
+    }
+
+    /// The first point of the surface on a ray, with its normals turned towards the ray's start.
+    pub(crate) fn first_hit(&self, ray: &Ray) -> Option<SurfaceHit> {
+        use motes_shading::tracing::Tracer as _;
+        let hit = self.tracer.closest_hit(ray)?;
+        let mut normal = self.interpolated_normal(&hit);
+        if hit.geometric_normal.dot(ray.direction) > 0.0 {
+            normal = -normal;
+        }
+        Some(SurfaceHit { position: ray.at(hit.distance), normal, distance: hit.distance, hit })
+    }
+
+    fn interpolated_normal(&self, hit: &Hit) -> Vec3 {
+        let [a, b, c] = self.surface.triangles[hit.primitive as usize]
+            .map(|v| Vec3::from(self.surface.normals[v as usize]));
+        let [u, v] = hit.barycentrics;
+        let normal = (a * (1.0 - u - v) + b * u + c * v).normalize_or(hit.geometric_normal);
+        // Normals that point to the other side of their triangle are noise.
+        if normal.dot(hit.geometric_normal) > 0.0 { normal } else { hit.geometric_normal }
+    }
+}
+
+/// A point of the surface.
+pub(crate) struct SurfaceHit {
+    pub(crate) position: Vec3,
+    /// For shading, unit.
+    pub(crate) normal: Vec3,
+    pub(crate) distance: f32,
+    pub(crate) hit: Hit,
+}
+
+/// The same Gaussians with one colour each, taken as stored by the rasterizer: 0.5 + SH.
+fn colored(gaussians: &Gaussians, color: impl Fn(usize) -> [f32; 3]) -> Gaussians {
+    let coefficient = |v: f32| (v.max(0.0).clamp(0.0, 1.0) - 0.5) / SH_C0 as f32;
+    Gaussians {
+        means: gaussians.means.clone(),
+        rotations: gaussians.rotations.clone(),
+        log_scales: gaussians.log_scales.clone(),
+        opacity_logits: gaussians.opacity_logits.clone(),
+        sh_degree: 0,
+        sh: (0..gaussians.len()).flat_map(|i| color(i).map(coefficient)).collect(),
+        extra: Vec::new(),
+    }
+}
+
+/// Half the median edge: what a reconstructed surface is rough by.
+fn ray_bias(mesh: &TriangleMesh) -> f32 {
+    let step = mesh.triangles.len().div_ceil(20_000).max(1);
+    let mut edges: Vec<f32> = mesh
+        .triangles
+        .iter()
+        .step_by(step)
+        .map(|t| mesh.vertices[t[0] as usize].distance(mesh.vertices[t[1] as usize]))
+        .filter(|e| e.is_finite())
+        .collect();
+    edges.sort_by(f32::total_cmp);
+    let median = edges.get(edges.len() / 2).copied().unwrap_or(0.0);
+    let finite = mesh.vertices.iter().filter(|v| v.is_finite());
+    let (low, high) =
+        finite.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+    let diagonal = (high - low).length();
+    if diagonal.is_finite() { (0.5 * median).min(MAX_BIAS * diagonal) } else { 0.0 }
+}

@@ -1,0 +1,73 @@
+//! Poses of the pictures.
+
+use std::path::PathBuf;
+
+use motes_formats::camera_path::read_camera_path;
+use motes_formats::capture::read_capture;
+use motes_report::frames::{
+    BetweenOptions, Frame, FrameSelection, FrameSize, numbered, path_frames, plan_frames,
+};
+use motes_stage::{Context, OrBadInput as _, StageError};
+
+/// The flags that choose poses.
+pub struct PoseSource<'a> {
+    /// Gives cameras and poses.
+    pub capture: Option<&'a PathBuf>,
+    /// Which of them.
+    pub selection: &'a FrameSelection,
+    /// Details of `--between`.
+    pub between: &'a BetweenOptions,
+    /// Size of the pictures.
+    pub size: &'a FrameSize,
+    /// Number the pictures.
+    pub numbered: bool,
+    /// Turn the light over so many pictures.
+    pub turntable: Option<u32>,
+}
+
+/// A pose and how far the light is turned in it, degrees.
+pub(super) type LitFrame = (Frame, f64);
+
+/// The frames of the flags; a turntable gives `N` frames along all poses.
+///
+/// # Errors
+/// When nothing was chosen, or a file or view does not exist.
+pub fn load_frames(
+    source: &PoseSource<'_>,
+    context: &Context,
+) -> anyhow::Result<Vec<(Frame, f64)>> {
+    let mut frames = if let Some(path) = &source.selection.path {
+        context.input("path", path)?;
+        path_frames(&read_camera_path(path)?)
+    } else {
+        // clap waives `requires` for flags that exclude each other, so this is said here.
+        if source.between.is_given() && source.selection.between.is_empty() {
+            return Err(StageError::usage("--t and --frames belong to --between").into());
+        }
+        let Some(chosen) = source.selection.source(source.between) else {
+            return Err(StageError::usage("nothing to relight was chosen")
+                .help("give --split, --view or another choice of poses, or an output NAME.ply")
+                .into());
+        };
+        let Some(capture) = source.capture else {
+            return Err(StageError::usage("pictures of a capture's views need --capture").into());
+        };
+        context.input("capture", capture)?;
+        plan_frames(&read_capture(capture)?, &chosen).or_bad_input()?
+    };
+    for (i, frame) in frames.iter_mut().enumerate() {
+        frame.camera = source.size.apply(&frame.camera);
+        if source.numbered {
+            frame.name = numbered(i);
+        }
+    }
+    let Some(n) = source.turntable else {
+        return Ok(frames.into_iter().map(|frame| (frame, 0.0)).collect());
+    };
+    let poses = frames.len();
+    let turned = |i: usize| {
+        let frame = Frame { name: numbered(i), ..frames[i * poses / n as usize].clone() };
+        (frame, 360.0 * i as f64 / f64::from(n))
+    };
+    Ok((0..n as usize).map(turned).collect())
+}

@@ -1,0 +1,96 @@
+//! Products other than pictures: a baked splat, a scene folder with its new light.
+
+use std::path::Path;
+
+use anyhow::Context as _;
+use motes_formats::decomposition::{ConventionDocument, write_decomposition};
+use motes_formats::environment::write_environment;
+use motes_formats::ply::{PlyWriteOptions, write_gaussians};
+use motes_relighting::{BakeOptions, Relighter, environment_image};
+use motes_scene::ImageF32;
+use motes_shading::environment::Convention;
+use motes_stage::Context;
+
+use super::{LoadedScene, NewLight, PictureJob, RelightReport};
+
+/// Rows of a map that the sky or a turned map is painted into, at least.
+const LEAST_ROWS: usize = 512;
+
+/// Writes the Gaussians with baked colours.
+///
+/// # Errors
+/// When the light is out of range or the file cannot be written.
+pub fn write_baked(
+    job: &PictureJob<'_>,
+    bake: &BakeOptions,
+    output: &Path,
+    report: &mut RelightReport,
+    context: &Context,
+) -> anyhow::Result<()> {
+    let &PictureJob { loaded, light, quality, seed, .. } = job;
+    let cpu = || context.cpu_seconds().unwrap_or(f64::NAN);
+    let start = cpu();
+    let light = light.turned(0.0)?;
+    let relighter = Relighter::new(&loaded.scene, &light.environment, quality, seed);
+    report.cpu_seconds_per_light = Some(cpu() - start).filter(|s| s.is_finite());
+    let baked = relighter.bake(bake);
+    let options = PlyWriteOptions { render_mode: loaded.render_mode, ..PlyWriteOptions::default() };
+    write_gaussians(output, &baked, &options)?;
+    Ok(())
+}
+
+/// Writes a scene folder: the same Gaussians and surface, byte by byte, under the new light.
+///
+/// # Errors
+/// When the light is out of range or a file cannot be written.
+pub fn write_scene(
+    loaded: &LoadedScene,
+    light: &NewLight<'_>,
+    folder: &Path,
+) -> anyhow::Result<()> {
+    let exposed = light.turned(0.0)?;
+    let (image, convention) = match light.unturned_map() {
+        // As it was, value by value, but for what no light has.
+        Some((image, convention)) => (repaired(image, exposed.exposure), convention),
+        None => {
+            let rows = exposed.environment.map().map_or(0, |map| map.size().1).max(LEAST_ROWS);
+            let convention = loaded.own_convention;
+            (environment_image(&exposed.environment, convention, rows), convention)
+        }
+    };
+    let mut document = loaded.decomposition.document.clone();
+    (document.gaussians, document.surface) = ("gaussians.ply".into(), "surface.ply".into());
+    document.environment = "environment.exr".into();
+    document.environment_convention = match convention {
+        Convention::OpenExr => ConventionDocument::Openexr,
+        Convention::Blender => ConventionDocument::Blender,
+        Convention::ThreeJs => ConventionDocument::Threejs,
+    };
+    // They are about another light.
+    document.views.clear();
+    copy(&loaded.decomposition.gaussians, &folder.join(&document.gaussians))?;
+    copy(&loaded.decomposition.surface, &folder.join(&document.surface))?;
+    let attributes = [
+        ("colorSpace", "linear Rec.709 / sRGB primaries, photo units: radiance times exposure"),
+        ("generator", concat!("motes ", env!("CARGO_PKG_VERSION"))),
+    ]
+    .map(|(k, v)| (k.to_owned(), v.to_owned()));
+    write_environment(&folder.join(&document.environment), &image, &attributes)?;
+    // Last: a folder with this document is whole.
+    write_decomposition(folder, &document)?;
+    Ok(())
+}
+
+fn copy(from: &Path, to: &Path) -> anyhow::Result<()> {
+    let bytes = std::fs::read(from).with_context(|| format!("cannot read {}", from.display()))?;
+    motes_formats::atomic::write_atomic(to, |writer| writer.write_all(&bytes))?;
+    Ok(())
+}
+
+fn repaired(image: &ImageF32, exposure: f32) -> ImageF32 {
+    let finite = image.data.iter().copied().filter(|v| v.is_finite());
+    let largest = finite.fold(65_504.0, f32::max);
+    // `max` first: it turns NaN into 0.
+    let repair = |v: &f32| v.max(0.0).min(largest) * exposure;
+    ImageF32 { data: image.data.iter().map(repair).collect(), ..image.clone() }
+}

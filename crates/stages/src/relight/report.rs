@@ -1,0 +1,135 @@
+//! What the stage `relight` says when it is done.
+
+use std::fmt;
+use std::path::PathBuf;
+
+use motes_relighting::{PictureStats, Quality, QualityOptions};
+use serde::Serialize;
+
+use super::LightReport;
+
+/// What was made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Product {
+    /// A folder of pictures.
+    Pictures,
+    /// Gaussians with baked colours.
+    Splat,
+    /// A scene folder.
+    Scene,
+}
+
+/// The report.
+#[derive(Clone, Debug, Serialize)]
+pub struct RelightReport {
+    /// What was made.
+    pub product: Product,
+    /// Where.
+    pub output: PathBuf,
+    /// The light.
+    pub light: LightReport,
+    /// Time against noise.
+    pub quality: Quality,
+    /// Directions towards the light per shaded pixel.
+    pub light_samples: u32,
+    /// Directions of the lobes per shaded pixel.
+    pub brdf_samples: u32,
+    /// One in this many pixels is shaded, per direction.
+    pub shade_every: usize,
+    /// Strength of the filter of light.
+    pub denoise: f32,
+    /// Surfaces that indirect light comes over.
+    pub bounces: u32,
+    /// Gaussians of the scene.
+    pub gaussians: usize,
+    /// Gaussians whose material is a guess: no training view saw them.
+    pub unobserved_gaussians: usize,
+    /// Triangles that cast shadows.
+    pub triangles: usize,
+    /// Number of pictures.
+    pub pictures: usize,
+    /// Means over the pictures; null without pictures.
+    pub picture_means: Option<PictureStats>,
+    /// CPU seconds of all threads per light, for the light that surfaces send on.
+    pub cpu_seconds_per_light: Option<f64>,
+    /// Mean CPU seconds of all threads per picture, reading and writing left out.
+    pub cpu_seconds_per_picture: Option<f64>,
+    /// Makes a video of numbered pictures.
+    pub video_command: Option<String>,
+}
+
+impl RelightReport {
+    /// The part that does not depend on the product.
+    pub fn new(
+        product: Product,
+        output: PathBuf,
+        light: LightReport,
+        quality: &QualityOptions,
+        scene: &motes_relighting::RelightScene,
+    ) -> Self {
+        let (light_samples, brdf_samples) = quality.samples();
+        Self {
+            product,
+            output,
+            light,
+            quality: quality.quality,
+            light_samples,
+            brdf_samples,
+            shade_every: quality.shade_every(),
+            denoise: quality.denoise_strength(),
+            bounces: quality.bounces(scene.indirect),
+            gaussians: scene.gaussians.len(),
+            unobserved_gaussians: scene.unobserved(),
+            triangles: scene.triangles(),
+            pictures: 0,
+            picture_means: None,
+            cpu_seconds_per_light: None,
+            cpu_seconds_per_picture: None,
+            video_command: None,
+        }
+    }
+}
+
+impl fmt::Display for RelightReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let light = &self.light;
+        writeln!(
+            f,
+            "light: {}, exposure {:.4} ({})",
+            light.source, light.exposure, light.exposure_from
+        )?;
+        let folder = self.output.display();
+        match self.product {
+            Product::Pictures => {
+                let s = if self.pictures == 1 { "" } else { "s" };
+                write!(f, "{} picture{s}", self.pictures)?;
+                if let Some(seconds) = self.cpu_seconds_per_picture {
+                    write!(f, ", {seconds:.2} CPU s each")?;
+                }
+                if let Some(seconds) = self.cpu_seconds_per_light {
+                    write!(f, ", {seconds:.2} per light")?;
+                }
+                writeln!(f, ": {folder}")?;
+            }
+            Product::Splat => writeln!(f, "{} Gaussians lit by it: {folder}", self.gaussians)?,
+            Product::Scene => writeln!(f, "scene folder with it: {folder}")?,
+        }
+        let (l, b) = (self.light_samples, self.brdf_samples);
+        write!(
+            f,
+            "samples: {l} of the light and {b} of the lobes per point, {} bounces",
+            self.bounces
+        )?;
+        if let Some(means) = &self.picture_means {
+            write!(f, "; noise {:.4} before the filter", means.noise_rms)?;
+            if means.unobserved_share > 0.005 {
+                let percent = 100.0 * means.unobserved_share;
+                write!(f, "\n{percent:.1} % of the pictures show material that no photo saw")?;
+            }
+        }
+        writeln!(f)?;
+        let Some(command) = &self.video_command else { return Ok(()) };
+        writeln!(f, "to make a video: {command}")
+    }
+}

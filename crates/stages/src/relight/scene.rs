@@ -1,0 +1,90 @@
+//! A scene folder, read and made ready for light.
+
+use std::path::Path;
+
+use glam::DVec3;
+use motes_formats::decomposition::{
+    ConventionDocument, Decomposition, LobesDocument, read_decomposition,
+};
+use motes_formats::environment::read_environment;
+use motes_formats::ply::{RenderMode, open_gaussians, read_surface};
+use motes_raster::Antialias;
+use motes_relighting::{RelightScene, SceneError};
+use motes_scene::ImageF32;
+use motes_shading::brdf::Lobes;
+use motes_shading::environment::Convention;
+use motes_stage::{Context, StageError};
+
+/// A decomposed scene and what its folder says about it.
+pub struct LoadedScene {
+    /// Ready for light.
+    pub scene: RelightScene,
+    /// The document and the files.
+    pub decomposition: Decomposition,
+    /// The light that was found.
+    pub own_light: ImageF32,
+    /// Its axes.
+    pub own_convention: Convention,
+    /// Comments of the Gaussian file and how it wants to be drawn.
+    pub render_mode: Option<RenderMode>,
+}
+
+impl LoadedScene {
+    /// Reads a scene folder; `own_light` is needed only when asked for.
+    ///
+    /// # Errors
+    /// When a file is missing or malformed, or a material column is missing.
+    pub fn load(folder: &Path, context: &Context) -> anyhow::Result<Self> {
+        context.input("scene", folder)?;
+        let decomposition = read_decomposition(folder)?;
+        decomposition.warnings.iter().for_each(|text| context.warn(text));
+        let file = open_gaussians(&decomposition.gaussians)?;
+        let surface = read_surface(&decomposition.surface)?;
+        let own_light = read_environment(&decomposition.environment)?;
+        let counts = &decomposition.document.counts;
+        for (what, said, found) in [
+            ("Gaussians", counts.gaussians, file.gaussians.len()),
+            ("vertices", counts.vertices, surface.vertices.len()),
+            ("triangles", counts.triangles, surface.triangles.len()),
+        ] {
+            if said != 0 && said != found as u64 {
+                context.warn(format!(
+                    "the files have {found} {what}, decomposition.json says {said}: they may not belong together"
+                ));
+            }
+        }
+        let document = &decomposition.document;
+        let lobes = match document.lobes {
+            LobesDocument::Lambert => Lobes::Lambert,
+            LobesDocument::Principled => Lobes::Principled,
+            LobesDocument::Burley => Lobes::Burley,
+        };
+        let up = DVec3::from_array(document.up_in_world).as_vec3();
+        let mut scene = RelightScene::new(file.gaussians, surface, lobes, document.indirect, up)
+            .map_err(|error| scene_error(error, &decomposition))?;
+        if file.render_mode == Some(RenderMode::Mip) {
+            scene.antialias = Antialias::Mip;
+        }
+        let own_convention = convention(document.environment_convention);
+        let render_mode = file.render_mode;
+        Ok(Self { scene, decomposition, own_light, own_convention, render_mode })
+    }
+}
+
+/// Axes of a map as the library names them.
+pub(super) fn convention(document: ConventionDocument) -> Convention {
+    match document {
+        ConventionDocument::Openexr => Convention::OpenExr,
+        ConventionDocument::Blender => Convention::Blender,
+        ConventionDocument::Threejs => Convention::ThreeJs,
+    }
+}
+
+fn scene_error(error: SceneError, decomposition: &Decomposition) -> StageError {
+    let file = match error {
+        SceneError::Column(_) => &decomposition.gaussians,
+        SceneError::SurfaceMaterial | SceneError::Mesh(_) => &decomposition.surface,
+    };
+    StageError::bad_input(format!("{error}: {}", file.display()))
+        .help("the stage decompose makes scene folders with all columns")
+}
