@@ -1,12 +1,14 @@
-//! Relight a decomposed scene: pictures, a baked splat or a scene folder under another light.
+//! Relight a decomposed scene: pictures, a baked splat or a scene folder under another light; or
+//! lift views that were relit by other means.
 //!
 //! Inputs: a scene folder (`motes/decomposition` 1.x), a light (EXR, HDR, sun and sky), poses from a
-//! capture (`motes/capture` 1.x) or a camera path. Output: a folder of PNG or EXR files, a PLY, or a
-//! scene folder.
+//! capture (`motes/capture` 1.x) or a camera path; or Gaussians, a capture and pictures named after its
+//! views. Output: a folder of PNG or EXR files, a PLY, or a scene folder.
 //!
 //! ```text
 //! relight --scene scene/ --environment light.exr --capture OUT/capture.json --split test -o relit/
 //! relight --scene scene/ --sun azimuth=120,elevation=8 --sky -o baked.ply
+//! relight --capture OUT/capture.json --gaussians gaussians.ply --from-images DIR -o relit.ply
 //! ```
 //!
 //! Exit codes: 0 done, 1 failed, 2 usage or would overwrite, 3 bad input, 130 interrupted.
@@ -15,37 +17,44 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::{Parser, ValueEnum};
+use clap::Parser;
+use motes_relighting::lift::LiftOptions;
 use motes_relighting::{Background, BakeOptions, LightOptions, QualityOptions};
-use motes_report::frames::{
-    BetweenOptions, FrameSelection, FrameSize, PictureFormat, VideoOptions, shell_words,
-};
-use motes_stage::{CommonArgs, Context, HasCommon};
+use motes_report::frames::{PictureFormat, VideoOptions, shell_words};
+use motes_stage::{CommonArgs, Context, HasCommon, StageError};
 use motes_stages::relight::{
-    LoadedScene, NewLight, PictureJob, PoseSource, Product, RelightReport, load_frames,
-    write_baked, write_pictures, write_scene,
+    LiftJob, LoadedScene, NewLight, Outcome, PictureJob, PoseOptions, Product, RelightReport,
+    lift_views, load_frames, write_baked, write_pictures, write_scene,
 };
 use serde::Serialize;
 
-/// Relight a decomposed scene: pictures, a baked splat or a scene folder under another light
+/// Relight a decomposed scene, or lift relit views to 3D
 #[derive(Parser, Debug, Serialize)]
 #[command(name = "relight", mut_group("FrameSelection", |group| group.required(false)))]
 struct Args {
     /// Scene folder, as decompose makes it
-    #[arg(long, value_name = "DIR")]
-    scene: PathBuf,
+    #[arg(long, value_name = "DIR", required_unless_present = "from_images")]
+    scene: Option<PathBuf>,
 
     /// Capture that gives cameras and poses
     #[arg(long, value_name = "FILE")]
     capture: Option<PathBuf>,
 
-    /// Folder for the pictures; a file NAME.ply for a splat with baked colours
+    /// Gaussians to lift relit views onto (PLY)
+    #[arg(long, value_name = "FILE", requires = "from_images")]
+    gaussians: Option<PathBuf>,
+
+    /// Folder of relit pictures, named after the views
+    #[arg(long, value_name = "DIR", requires_all = ["gaussians", "capture"], conflicts_with = "scene")]
+    from_images: Option<PathBuf>,
+
+    /// Folder for the pictures; a file NAME.ply for a splat
     #[arg(short, long, value_name = "PATH")]
     output: PathBuf,
 
     /// What to make [default: a splat when the output ends in .ply, pictures otherwise]
-    #[arg(long = "as", value_enum, value_name = "PRODUCT")]
-    product: Option<ProductChoice>,
+    #[arg(long = "as", value_enum, value_name = "PRODUCT", conflicts_with = "from_images")]
+    product: Option<Product>,
 
     #[command(flatten)]
     #[serde(flatten)]
@@ -57,15 +66,7 @@ struct Args {
 
     #[command(flatten)]
     #[serde(flatten)]
-    selection: FrameSelection,
-
-    #[command(flatten)]
-    #[serde(flatten)]
-    between: BetweenOptions,
-
-    #[command(flatten)]
-    #[serde(flatten)]
-    size: FrameSize,
+    poses: PoseOptions,
 
     /// Behind the scene: transparent, environment, captured, black, white or r,g,b from 0 to 1
     #[arg(long, value_name = "BACKGROUND", default_value = "environment")]
@@ -75,13 +76,13 @@ struct Args {
     #[arg(long, value_enum, value_name = "FORMAT", default_value_t = PictureFormat::Png)]
     format: PictureFormat,
 
-    /// Turn the light once round over N numbered pictures
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
-    turntable: Option<u32>,
-
     #[command(flatten)]
     #[serde(flatten)]
     bake: BakeOptions,
+
+    #[command(flatten)]
+    #[serde(flatten)]
+    lift: LiftOptions,
 
     /// Seed of the random numbers
     #[arg(long, value_name = "SEED", default_value_t = 0)]
@@ -90,17 +91,6 @@ struct Args {
     #[command(flatten)]
     #[serde(flatten)]
     common: CommonArgs,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
-#[serde(rename_all = "kebab-case")]
-enum ProductChoice {
-    /// A folder of pictures
-    Pictures,
-    /// Gaussians with baked colours
-    Splat,
-    /// A scene folder with the new light
-    Scene,
 }
 
 impl HasCommon for Args {
@@ -113,28 +103,24 @@ fn main() -> ExitCode {
     motes_stage::main(run)
 }
 
-fn run(args: &Args, context: &Context) -> anyhow::Result<RelightReport> {
+fn run(args: &Args, context: &Context) -> anyhow::Result<Outcome> {
     let output = context.output(&args.output)?;
-    let product = match args.product {
-        Some(ProductChoice::Pictures) => Product::Pictures,
-        Some(ProductChoice::Splat) => Product::Splat,
-        Some(ProductChoice::Scene) => Product::Scene,
-        None if output.extension().is_some_and(|e| e == "ply") => Product::Splat,
-        None => Product::Pictures,
+    if let (Some(images), Some(gaussians), Some(capture)) =
+        (&args.from_images, &args.gaussians, &args.capture)
+    {
+        let job = LiftJob { capture, gaussians, images, options: &args.lift };
+        return lift_views(&job, &output, context).map(|report| Outcome::Lifted(report.into()));
+    }
+    let Some(scene) = &args.scene else {
+        return Err(StageError::usage("--scene or --from-images is needed").into());
     };
-    let poses = PoseSource {
-        capture: args.capture.as_ref(),
-        selection: &args.selection,
-        between: &args.between,
-        size: &args.size,
-        numbered: false,
-        turntable: args.turntable,
-    };
+    let is_ply = output.extension().is_some_and(|e| e == "ply");
+    let product = args.product.unwrap_or(if is_ply { Product::Splat } else { Product::Pictures });
     let frames = match product {
-        Product::Pictures => load_frames(&poses, context)?,
+        Product::Pictures => load_frames(&args.poses, args.capture.as_ref(), context)?,
         Product::Splat | Product::Scene => Vec::new(),
     };
-    let loaded = LoadedScene::load(&args.scene, context)?;
+    let loaded = LoadedScene::load(scene, context)?;
     let light = NewLight::load(&args.light, &loaded, context)?;
     let report = light.report(&light.turned(0.0)?, context);
     context.stop_if_dry_run()?;
@@ -152,7 +138,7 @@ fn run(args: &Args, context: &Context) -> anyhow::Result<RelightReport> {
     match product {
         Product::Pictures => {
             write_pictures(&job, &output, &mut report, context)?;
-            if args.turntable.is_some() || args.selection.path.is_some() {
+            if args.poses.turntable.is_some() || args.poses.selection.path.is_some() {
                 let video = VideoOptions { video_frames: true, video: None, fps: 30 };
                 report.video_command = Some(shell_words(&video.command(&output)));
             }
@@ -160,5 +146,5 @@ fn run(args: &Args, context: &Context) -> anyhow::Result<RelightReport> {
         Product::Splat => write_baked(&job, &args.bake, &output, &mut report, context)?,
         Product::Scene => write_scene(&loaded, &light, &output)?,
     }
-    Ok(report)
+    Ok(Outcome::Relit(report.into()))
 }

@@ -2,26 +2,35 @@
 
 use std::path::PathBuf;
 
+use clap::Args;
 use motes_formats::camera_path::read_camera_path;
 use motes_formats::capture::read_capture;
 use motes_report::frames::{
     BetweenOptions, Frame, FrameSelection, FrameSize, numbered, path_frames, plan_frames,
 };
 use motes_stage::{Context, OrBadInput as _, StageError};
+use serde::Serialize;
 
 /// The flags that choose poses.
-pub struct PoseSource<'a> {
-    /// Gives cameras and poses.
-    pub capture: Option<&'a PathBuf>,
-    /// Which of them.
-    pub selection: &'a FrameSelection,
+#[derive(Args, Clone, Debug, Serialize)]
+pub struct PoseOptions {
+    /// Which poses.
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub selection: FrameSelection,
+
     /// Details of `--between`.
-    pub between: &'a BetweenOptions,
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub between: BetweenOptions,
+
     /// Size of the pictures.
-    pub size: &'a FrameSize,
-    /// Number the pictures.
-    pub numbered: bool,
-    /// Turn the light over so many pictures.
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub size: FrameSize,
+
+    /// Turn the light once round over N numbered pictures
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub turntable: Option<u32>,
 }
 
@@ -33,7 +42,8 @@ pub(super) type LitFrame = (Frame, f64);
 /// # Errors
 /// When nothing was chosen, or a file or view does not exist.
 pub fn load_frames(
-    source: &PoseSource<'_>,
+    source: &PoseOptions,
+    capture: Option<&PathBuf>,
     context: &Context,
 ) -> anyhow::Result<Vec<(Frame, f64)>> {
     let mut frames = if let Some(path) = &source.selection.path {
@@ -44,23 +54,18 @@ pub fn load_frames(
         if source.between.is_given() && source.selection.between.is_empty() {
             return Err(StageError::usage("--t and --frames belong to --between").into());
         }
-        let Some(chosen) = source.selection.source(source.between) else {
+        let Some(chosen) = source.selection.source(&source.between) else {
             return Err(StageError::usage("nothing to relight was chosen")
                 .help("give --split, --view or another choice of poses, or an output NAME.ply")
                 .into());
         };
-        let Some(capture) = source.capture else {
+        let Some(capture) = capture else {
             return Err(StageError::usage("pictures of a capture's views need --capture").into());
         };
         context.input("capture", capture)?;
         plan_frames(&read_capture(capture)?, &chosen).or_bad_input()?
     };
-    for (i, frame) in frames.iter_mut().enumerate() {
-        frame.camera = source.size.apply(&frame.camera);
-        if source.numbered {
-            frame.name = numbered(i);
-        }
-    }
+    frames.iter_mut().for_each(|frame| frame.camera = source.size.apply(&frame.camera));
     let Some(n) = source.turntable else {
         return Ok(frames.into_iter().map(|frame| (frame, 0.0)).collect());
     };

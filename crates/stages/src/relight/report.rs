@@ -3,21 +3,41 @@
 use std::fmt;
 use std::path::PathBuf;
 
+use clap::ValueEnum;
 use motes_relighting::{PictureStats, Quality, QualityOptions};
 use serde::Serialize;
 
-use super::LightReport;
+use super::{LiftReport, LightReport};
 
 /// What was made.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Product {
-    /// A folder of pictures.
+    /// A folder of pictures
     Pictures,
-    /// Gaussians with baked colours.
+    /// Gaussians with baked colours
     Splat,
-    /// A scene folder.
+    /// A scene folder with the new light
     Scene,
+}
+
+/// What the stage says: of a scene under a light, or of relit views.
+#[derive(Clone, Debug, Serialize)]
+#[serde(untagged)]
+pub enum Outcome {
+    /// Of a scene under a light.
+    Relit(Box<RelightReport>),
+    /// Of views lifted to 3D.
+    Lifted(Box<LiftReport>),
+}
+
+impl fmt::Display for Outcome {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Relit(report) => report.fmt(f),
+            Self::Lifted(report) => report.fmt(f),
+        }
+    }
 }
 
 /// The report.

@@ -114,7 +114,7 @@ pub(crate) fn toy_scene() -> ToyScene {
     let light = ImageF32::filled(8, 4, 3, 0.5);
     write_environment(&scene.join("environment.exr"), &light, &[]).unwrap();
     write_document(&scene, gaussians.len(), &surface);
-    let capture = capture();
+    let capture = capture(6, 0.5);
     write_capture(&folder.path().join("capture.json"), &capture).unwrap();
     ToyScene { folder, capture }
 }
@@ -149,11 +149,11 @@ fn write_document(scene: &Path, gaussians: usize, surface: &Surface) {
     write_decomposition(scene, &document).unwrap();
 }
 
-/// Six cameras round the box, every third held out. The first looks at it from +x with +y to the right.
-fn capture() -> Capture {
+/// Cameras round the box, every third held out. The first looks at it from +x with +y to the right.
+pub(crate) fn capture(views: usize, step: f64) -> Capture {
     let camera = Pinhole { fx: 90.0, fy: 90.0, cx: 40.0, cy: 30.0, width: 80, height: 60 };
     let view = |i: usize| {
-        let angle = i as f64 * 0.5;
+        let angle = i as f64 * step;
         let eye = DVec3::new(2.6 * angle.cos(), 2.6 * angle.sin(), 2.4);
         View {
             name: format!("view_{i}.png"),
@@ -167,7 +167,7 @@ fn capture() -> Capture {
     };
     Capture {
         cameras: vec![Camera::from_pinhole(camera)],
-        views: (0..6).map(view).collect(),
+        views: (0..views).map(view).collect(),
         points: SparsePoints::default(),
         world_origin: DVec3::ZERO,
         exposure_response: None,

@@ -1,0 +1,166 @@
+//! Views that were relit by other means (an image model, a person), lifted back to 3D.
+//!
+//! Such views disagree: each was made without the others. What is asked of them is the light, which is
+//! smooth, and a majority.
+//!
+//! - [`LiftMethod::Bake`]: the ratio of relit to rendered view, low-passed in log space, is voted on by all views
+//!   per Gaussian and multiplied onto its colour. Texture stays that of the capture.
+//! - [`LiftMethod::Refit`]: the same first, then the harmonics of the colours are fitted to the relit views
+//!   with a robust loss. Texture may change.
+//!
+//! Both estimate a gain per view and channel and a weight per view from the votes ([`ViewAgreement`]).
+
+mod apply;
+mod consensus;
+mod ratio;
+mod refit;
+mod votes;
+
+use clap::{Args, ValueEnum};
+use motes_raster::Antialias;
+use motes_scene::{Gaussians, ImageF32, Pinhole, Pose};
+use serde::Serialize;
+
+use apply::apply;
+use consensus::consensus;
+use refit::refit;
+use votes::votes_of;
+
+/// A relit view.
+#[derive(Clone, Debug)]
+pub struct RelitView {
+    /// Name of the view.
+    pub name: String,
+    /// Intrinsics at the size of the picture.
+    pub camera: Pinhole,
+    /// Pose.
+    pub camera_from_world: Pose,
+    /// `[h, w, 3]`, sRGB-encoded, 0 to 1.
+    pub picture: ImageF32,
+    /// `[h, w, 1]`, 0 = ignore.
+    pub mask: Option<ImageF32>,
+}
+
+/// How views become a splat.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum LiftMethod {
+    /// Vote on smooth ratios of light
+    #[default]
+    Bake,
+    /// Vote, then fit the colours to the views
+    Refit,
+}
+
+/// How views are brought together.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Agreement {
+    /// A majority: gains per view, weighted medians, weights by agreement
+    #[default]
+    Robust,
+    /// The plain mean
+    Mean,
+}
+
+/// Dials of lifting.
+#[derive(Args, Clone, Copy, Debug, Serialize)]
+#[command(next_help_heading = "Lifting relit views")]
+pub struct LiftOptions {
+    /// How relit views become a splat
+    #[arg(long, value_enum, value_name = "METHOD", default_value_t)]
+    pub lift: LiftMethod,
+
+    /// How views that disagree are brought together
+    #[arg(long, value_enum, value_name = "HOW", default_value_t)]
+    pub agreement: Agreement,
+
+    /// How far the ratio of light is smoothed, as a share of the picture's width, 0 to 0.5
+    #[arg(long, value_name = "SHARE", default_value_t = 0.03, value_parser = parse_share)]
+    pub lift_radius: f32,
+
+    /// Steps of the fit after the vote, with "refit"
+    #[arg(long, value_name = "N", default_value_t = 15,
+        value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub refit_steps: u32,
+
+    /// Degree of the spherical harmonics that are fitted, 0 to 3, with "refit"
+    #[arg(long, value_name = "DEGREE", default_value_t = 1,
+        value_parser = clap::value_parser!(u8).range(0..=3))]
+    pub refit_degree: u8,
+}
+
+impl Default for LiftOptions {
+    fn default() -> Self {
+        Self {
+            lift: LiftMethod::Bake,
+            agreement: Agreement::Robust,
+            lift_radius: 0.03,
+            refit_steps: 15,
+            refit_degree: 1,
+        }
+    }
+}
+
+fn parse_share(text: &str) -> Result<f32, String> {
+    let share = text.parse().ok().filter(|s| (0.0..=0.5).contains(s));
+    share.ok_or_else(|| "expected a number from 0 to 0.5".into())
+}
+
+/// How a view stands to the others.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ViewAgreement {
+    /// Name of the view.
+    pub name: String,
+    /// Brightness against the others, per channel; it was divided out.
+    pub gain_rgb: [f32; 3],
+    /// Median deviation from the others after that, stops.
+    pub disagreement_stops: f32,
+    /// Weight of the view, 0 to 1.
+    pub weight: f32,
+}
+
+/// The result.
+#[derive(Clone, Debug)]
+pub struct Lifted {
+    /// The same Gaussians with other colours.
+    pub gaussians: Gaussians,
+    /// One per view, in their order.
+    pub views: Vec<ViewAgreement>,
+    /// Gaussians that no view saw; they took the median change of the others.
+    pub unseen: usize,
+    /// Root mean square error of the views before and after, sRGB-encoded, robustly weighted; of a
+    /// refit.
+    pub refit_rms: Option<[f64; 2]>,
+}
+
+/// Lifts `views` onto `gaussians`. The same at any number of threads.
+///
+/// Without views the Gaussians come back unchanged.
+pub fn lift(
+    gaussians: &Gaussians,
+    antialias: Antialias,
+    views: &[RelitView],
+    options: &LiftOptions,
+) -> Lifted {
+    let votes: Vec<_> = views
+        .iter()
+        .map(|view| votes_of(gaussians, antialias, view, options.lift_radius))
+        .collect();
+    let agreed = consensus(&votes, options.agreement, gaussians.len());
+    let mut lifted = apply(gaussians, &agreed.ratio);
+    let agreement = |(view, v): (&RelitView, &consensus::OfView)| ViewAgreement {
+        name: view.name.clone(),
+        gain_rgb: v.gain.map(f32::exp),
+        disagreement_stops: v.deviation / std::f32::consts::LN_2,
+        weight: v.weight,
+    };
+    let refit_rms = (options.lift == LiftMethod::Refit && !views.is_empty())
+        .then(|| refit(&mut lifted, antialias, views, &agreed.views, options));
+    Lifted {
+        gaussians: lifted,
+        views: views.iter().zip(&agreed.views).map(agreement).collect(),
+        unseen: agreed.unseen,
+        refit_rms,
+    }
+}
