@@ -5,6 +5,8 @@ PYTHON ?= python3
 PREFIX ?= /usr/local
 PRESET ?= balanced
 PHOTOS ?=
+INPUT  ?=
+SCENE  ?=
 
 BIN  := $(CURDIR)/target/release
 VENV := $(CURDIR)/.venv
@@ -13,7 +15,7 @@ VENV := $(CURDIR)/.venv
 LOCKED := $(if $(CI),--locked)
 
 .DELETE_ON_ERROR:
-.PHONY: build setup test fmt tidy licenses clippy doc unit lab lab-ci schemas install uninstall clean help
+.PHONY: build setup test fmt tidy licenses clippy doc unit lab lab-ci relight relight-ci truth schemas install uninstall clean help
 
 build: ## build the stages and the dispatcher into target/release (the default)
 	$(CARGO) build --release $(LOCKED) -p motes -p motes-stages
@@ -60,6 +62,24 @@ lab: setup build ## photos to a report page; PHOTOS=dir takes yours, PRESET=draf
 lab-ci: setup build
 	$(call run-lab,draft)
 
+# A made scene brings its cameras; photos need COLMAP.
+relight: $(if $(SCENE)$(INPUT),,setup) build $(if $(SCENE),truth) ## photos to the same scene at sunrise, midday and evening; PHOTOS=, INPUT= or SCENE=
+	@photos='$(PHOTOS)'; input='$(INPUT)'; \
+	for folder in "$$photos" "$$input"; do \
+	    [ -z "$$folder" ] || [ -d "$$folder" ] || \
+	        { echo "make: no such folder: $$folder" >&2; exit 3; }; \
+	done; \
+	[ -z "$$photos" ] || photos=$$(cd "$$photos" && pwd); \
+	[ -z "$$input" ] || input=$$(cd "$$input" && pwd); \
+	PATH='$(VENV)/bin':"$$PATH" $(MAKE) -C pipelines/relight BIN='$(BIN)' PHOTOS="$$photos" \
+	    INPUT="$$input" SCENE='$(SCENE)' PRESET='$(PRESET)'
+
+relight-ci: build truth
+	$(MAKE) -C pipelines/relight BIN='$(BIN)' OUT='$(CURDIR)/out/relight-ci' SCENE=studio WIDTH=160 PRESET=draft QUALITY=preview
+
+truth: ## build the maker and the judge of ground-truth scenes
+	$(CARGO) build --release $(LOCKED) -p motes-truth
+
 schemas: ## write docs/formats/schema from the code
 	$(CARGO) run --quiet --release -p xtask -- schemas
 
@@ -82,6 +102,7 @@ uninstall: ## remove what install wrote
 clean: ## remove build products and the Python environment
 	$(CARGO) clean
 	$(MAKE) -C pipelines/lab clean
+	$(MAKE) -C pipelines/relight clean
 	rm -rf '$(VENV)' build
 
 help: ## print this list

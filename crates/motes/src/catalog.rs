@@ -18,6 +18,7 @@ const KNOWN: &[(&str, &str)] = &[
     ("render", "Output"),
     ("evaluate", "Measure"),
     ("lab-report", "Measure"),
+    ("relight-report", "Measure"),
 ];
 
 /// A stage that can run.

@@ -2,7 +2,7 @@
 //!
 //! - [`score`]: PSNR, SSIM, LPIPS, colour-corrected PSNR of a view; means; bounds.
 //! - [`evaluation`]: contestants against the photos of a capture under a stated protocol.
-//! - [`lab_files`]: the folders of the lab's runs.
+//! - [`lab_files`]: the folders of the lab's runs; [`relight_files`]: a relit scene.
 //! - [`lpips`]: the perceptual distance, with the user's own weights.
 //! - [`photos`]: the pictures that are compared.
 //! - [`model`]: Gaussians and how they want to be drawn.
@@ -26,6 +26,7 @@ pub mod lpips;
 pub mod model;
 pub mod pages;
 pub mod photos;
+pub mod relight_files;
 pub mod score;
 pub mod svg_plot;
 pub mod training_curves;

@@ -1,0 +1,145 @@
+//! Put a relit scene on one page: before and after, components, what was left out, what it cost.
+//!
+//! Inputs: a scene folder, a capture, folders of pictures of its held-out views as `relight` makes
+//! them, run records. Outputs: an HTML page that needs nothing else, a PNG.
+//!
+//! ```text
+//! relight-report --scene scene/ --capture capture/capture.json --own own/ --light evening=evening/ -o report.html
+//! ```
+//!
+//! Exit codes: 0 done, 1 failed, 2 usage or would overwrite, 3 bad input. Manual: `docs/relight.md`.
+
+use std::fmt;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::str::FromStr;
+
+use clap::Parser;
+use motes_formats::atomic::write_atomic;
+use motes_formats::images::write_png;
+use motes_report::relight_files::{RelightFiles, load_relight};
+use motes_stage::{CommonArgs, Context, HasCommon};
+use serde::Serialize;
+
+/// Put a relit scene on one page: before and after, components, what was left out, what it cost
+#[derive(Parser, Debug, Serialize)]
+#[command(name = "relight-report")]
+struct Args {
+    /// Scene folder, as decompose makes it
+    #[arg(long, value_name = "DIR")]
+    scene: PathBuf,
+
+    /// Capture whose held-out views are shown
+    #[arg(long, value_name = "FILE")]
+    capture: PathBuf,
+
+    /// Pictures of the held-out views under the scene's own light; EXR files beside them give components
+    #[arg(long, value_name = "DIR")]
+    own: PathBuf,
+
+    /// Pictures of the held-out views under another light; may repeat
+    #[arg(long, value_name = "NAME=DIR")]
+    light: Vec<NamedFolder>,
+
+    /// Run record of a program whose cost the page tells; may repeat
+    #[arg(long, value_name = "FILE.run.json")]
+    run: Vec<PathBuf>,
+
+    /// HTML page to write
+    #[arg(short, long, value_name = "FILE.html")]
+    output: PathBuf,
+
+    /// Contact sheet to write
+    #[arg(long, value_name = "FILE.png")]
+    contact_sheet: Option<PathBuf>,
+
+    /// Width of a picture on the contact sheet, pixels
+    #[arg(long, value_name = "PIXELS", default_value_t = 300,
+        value_parser = clap::value_parser!(u32).range(32..=2048))]
+    cell_width: u32,
+
+    /// A line for the end of the page, NAME=VALUE; may repeat
+    #[arg(long, value_name = "NAME=VALUE")]
+    note: Vec<String>,
+
+    #[command(flatten)]
+    #[serde(flatten)]
+    common: CommonArgs,
+}
+
+impl HasCommon for Args {
+    fn common(&self) -> &CommonArgs {
+        &self.common
+    }
+}
+
+#[derive(Clone, Debug)]
+struct NamedFolder(String, PathBuf);
+
+impl FromStr for NamedFolder {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (name, folder) = text.split_once('=').ok_or("expected NAME=DIR")?;
+        Ok(Self(name.into(), folder.into()))
+    }
+}
+
+impl Serialize for NamedFolder {
+    /// As the flag takes it.
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(&format_args!("{}={}", self.0, self.1.display()))
+    }
+}
+
+#[derive(Serialize)]
+struct Report {
+    output: PathBuf,
+    views: usize,
+    lights: Vec<String>,
+    own_psnr_db: Option<f64>,
+    left_out: Vec<String>,
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let psnr = self.own_psnr_db.map_or("-".into(), |db| format!("{db:.2}"));
+        writeln!(f, "{} views under {}; own light {psnr} dB", self.views, self.lights.join(", "))?;
+        if !self.left_out.is_empty() {
+            writeln!(f, "left out: {}", self.left_out.join(", "))?;
+        }
+        writeln!(f, "report: {}", self.output.display())
+    }
+}
+
+fn main() -> ExitCode {
+    motes_stage::main(run)
+}
+
+fn run(args: &Args, context: &Context) -> anyhow::Result<Report> {
+    let output = context.output(&args.output)?;
+    let sheet = args.contact_sheet.as_ref().map(|path| context.output(path)).transpose()?;
+    context.input("scene", args.scene.join("decomposition.json"))?;
+    context.input("capture", &args.capture)?;
+    let mut page = load_relight(&RelightFiles {
+        scene: args.scene.clone(),
+        capture: args.capture.clone(),
+        own: args.own.clone(),
+        lights: args.light.iter().map(|l| (l.0.clone(), l.1.clone())).collect(),
+        runs: args.run.clone(),
+    })?;
+    let note = |text: &String| {
+        let (name, value) = text.split_once('=').unwrap_or((text, ""));
+        (name.to_owned(), value.to_owned())
+    };
+    page.protocol = args.note.iter().map(note).collect();
+    context.stop_if_dry_run()?;
+
+    write_atomic(&output, |writer| writer.write_all(page.to_html().as_bytes()))?;
+    if let Some(path) = &sheet {
+        write_png(path, &page.to_contact_sheet().draw(args.cell_width as usize))?;
+    }
+    let left_out = page.terms.iter().filter(|t| !t.kept).map(|t| t.name.clone()).collect();
+    let own_psnr_db = page.own_psnr_db();
+    Ok(Report { output, views: page.views.len(), lights: page.lights, own_psnr_db, left_out })
+}
