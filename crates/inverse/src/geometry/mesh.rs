@@ -60,6 +60,15 @@ impl Mesh {
         self.triangles.extend(other.triangles.into_iter().map(|t| t.map(|v| v + first)));
     }
 
+    /// Edges of one triangle only, in its direction.
+    pub(super) fn open_edges(&self) -> Vec<(u32, u32)> {
+        let mut edges: Vec<(u32, u32)> =
+            self.triangles.iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]).collect();
+        edges.sort_unstable();
+        let open = |&(a, b): &(u32, u32)| edges.binary_search(&(b, a)).is_err();
+        edges.iter().copied().filter(open).collect()
+    }
+
     /// A number per triangle, equal for triangles that are connected.
     pub(super) fn components(&self) -> Vec<u32> {
         let mut parent: Vec<u32> = (0..self.vertices.len() as u32).collect();

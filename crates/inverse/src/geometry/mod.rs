@@ -2,8 +2,11 @@
 
 mod mesh;
 mod options;
+mod patches;
 mod planes;
+mod refine;
 mod report;
+mod seams;
 mod sheet;
 mod smooth;
 mod splat_depth;
@@ -25,6 +28,7 @@ use crate::Photo;
 use mesh::{Mesh, Neighbours};
 use planes::dominant_planes;
 use rayon::prelude::*;
+use refine::Round;
 use sheet::Sheet;
 use smooth::ThinPlate;
 use splat_depth::DepthMap;
@@ -67,10 +71,11 @@ impl Steps<'_> {
 
 /// The surface that the photos show: vertices and normals in world, materials empty.
 ///
-/// The Gaussians' depth in every view (median of the transmittance), dominant planes taken out
-/// (RANSAC), the rest fused into a truncated signed distance (Curless & Levoy 1996), its zero level
-/// smoothed as a thin plate, each plane as a regular grid of its own. An empty surface is a legal
-/// result: no photos, no Gaussians, nothing that several views agree about.
+/// The Gaussians' depth in every view, dominant planes taken out (RANSAC), the rest fused into a
+/// truncated signed distance (Curless & Levoy 1996), its zero level smoothed as a thin plate and moved
+/// to where the photos agree; each plane is a regular grid of its own. `docs/inverse-geometry.md` has
+/// the steps with their measured errors. An empty surface is a legal result: no photos, no Gaussians,
+/// nothing that several views agree about. The result does not depend on the number of threads.
 ///
 /// # Errors
 /// When the observer asks to stop.
@@ -86,8 +91,10 @@ pub fn extract<'a>(
     let unit = UnitWorld::of(&centers, gaussians.means.iter().map(|&m| Vec3::from(m).as_dvec3()));
     let views: Vec<View> = photos.iter().map(|p| View::new(p, &unit)).collect();
     steps.begin("depth", 0.0)?;
-    let maps = splat_depth::splat_depths(&unit.gaussians(gaussians.clone()), &views);
-    let (mesh, normals, mut report) = fused(&views, maps, options, &mut steps)?;
+    let gaussians = unit.gaussians(gaussians.clone());
+    let median = splat_depth::splat_depths(gaussians.clone(), &views, 1.0);
+    let front = splat_depth::splat_depths(gaussians, &views, options.front_power);
+    let (mesh, normals, mut report) = surface_of(&views, median, &front, options, &mut steps)?;
     steps.end();
     report.voxel *= unit.length;
     report.triangles = mesh.triangles.len();
@@ -102,10 +109,23 @@ pub fn extract<'a>(
     Ok((surface, report))
 }
 
-/// The surface of depth maps, in the unit world, and its vertex normals.
-fn fused(
+/// Edge of a cell of a plane, voxels.
+const SHEET_CELL: f32 = 4.0;
+/// Pieces that rise less than this many voxels over a plane are noise of its depth.
+const CRUMB: f32 = 6.0;
+/// Open edges up to this many voxels over a plane are extended down to it.
+const SKIRT: f32 = 8.0;
+/// Pixels between the samples that planes are searched among.
+const SAMPLE_STRIDE: usize = 4;
+/// Planes that are searched at most: a floor and the walls of a corner.
+const MOST_PLANES: usize = 4;
+
+/// The surface of depth maps, in the unit world, and its vertex normals. `maps` are medians, which
+/// planes are found by; `front` are depths nearer the camera for all else.
+fn surface_of(
     views: &[View],
     mut maps: Vec<DepthMap>,
+    front: &[DepthMap],
     options: &GeometryOptions,
     steps: &mut Steps,
 ) -> Result<(Mesh, Vec<Vec3>, GeometryReport), GeometryError> {
@@ -118,28 +138,50 @@ fn fused(
     let tolerance = options.plane_tolerance * voxel;
     let samples = planes::samples(views, &maps, SAMPLE_STRIDE);
     let planes = dominant_planes(&samples, tolerance, voxel, options.plane_share, MOST_PLANES);
-    let cell = SHEET_CELL * voxel;
     let sheets: Vec<Sheet> = planes
         .into_iter()
-        .filter_map(|p| Sheet::new(p, views, &maps, tolerance, voxel, cell))
+        .filter_map(|p| Sheet::new(p, views, &maps, tolerance, voxel, SHEET_CELL * voxel))
         .collect();
-    let flat = flatten(&sheets, views, &mut maps, tolerance, voxel);
+    let flat = seams::flatten(&sheets, views, &mut maps, tolerance, voxel);
+    for ((map, front), flat) in maps.iter_mut().zip(front).zip(&flat) {
+        let pixels = map.depth.iter_mut().zip(&front.depth).zip(flat);
+        pixels.filter(|(_, flat)| !**flat).for_each(|((z, front), _)| *z = *front);
+    }
     report.planes = sheets.len();
     report.pixels_on_planes = flat.iter().flatten().filter(|&&f| f).count() as f64
         / flat.iter().map(Vec::len).sum::<usize>().max(1) as f64;
+
     steps.begin("fusion", 0.3)?;
-    let grid = tsdf::fuse(views, &maps, &flat, voxel, options.max_blocks.max(64));
-    report.voxel = f64::from(grid.voxel);
+    let limit = options.max_blocks.max(64);
+    let grid = tsdf::fuse(views, &maps, &flat, voxel, limit, options.carve_weight.max(0.0));
+    let voxel = grid.voxel;
+    report.voxel = f64::from(voxel);
     report.blocks = grid.keys.len();
     let least = options.min_views.min(views.len() as u8).max(1);
     let mut mesh = surface_nets::surface_nets(&grid, least);
-    cut_planes(&mut mesh, &sheets, grid.voxel);
-    report.pieces_dropped =
-        mesh.drop_small_components((options.min_component * grid.voxel).powi(2));
-    report.pieces_dropped += drop_crumbs(&mut mesh, &sheets, 2.0 * tolerance);
-    steps.begin("smoothing", 0.6)?;
-    smooth(&mut mesh, options);
+    drop(grid);
+    report.pieces_dropped = clean(&mut mesh, &sheets, voxel, options);
+    steps.begin("smoothing", 0.4)?;
+    smooth(&mut mesh, voxel, options);
+
+    let mut planes = Mesh::default();
+    sheets.iter().for_each(|s| planes.append(s.mesh()));
+    let neighbours = Neighbours::of(&mesh);
+    for round in 0..options.refine_rounds {
+        steps.begin("refinement", 0.5 + 0.5 * round as f32 / options.refine_rounds as f32)?;
+        let round = Round::new(round, options);
+        let agreement = refine::refine(&mut mesh, &planes, views, &neighbours, voxel, &round);
+        report.agreement.push(agreement);
+    }
+    report.pieces_dropped += clean(&mut mesh, &sheets, voxel, options);
+    seams::skirts(&mut mesh, &sheets, SKIRT * voxel);
     let mut normals = mesh.vertex_normals();
+    if options.smooth_normals > 0 {
+        let neighbours = Neighbours::of(&mesh);
+        for _ in 0..options.smooth_normals {
+            normals = averaged(&normals, &neighbours);
+        }
+    }
     for sheet in &sheets {
         let part = sheet.mesh();
         normals.extend(vec![sheet.plane.normal; part.vertices.len()]);
@@ -148,69 +190,17 @@ fn fused(
     Ok((mesh, normals, report))
 }
 
-/// Puts pixels onto the planes; `true` for those.
-fn flatten(
-    sheets: &[Sheet],
-    views: &[View],
-    maps: &mut [DepthMap],
-    tolerance: f32,
-    voxel: f32,
-) -> Vec<Vec<bool>> {
-    let mut flat: Vec<Vec<bool>> = maps.iter().map(|m| vec![false; m.depth.len()]).collect();
-    for sheet in sheets {
-        for ((view, map), flat) in views.iter().zip(&mut *maps).zip(&mut flat) {
-            let put = sheet.flatten(view, map, tolerance, voxel);
-            flat.iter_mut().zip(put).for_each(|(f, p)| *f |= p);
-        }
-    }
-    flat
+/// Drops what belongs to the planes and what is too small to be anything. Returns the number of pieces.
+fn clean(mesh: &mut Mesh, sheets: &[Sheet], voxel: f32, options: &GeometryOptions) -> usize {
+    seams::cut_planes(mesh, sheets, voxel);
+    let small = mesh.drop_small_components((options.min_component * voxel).powi(2));
+    small + seams::drop_crumbs(mesh, sheets, CRUMB * voxel)
 }
 
-/// Edge of a cell of a plane, voxels.
-const SHEET_CELL: f32 = 4.0;
-/// Pixels between the samples that planes are searched among.
-const SAMPLE_STRIDE: usize = 4;
-/// Planes that are searched at most: a floor and the walls of a corner.
-const MOST_PLANES: usize = 4;
-
-/// Drops what lies on the sheets, which have meshes of their own.
-fn cut_planes(mesh: &mut Mesh, sheets: &[Sheet], voxel: f32) {
-    let keep: Vec<bool> = mesh
-        .triangles
-        .iter()
-        .map(|&t| {
-            let n = mesh.area_normal(t).normalize_or_zero();
-            sheets.iter().all(|s| {
-                let high =
-                    mesh.corners(t).map(|p| s.plane.height(p)).into_iter().fold(f32::MIN, f32::max);
-                high > if n.dot(s.plane.normal) > 0.7 { 0.5 * voxel } else { 0.0 }
-            })
-        })
-        .collect();
-    mesh.retain(|t| keep[t]);
-}
-
-/// Drops pieces that never rise by `height` over the sheet below them: noise of the plane's depth.
-fn drop_crumbs(mesh: &mut Mesh, sheets: &[Sheet], height: f32) -> usize {
-    let labels = mesh.components();
-    let mut dropped = vec![false; mesh.vertices.len()];
-    for sheet in sheets {
-        let mut top = vec![f32::MIN; mesh.vertices.len()];
-        for (&label, &t) in labels.iter().zip(&mesh.triangles) {
-            for p in mesh.corners(t) {
-                top[label as usize] = top[label as usize].max(sheet.plane.height(p));
-            }
-        }
-        dropped.iter_mut().zip(top).for_each(|(d, top)| *d |= top > f32::MIN && top < height);
-    }
-    mesh.retain(|t| !dropped[labels[t] as usize]);
-    dropped.iter().filter(|&&d| d).count()
-}
-
-fn smooth(mesh: &mut Mesh, options: &GeometryOptions) {
+fn smooth(mesh: &mut Mesh, voxel: f32, options: &GeometryOptions) {
     let n = mesh.vertices.len();
     let neighbours = Neighbours::of(mesh);
-    let (weight, target, bend) = (vec![1.0; n], vec![0.0; n], vec![1.0; n]);
+    let (weight, target, trust) = (vec![1.0; n], vec![0.0; n], vec![1.0; n]);
     for _ in 0..2 {
         let mut normals = mesh.vertex_normals();
         for _ in 0..2 {
@@ -223,7 +213,9 @@ fn smooth(mesh: &mut Mesh, options: &GeometryOptions) {
             weight: &weight,
             target: &target,
             stiffness: options.stiffness,
-            bend: &bend,
+            voxel,
+            trust: &trust,
+            rest_passes: options.rest_passes,
         };
         let u = plate.solve(60);
         mesh.vertices.iter_mut().zip(&u).zip(&normals).for_each(|((x, &u), &n)| *x += n * u);

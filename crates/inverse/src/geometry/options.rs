@@ -28,6 +28,30 @@ pub struct GeometryOptions {
     /// Stiffness of the surface against the noise of the Gaussians' depth; 0 leaves it as fused
     #[arg(long, help_heading = "Geometry", default_value_t = 100.0, value_name = "WEIGHT")]
     pub stiffness: f32,
+    /// Times that the normal of every vertex is averaged with its neighbours' in the end
+    #[arg(long, help_heading = "Geometry", default_value_t = 0, value_name = "COUNT")]
+    pub smooth_normals: usize,
+    /// Weight of a view that looks through a place against one that sees surface there
+    #[arg(long, help_heading = "Geometry", default_value_t = 0.25, value_name = "WEIGHT")]
+    pub carve_weight: f32,
+    /// Averages that make the rest curvature
+    #[arg(long, help_heading = "Geometry", default_value_t = 30, value_name = "COUNT")]
+    pub rest_passes: usize,
+    /// Depth is read where the transmittance to this power passes 1/2: 1 is the median, more is nearer the front
+    #[arg(long, help_heading = "Geometry", default_value_t = 10.0, value_name = "FACTOR")]
+    pub front_power: f32,
+    /// Rounds of moving the surface to where the photos agree; 0 leaves it where the Gaussians put it
+    #[arg(long, help_heading = "Geometry", default_value_t = 4, value_name = "COUNT")]
+    pub refine_rounds: usize,
+    /// Farthest that the first round moves the surface; each later one 0.6 of the one before
+    #[arg(long, help_heading = "Geometry", default_value_t = 5.0, value_name = "VOXELS")]
+    pub refine_range: f32,
+    /// Stiffness of the surface while the photos move it
+    #[arg(long, help_heading = "Geometry", default_value_t = 300.0, value_name = "WEIGHT")]
+    pub refine_stiffness: f32,
+    /// Distance of the samples of a patch that photos are compared by
+    #[arg(long, help_heading = "Geometry", default_value_t = 1.0, value_name = "VOXELS")]
+    pub patch_spacing: f32,
 }
 
 impl Default for GeometryOptions {

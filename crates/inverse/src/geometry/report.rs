@@ -26,6 +26,8 @@ pub struct GeometryReport {
     pub pixels_on_planes: f64,
     /// Blocks of voxels.
     pub blocks: usize,
+    /// Mean agreement of the photos about the surface before each round of refinement, -1 to 1.
+    pub agreement: Vec<f64>,
     /// Time per step.
     pub steps: Vec<StepTime>,
 }

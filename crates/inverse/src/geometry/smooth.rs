@@ -10,6 +10,11 @@ use rayon::prelude::*;
 
 use super::mesh::{Mesh, Neighbours};
 
+/// `n · (mean_j x_j - x)` in voxels at which a surface bends at half the stiffness: `1 / (2 R)` of a
+/// radius of ten voxels.
+const CREASE: f32 = 0.05;
+/// Averages of it over neighbours, so that noise is no crease.
+const CREASE_PASSES: usize = 4;
 /// Vertices per parallel chunk.
 const CHUNK: usize = 4096;
 
@@ -22,8 +27,13 @@ pub(super) struct ThinPlate<'a> {
     /// `t_v`.
     pub(super) target: &'a [f32],
     pub(super) stiffness: f32,
-    /// `b_v`.
-    pub(super) bend: &'a [f32],
+    /// Averages over the neighbours that make the curvature which the surface is meant to have; the
+    /// more, the smoother and the more thin things shrink.
+    pub(super) rest_passes: usize,
+    /// How far the curvature at a vertex is believed, above 0.
+    pub(super) trust: &'a [f32],
+    /// Length of an edge, unit world.
+    pub(super) voxel: f32,
 }
 
 impl ThinPlate<'_> {
@@ -58,6 +68,21 @@ impl ThinPlate<'_> {
         if ring.is_empty() { 0.0 } else { sum - r[v] }
     }
 
+    /// `b_v`: edges and thin things bend more easily than what is nearly flat.
+    fn bending_weights(&self, rest: &[f32]) -> Vec<f32> {
+        let n = rest.len();
+        let step = |values: &[f32], v: usize| {
+            let ring = self.neighbours.at(v);
+            let sum: f32 = ring.iter().map(|&j| values[j as usize]).sum();
+            (sum + values[v]) / (ring.len() + 1) as f32
+        };
+        let mut mean = rest.to_vec();
+        for _ in 0..CREASE_PASSES {
+            mean = (0..n).into_par_iter().with_min_len(CHUNK).map(|v| step(&mean, v)).collect();
+        }
+        mean.iter().map(|c| 1.0 / (1.0 + (c / (CREASE * self.voxel)).powi(2))).collect()
+    }
+
     /// Displacements after at most `iterations` of conjugate gradients from `t = 0`.
     pub(super) fn solve(&self, iterations: usize) -> Vec<f32> {
         let n = self.mesh.vertices.len();
@@ -74,13 +99,28 @@ impl ThinPlate<'_> {
             let sum: Vec3 = ring.iter().map(|&j| self.mesh.vertices[j as usize] - x).sum();
             self.normals[v].dot(sum) / ring.len() as f32
         });
-        let weighted = |bent: &[f32]| map(&|v| self.stiffness * self.bend[v] * bent[v]);
+        let bend = self.bending_weights(&rest);
+        let weighted = |bent: &[f32]| map(&|v| self.stiffness * bend[v] * bent[v]);
         let apply = |u: &[f32]| {
             let bent = weighted(&map(&|v| self.bending(u, v)));
             map(&|v| {
                 if self.free(v) { self.weight[v] * u[v] + self.transpose(&bent, v) } else { 0.0 }
             })
         };
+        // The curvature of the surroundings is no noise: only what differs from it is pulled.
+        // Normalised convolution (Knutsson & Westin 1993): what is trusted speaks for what is not.
+        let mut trust = self.trust.to_vec();
+        let mut common = map(&|v| rest[v] * trust[v]);
+        for _ in 0..self.rest_passes {
+            let mean = |values: &[f32], v: usize| {
+                let ring = self.neighbours.at(v);
+                let sum: f32 = ring.iter().map(|&j| values[j as usize]).sum();
+                (sum + values[v]) / (ring.len() + 1) as f32
+            };
+            common = map(&|v| mean(&common, v));
+            trust = map(&|v| mean(&trust, v));
+        }
+        let rest = map(&|v| rest[v] - common[v] / trust[v].max(1e-12));
         let pulled = weighted(&rest);
         let mut residual = map(&|v| {
             if self.free(v) {

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use super::view::View;
 
 /// `[h, w]`, depth along the axis of view in the unit world; 0 where there is none.
+#[derive(Clone)]
 pub(super) struct DepthMap {
     pub(super) depth: Vec<f32>,
 }
@@ -15,7 +16,15 @@ pub(super) struct DepthMap {
 const ALPHA: f32 = 0.6;
 
 /// Where the transmittance of each pixel passes 1/2.
-pub(super) fn splat_depths(gaussians: &Gaussians, views: &[View]) -> Vec<DepthMap> {
+pub(super) fn splat_depths(mut gaussians: Gaussians, views: &[View], power: f32) -> Vec<DepthMap> {
+    if power != 1.0 {
+        for logit in &mut gaussians.opacity_logits {
+            // 1 - o' = (1 - o)^k; o' = 1 - 1/(1+e^l)^k.
+            let through = (-power * logit.exp().ln_1p()).exp();
+            *logit = ((1.0 - through).max(1e-6) / through.max(1e-6)).ln();
+        }
+    }
+    let gaussians = &gaussians;
     let options = RenderOptions { aovs: true, ..RenderOptions::default() };
     let of = |view: &View| {
         let picture = render(gaussians, &view.camera, &view.camera_from_unit, &options);

@@ -65,17 +65,18 @@ fn from_depths(
     let maps = depths(&views, &unit, wave);
     let mut observer = |_: &'static str, _: f32| ControlFlow::Continue(());
     let mut steps = Steps { observer: &mut observer, times: Vec::new(), started: None };
-    let (mesh, normals, report) = fused(&views, maps, options, &mut steps).unwrap();
+    let (mesh, normals, report) =
+        surface_of(&views, maps.clone(), &maps, options, &mut steps).unwrap();
     (mesh, normals, report, unit)
 }
 
 #[test]
 fn a_sphere_on_a_plane_comes_back() {
     // The wave is half a voxel high: the noise of a depth map.
-    for (wave, degrees, distance) in [(0.0, 1.2, 0.3), (0.004, 4.0, 0.5)] {
+    for (wave, degrees, distance) in [(0.0, 1.2, 0.1), (0.004, 4.0, 0.2)] {
         let (mesh, normals, report, unit) = from_depths(wave, &GeometryOptions::default());
         assert_eq!(report.planes, 1, "{report:?}");
-        let (mut worst, mut angles, mut count) = (0.0f64, 0.0f64, 0.0);
+        let (mut worst, mut sum, mut angles, mut count) = (0.0f64, 0.0, 0.0f64, 0.0);
         for (x, n) in mesh.vertices.iter().zip(&normals) {
             let p = unit.point_in_world(x.as_dvec3());
             let radial = p - DVec3::new(0.0, 0.0, 0.25);
@@ -85,13 +86,17 @@ fn a_sphere_on_a_plane_comes_back() {
             if on_plane || p.z < 0.06 {
                 continue;
             }
-            worst = worst.max((radial.length() - RADIUS).abs() / (report.voxel * unit.length));
+            let off = (radial.length() - RADIUS).abs() / (report.voxel * unit.length);
+            worst = worst.max(off);
+            sum += off;
             angles += n.angle_between(radial).to_degrees();
             count += 1.0;
         }
-        println!("{wave}: {worst} voxels, {} degrees", angles / count);
+        println!("{wave}: mean {} worst {worst} voxels, {} degrees", sum / count, angles / count);
         assert!(count > 1000.0, "{count}");
-        assert!(worst < distance, "{wave}: off by {worst} voxels");
+        assert!(sum / count < distance, "{wave}: off by {} voxels", sum / count);
+        // The rim where the sphere ends over the plane bends most.
+        assert!(worst < 0.6, "{wave}: off by {worst} voxels");
         assert!(angles / count < degrees, "{wave}: normals off by {} degrees", angles / count);
         let on_plane =
             mesh.vertices.iter().filter(|v| unit.point_in_world(v.as_dvec3()).z.abs() < 5e-3);
@@ -142,7 +147,8 @@ fn gaussians(scale: f64, shift: DVec3) -> Gaussians {
 
 fn run(gaussians: &Gaussians, photos: &[Photo]) -> (Surface, GeometryReport) {
     let mut observer = |_: &'static str, _: f32| ControlFlow::Continue(());
-    extract(gaussians, photos, &GeometryOptions::default(), &mut observer).unwrap()
+    let options = GeometryOptions { refine_rounds: 1, ..GeometryOptions::default() };
+    extract(gaussians, photos, &options, &mut observer).unwrap()
 }
 
 #[test]
@@ -163,12 +169,16 @@ fn other_units_and_places_and_threads_give_the_same_surface() {
         let (a, b) = (f64::from(top(&reference)), (f64::from(top(&other)) - shift.z) / scale);
         assert!((a - b).abs() < report.voxel * 0.5, "{scale} {shift}: {a} {b}");
     }
-    for threads in [1, 3] {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        let other =
-            pool.install(|| run(&gaussians(1.0, DVec3::ZERO), &photos(12, 1.0, DVec3::ZERO)));
-        assert!(reference == other.0, "{threads} threads");
+    let mut patterned = photos(6, 1.0, DVec3::ZERO);
+    for photo in &mut patterned {
+        let values = photo.radiance_linear.data.iter_mut().enumerate();
+        values.for_each(|(i, v)| *v = 0.5 + 0.3 * (i as f32 * 0.37).sin());
     }
+    let [one, three] = [1, 3].map(|threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| run(&gaussians(1.0, DVec3::ZERO), &patterned).0)
+    });
+    assert!(one == three && one.triangles.len() > 1000);
 }
 
 #[test]
@@ -199,4 +209,55 @@ fn the_observer_can_stop_it() {
     let photos = photos(6, 1.0, DVec3::ZERO);
     let result = extract(&all, &photos, &GeometryOptions::default(), &mut observer);
     assert_eq!(result.unwrap_err(), GeometryError::Cancelled);
+}
+
+/// Bright and dark spots in space.
+fn texture(p: DVec3) -> f32 {
+    let s = (41.0 * p.x + 9.0 * p.z).sin() * (37.0 * p.y - 11.0 * p.x).sin()
+        + (53.0 * p.z + 17.0 * p.y).sin();
+    0.4 + 0.15 * s as f32
+}
+
+#[test]
+fn photos_correct_a_depth_that_is_wrong_everywhere() {
+    let mut photos = photos(12, 1.0, DVec3::ZERO);
+    let shapes = shapes();
+    for photo in &mut photos {
+        let view = View::new(photo, &UnitWorld::IDENTITY);
+        for y in 0..view.height {
+            for x in 0..view.width {
+                let direction = view.ray(x as f32 + 0.5, y as f32 + 0.5).normalize();
+                let ray = Ray::new(view.center, direction);
+                let value = shapes
+                    .closest_hit(&ray)
+                    .map_or(0.0, |h| texture(ray.at(h.distance).as_dvec3()));
+                photo.radiance_linear.pixel_mut(x, y).fill(value);
+            }
+        }
+    }
+    let views: Vec<View> = photos.iter().map(|p| View::new(p, &UnitWorld::IDENTITY)).collect();
+    let mut maps = depths(&views, &UnitWorld::IDENTITY, 0.003);
+    let exact = maps.clone();
+    // 1 % too far, as behind a surface that reflects.
+    maps.iter_mut().for_each(|m| m.depth.iter_mut().for_each(|z| *z *= 1.01));
+    let error = |refine_rounds: usize| {
+        let mut observer = |_: &'static str, _: f32| ControlFlow::Continue(());
+        let mut steps = Steps { observer: &mut observer, times: Vec::new(), started: None };
+        let options = GeometryOptions { refine_rounds, ..GeometryOptions::default() };
+        let (mesh, _, report) =
+            surface_of(&views, exact.clone(), &maps, &options, &mut steps).unwrap();
+        let sphere = |v: &Vec3| (v.as_dvec3() - DVec3::new(0.0, 0.0, 0.25)).length() - RADIUS;
+        let off: Vec<f64> = mesh
+            .vertices
+            .iter()
+            .filter(|v| v.z > 0.1)
+            .map(|v| sphere(v).abs() / report.voxel)
+            .collect();
+        assert!(off.len() > 1000);
+        off.iter().sum::<f64>() / off.len() as f64
+    };
+    let (before, after) = (error(0), error(4));
+    println!("off by {before} voxels, after refinement {after}");
+    assert!(before > 0.5, "{before}");
+    assert!(after < 0.25 && after < 0.3 * before, "{before} {after}");
 }

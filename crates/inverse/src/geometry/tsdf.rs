@@ -16,6 +16,9 @@ const TRUNCATION: f32 = 4.0;
 /// A pixel whose footprint is wider than this many voxels is too far away to be part of the grid.
 const MAX_FOOTPRINT: f32 = 4.0;
 
+/// Neighbouring pixels whose depths differ by more than this many footprints see two things.
+const STEP: f32 = 8.0;
+
 /// Distances of the corners of one block, in voxels, positive outside; weight 0 where nothing was seen.
 pub(super) struct Block {
     pub(super) distance: [f32; VOXELS],
@@ -112,6 +115,7 @@ pub(super) fn fuse(
     flat: &[Vec<bool>],
     voxel: f32,
     limit: usize,
+    carve: f32,
 ) -> Grid {
     let mut voxel = voxel;
     let keys = loop {
@@ -120,11 +124,11 @@ pub(super) fn fuse(
             None => voxel *= 1.25,
         }
     };
-    let blocks = keys.par_iter().map(|&key| integrate(views, maps, voxel, key)).collect();
+    let blocks = keys.par_iter().map(|&key| integrate(views, maps, voxel, key, carve)).collect();
     Grid { voxel, keys, blocks }
 }
 
-fn integrate(views: &[View], maps: &[DepthMap], voxel: f32, key: IVec3) -> Block {
+fn integrate(views: &[View], maps: &[DepthMap], voxel: f32, key: IVec3, carve: f32) -> Block {
     let mut block =
         Block { distance: [TRUNCATION; VOXELS], weight: [0.0; VOXELS], seen: [0; VOXELS] };
     let edge = voxel * SIDE as f32;
@@ -146,6 +150,7 @@ fn integrate(views: &[View], maps: &[DepthMap], voxel: f32, key: IVec3) -> Block
             }
             // A depth is as uncertain as a pixel is wide.
             let w = (voxel / (z * view.footprint())).powi(2).min(1.0);
+            let w = if d < TRUNCATION { w } else { w * carve };
             *distance = (*distance * *weight + d.min(TRUNCATION) * w) / (*weight + w);
             *weight += w;
             if d < TRUNCATION {
@@ -162,7 +167,7 @@ pub(super) fn local(i: usize) -> IVec3 {
     IVec3::new((i % SIDE) as i32, (i / SIDE % SIDE) as i32, (i / (SIDE * SIDE)) as i32)
 }
 
-/// Depth between the centres of pixels; at a step, that of the nearest pixel.
+/// Depth between the centres of pixels; none at a step, where half a pixel decides what is in front.
 #[inline]
 fn depth_at(view: &View, map: &DepthMap, x: f32, y: f32) -> Option<f32> {
     let nearest = map.depth[view.pixel(x, y)?];
@@ -178,9 +183,8 @@ fn depth_at(view: &View, map: &DepthMap, x: f32, y: f32) -> Option<f32> {
     let at = j * view.width + i;
     let four = [at, at + 1, at + view.width, at + view.width + 1].map(|k| map.depth[k]);
     let (low, high) = four.iter().fold((f32::MAX, 0.0f32), |(l, h), &z| (l.min(z), h.max(z)));
-    // More than a few pixels' worth of slope is a step, not a surface.
-    if !(high - low < 8.0 * nearest * view.footprint()) {
-        return Some(nearest);
+    if !(high - low < STEP * nearest * view.footprint()) {
+        return None;
     }
     let top = four[0] + (four[1] - four[0]) * a;
     let bottom = four[2] + (four[3] - four[2]) * a;

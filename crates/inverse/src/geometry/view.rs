@@ -1,11 +1,11 @@
 //! A posed picture in the unit world, single precision.
 
 use glam::{Mat3, Vec2, Vec3};
-use motes_scene::{Pinhole, Pose, UnitWorld};
+use motes_scene::{ImageF32, Pinhole, Pose, UnitWorld};
 
 use crate::Photo;
 
-/// Camera of one photo.
+/// Camera and prepared picture of one photo.
 pub(super) struct View {
     pub(super) rotation: Mat3,
     pub(super) center: Vec3,
@@ -16,12 +16,17 @@ pub(super) struct View {
     /// Intrinsics and pose in the unit world, for the rasterizer.
     pub(super) camera: Pinhole,
     pub(super) camera_from_unit: Pose,
+    /// `[h, w]`, luminance of the photo raised to 1/2.2: contrast as it is seen, so that shade counts like light.
+    pub(super) luma: Vec<f32>,
+    /// `[h, w]`, 0 to 1.
+    pub(super) weight: Vec<f32>,
 }
 
 impl View {
     pub(super) fn new(photo: &Photo, unit: &UnitWorld) -> Self {
         let camera_from_unit = unit.pose(&photo.camera_from_world);
         let c = &photo.camera;
+        let count = c.width * c.height;
         Self {
             rotation: camera_from_unit.rotation_matrix().as_mat3(),
             center: camera_from_unit.center_in_world().as_vec3(),
@@ -31,6 +36,8 @@ impl View {
             height: c.height,
             camera: *c,
             camera_from_unit,
+            luma: luma(&photo.radiance_linear, count),
+            weight: photo.weight.data.iter().map(|&w| w.max(0.0).clamp(0.0, 1.0)).collect(),
         }
     }
 
@@ -46,6 +53,17 @@ impl View {
                 q.z,
             )
         })
+    }
+
+    /// Homogeneous pixel coordinates of a direction, or of a point relative to the camera's centre.
+    #[inline]
+    pub(super) fn image_of(&self, d: Vec3) -> Vec3 {
+        let q = self.rotation * d;
+        Vec3::new(
+            self.focal.x * q.x + self.principal.x * q.z,
+            self.focal.y * q.y + self.principal.y * q.z,
+            q.z,
+        )
     }
 
     /// Direction of a pixel in the unit world whose component along the axis of view is 1.
@@ -66,4 +84,16 @@ impl View {
     pub(super) fn footprint(&self) -> f32 {
         1.0 / self.focal.max_element()
     }
+}
+
+fn luma(linear: &ImageF32, count: usize) -> Vec<f32> {
+    let channels = linear.channels.max(1);
+    let of = |p: &[f32]| {
+        let (g, b) = (p[1.min(channels - 1)], p[2.min(channels - 1)]);
+        // `max` first: it turns NaN into 0.
+        (0.2126 * p[0] + 0.7152 * g + 0.0722 * b).max(0.0).clamp(0.0, 1e6).powf(1.0 / 2.2)
+    };
+    let mut luma: Vec<f32> = linear.data.chunks_exact(channels).map(of).collect();
+    luma.resize(count, 0.0);
+    luma
 }
