@@ -71,11 +71,12 @@ relight: $(if $(SCENE)$(INPUT),,setup) build $(if $(SCENE),truth) ## photos to t
 	done; \
 	[ -z "$$photos" ] || photos=$$(cd "$$photos" && pwd); \
 	[ -z "$$input" ] || input=$$(cd "$$input" && pwd); \
-	PATH='$(VENV)/bin':"$$PATH" $(MAKE) -C pipelines/relight BIN='$(BIN)' PHOTOS="$$photos" \
+	$(MAKE) -C pipelines/relight BIN='$(BIN)' PHOTOS="$$photos" \
 	    INPUT="$$input" SCENE='$(SCENE)' PRESET='$(PRESET)'
 
 relight-ci: build truth
-	$(MAKE) -C pipelines/relight BIN='$(BIN)' OUT='$(CURDIR)/out/relight-ci' SCENE=studio WIDTH=160 PRESET=draft QUALITY=preview
+	$(MAKE) -C pipelines/relight BIN='$(BIN)' OUT='$(CURDIR)/out/relight-ci' SCENE=studio WIDTH=160 VIEWS=12 \
+	    PRESET=draft QUALITY=preview DECOMPOSE='--samples 2000'
 
 truth: ## build the maker and the judge of ground-truth scenes
 	$(CARGO) build --release $(LOCKED) -p motes-truth

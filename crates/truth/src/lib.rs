@@ -60,7 +60,7 @@ impl Default for MakeOptions {
             width: 480,
             train_views: 20,
             test_views: 6,
-            samples: 16,
+            samples: 8,
             bounces: 3,
             lobes: Lobes::Burley,
             seed: 0,

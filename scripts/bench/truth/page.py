@@ -67,7 +67,9 @@ def page(record):
         if first:
             setting, result = first
             lines += ["", f"### {name}, {setting}", "", *costs_table(result["costs"]), ""]
-            lines += [f"Terms: {', '.join(n + (' kept' if k else ' left out') for n, k in result['terms'].items())}.", ""]
+            terms = {n: k for n, k in result["terms"].items() if not n.startswith("part ")}
+            said = ", ".join(n + (" kept" if k else " left out") for n, k in terms.items())
+            lines += [f"Terms: {said}; {len(result['terms']) - len(terms)} parts.", ""]
             lines += [line if not line.startswith("## ") else "" for line in
                       result.get("page", "").splitlines()]
         lines.append("")

@@ -26,7 +26,7 @@ struct Args {
     #[arg(long, value_name = "DIR")]
     truth: Option<PathBuf>,
     /// Columns; rows are three quarters of it
-    #[arg(long, value_name = "PIXELS", default_value_t = 380)]
+    #[arg(long, value_name = "PIXELS", default_value_t = 480)]
     width: usize,
     /// Photos
     #[arg(long, value_name = "COUNT", default_value_t = 20)]
@@ -35,7 +35,7 @@ struct Args {
     #[arg(long, value_name = "COUNT", default_value_t = 6)]
     test_views: usize,
     /// Paths per pixel
-    #[arg(long, value_name = "COUNT", default_value_t = 16)]
+    #[arg(long, value_name = "COUNT", default_value_t = 8)]
     samples: u32,
     /// Surfaces that a path meets after the first
     #[arg(long, value_name = "COUNT", default_value_t = 3)]
