@@ -6,8 +6,11 @@
 //! sRGB-encoded:
 //!
 //! ```text
-//! c_k = encode(L_o(v_k)),   sh = argmin Σ_k (0.5 + Σ_j Y_j(-v_k) sh_j - c_k)² + λ Σ_{j>0} sh_j²
+//! c_k = encode(L_o(v_k)),   sh = argmin Σ_k w_k (0.5 + Σ_j Y_j(-v_k) sh_j - c_k)² + λ Σ_{j>0} sh_j²
 //! ```
+//!
+//! with `w_k` the cosine to the normal, the area that is seen. Specular light is fitted by harmonics on its own first, in
+//! linear values: that averages its noise.
 //!
 //! Views from behind, where no radiance is known, are bound by `λ` alone.
 
@@ -93,7 +96,7 @@ impl Relighter<'_> {
                 let item = FIRST_ITEM + (i as u64) * 256 + u64::from(d);
                 let shaded = shader.shade_point(&point, item);
                 even += shaded.diffuse + shaded.indirect;
-                observations.push((to_viewer, shaded.specular));
+                observations.push((to_viewer, shaded.specular, normal.dot(to_viewer)));
             }
             even /= options.bake_directions as f32;
             fit(options.sh_degree, &observations, even, sh);
@@ -127,30 +130,44 @@ fn direction(normal: Vec3, d: u32, n: u32) -> Vec3 {
     Frame::from_normal(normal).world_from_local(Vec3::new(r * cos, r * sin, z)).normalize()
 }
 
-fn fit(degree: u8, observations: &[(Vec3, Vec3)], even: Vec3, sh: &mut [f32]) {
+fn fit(degree: u8, observations: &[(Vec3, Vec3, f32)], even: Vec3, sh: &mut [f32]) {
     let k = sh_coefficients(degree);
-    let mut normal_matrix = vec![0.0f64; k * k];
-    let mut right = vec![[0.0f64; 3]; k];
-    for (to_viewer, specular) in observations {
+    let basis_of = |to_viewer: Vec3| {
         let mut basis = [0.0f32; 25];
-        sh_basis(degree, (-*to_viewer).to_array(), &mut basis);
-        let color = (even + *specular).to_array();
-        let color = color.map(|v| f64::from(srgb::encode(v.clamp(0.0, 1.0))) - 0.5);
-        for a in 0..k {
-            for b in 0..=a {
-                normal_matrix[a * k + b] += f64::from(basis[a] * basis[b]);
-            }
-            for (r, c) in right[a].iter_mut().zip(color) {
-                *r += f64::from(basis[a]) * c;
+        sh_basis(degree, (-to_viewer).to_array(), &mut basis);
+        basis
+    };
+    let solved = |value: &dyn Fn(&[f32; 25], Vec3) -> Vec3| {
+        let mut normal_matrix = vec![0.0f64; k * k];
+        let mut right = vec![[0.0f64; 3]; k];
+        for (to_viewer, specular, weight) in observations {
+            let basis = basis_of(*to_viewer);
+            let value = value(&basis, *specular).as_dvec3().to_array();
+            for a in 0..k {
+                for b in 0..=a {
+                    normal_matrix[a * k + b] += f64::from(weight * basis[a] * basis[b]);
+                }
+                for (r, c) in right[a].iter_mut().zip(value) {
+                    *r += f64::from(weight * basis[a]) * c;
+                }
             }
         }
-    }
-    for a in 0..k {
-        let ridge = if a == 0 { 1e-9 } else { RIDGE };
-        normal_matrix[a * k + a] += ridge * observations.len() as f64;
-    }
-    solve(&mut normal_matrix, &mut right, k);
-    for (out, solved) in sh.chunks_exact_mut(3).zip(&right) {
+        let weights: f32 = observations.iter().map(|(_, _, w)| w).sum();
+        for a in 0..k {
+            let ridge = if a == 0 { 1e-9 } else { RIDGE };
+            normal_matrix[a * k + a] += ridge * f64::from(weights);
+        }
+        solve(&mut normal_matrix, &mut right, k);
+        right
+    };
+    // Noise must be averaged before the curve and the clip, which would take it for darkness.
+    let specular = solved(&|_, specular| specular);
+    let encoded = solved(&|basis, _| {
+        let sum = |c: usize| (0..k).map(|j| basis[j] * specular[j][c] as f32).sum::<f32>().max(0.0);
+        let color = even + Vec3::new(sum(0), sum(1), sum(2));
+        Vec3::from(color.to_array().map(|v| srgb::encode(v.clamp(0.0, 1.0)) - 0.5))
+    });
+    for (out, solved) in sh.chunks_exact_mut(3).zip(&encoded) {
         for (o, s) in out.iter_mut().zip(solved) {
             *o = *s as f32;
         }
@@ -194,8 +211,8 @@ mod tests {
 
     #[test]
     fn a_colour_without_direction_needs_band_0_alone() {
-        let observations: Vec<(Vec3, Vec3)> =
-            (0..32).map(|d| (direction(Vec3::Y, d, 32), Vec3::ZERO)).collect();
+        let observations: Vec<(Vec3, Vec3, f32)> =
+            (0..32).map(|d| (direction(Vec3::Y, d, 32), Vec3::ZERO, 1.0)).collect();
         let mut sh = [0.0; 48];
         fit(3, &observations, Vec3::new(0.2, 0.5, 0.9), &mut sh);
         for (c, v) in [0.2, 0.5, 0.9].into_iter().enumerate() {
@@ -208,9 +225,9 @@ mod tests {
     #[test]
     fn a_highlight_is_brighter_where_it_is_seen() {
         let toward = Vec3::new(0.6, 0.0, 0.8);
-        let observations: Vec<(Vec3, Vec3)> = (0..64)
+        let observations: Vec<(Vec3, Vec3, f32)> = (0..64)
             .map(|d| direction(Vec3::Z, d, 64))
-            .map(|v| (v, Vec3::splat(0.5 * v.dot(toward).max(0.0).powi(8))))
+            .map(|v| (v, Vec3::splat(0.5 * v.dot(toward).max(0.0).powi(8)), 1.0))
             .collect();
         let mut sh = [0.0; 48];
         fit(3, &observations, Vec3::splat(0.1), &mut sh);

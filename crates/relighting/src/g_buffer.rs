@@ -9,7 +9,7 @@ use motes_shading::integrate::SurfacePoint;
 use motes_shading::tracing::Ray;
 use rayon::prelude::*;
 
-use crate::scene::RelightScene;
+use crate::scene::{RelightScene, colored};
 
 /// Blended alpha never reaches 1; from here on a pixel counts as covered.
 const FULL_ALPHA: f32 = 0.95;
@@ -93,31 +93,37 @@ pub(crate) fn towards(normal: Vec3, to_viewer: Vec3) -> Vec3 {
 }
 
 impl GBuffer {
-    /// Of a view. With `antialias_edges`, pixels where the surface has an edge get four sights.
+    /// Of a view. When `detailed`, pixels where the surface has an edge get four sights, and roughness and
+    /// metallic have the picture's resolution instead of a third.
     pub(crate) fn new(
         scene: &RelightScene,
         camera: &Pinhole,
         camera_from_world: &Pose,
-        antialias_edges: bool,
+        detailed: bool,
     ) -> Self {
-        let draw = |gaussians: &Gaussians, aovs: bool, dials: RasterDials| {
+        let draw = |gaussians: &Gaussians, camera: &Pinhole, dials: RasterDials| {
             let antialias = scene.antialias;
-            let options = RenderOptions { antialias, aovs, dials, ..RenderOptions::default() };
+            let options = RenderOptions { antialias, dials, ..RenderOptions::default() };
             render(gaussians, camera, camera_from_world, &options)
         };
         let exact = RasterDials::default();
-        let color = draw(&scene.base_color_splats, false, exact);
+        let quick = RasterDials { alpha_min: 0.01, transmittance_min: 0.01, ..exact };
+        let color = draw(&scene.base_color_splats, camera, if detailed { exact } else { quick });
         // Roughness and metallic change little under what is nearly hidden.
         let coarse = RasterDials { alpha_min: 0.02, transmittance_min: 0.02, ..exact };
-        let properties = draw(&scene.property_splats, false, coarse);
+        let every = if detailed { 1 } else { StandIn::COARSER };
+        let reduced = camera.resized(camera.width.div_ceil(every), camera.height.div_ceil(every));
+        let properties = draw(&scene.property_splats, &reduced, coarse);
         let (width, height) = (camera.width, camera.height);
         let (alpha, property_alpha) = (&color.alpha.data, &properties.alpha.data);
         let material = |i: usize| {
             // Blended over black: dividing by alpha leaves the mean of what was blended.
             let share = 1.0 / alpha[i].max(LEAST_ALPHA);
             let base = Vec3::from_slice(&color.color.data[3 * i..3 * i + 3]) * share;
-            let share = 1.0 / property_alpha[i].max(LEAST_ALPHA);
-            let [r, m, u] = [0, 1, 2].map(|k| properties.color.data[3 * i + k] * share);
+            let (x, y) = (i % width * reduced.width / width, i / width * reduced.height / height);
+            let k = y * reduced.width + x;
+            let share = 1.0 / property_alpha[k].max(LEAST_ALPHA);
+            let [r, m, u] = [0, 1, 2].map(|c| properties.color.data[3 * k + c] * share);
             (scene.material(base, r, m), u.clamp(0.0, 1.0))
         };
         let (material, unobserved) = (0..width * height).into_par_iter().map(material).unzip();
@@ -130,10 +136,9 @@ impl GBuffer {
         let missed: Vec<usize> =
             (0..sight.len()).filter(|i| sight[*i].is_none() && visible(*i)).collect();
         if !missed.is_empty() {
-            let aovs = draw(&scene.base_color_splats, true, exact);
+            let stand_in = StandIn::new(scene, camera, camera_from_world);
             for &i in &missed {
-                let at = [(i % width) as f64 + 0.5, (i / width) as f64 + 0.5];
-                sight[i] = splat_sight(&rays, at, i, &aovs);
+                sight[i] = stand_in.sight(&rays, i % width, i / width);
             }
         }
         for (i, sight) in sight.iter_mut().enumerate() {
@@ -144,7 +149,7 @@ impl GBuffer {
         let coverage = alpha.iter().map(|a| (a / FULL_ALPHA).min(1.0)).collect();
         let mut buffer =
             Self { width, height, coverage, material, unobserved, sight, edges: Vec::new() };
-        if antialias_edges {
+        if detailed {
             buffer.edges = buffer.find_edges(scene, &rays);
         }
         buffer
@@ -196,17 +201,48 @@ pub(crate) fn continues(a: &Sight, b: &Sight, cosine: f32, offset: f32) -> bool 
     a.normal.dot(b.normal) >= cosine && apart <= offset * a.depth
 }
 
-/// Where the surface was missed: depth and normal of the Gaussians themselves.
-fn splat_sight(rays: &Rays, at: [f64; 2], pixel: usize, drawn: &Rendering) -> Option<Sight> {
-    let aovs = drawn.aovs.as_ref()?;
-    let depth = aovs.depth_expected.data[pixel];
-    let (ray, cosine) = rays.through(at[0], at[1]);
-    let to_viewer = -ray.direction;
-    let normal = Vec3::from_slice(&aovs.normal_in_world.data[3 * pixel..3 * pixel + 3]);
-    if !(depth > 0.0) {
-        return None;
+/// Depth and normal of the Gaussians, for where the surface was missed: drawn as colours, at a third
+/// of the resolution.
+struct StandIn {
+    depth: Rendering,
+    normal: Rendering,
+    /// Depths that the colours 0 and 1 stand for.
+    range: [f32; 2],
+}
+
+impl StandIn {
+    const COARSER: usize = 3;
+
+    fn new(scene: &RelightScene, camera: &Pinhole, camera_from_world: &Pose) -> Self {
+        let side = |length: usize| length.div_ceil(Self::COARSER);
+        let coarse = camera.resized(side(camera.width), side(camera.height));
+        let means = scene.gaussians.means.iter();
+        let depths: Vec<f32> = means
+            .map(|p| camera_from_world.transform_point(Vec3::from(*p).as_dvec3()).z as f32)
+            .collect();
+        let positive = depths.iter().copied().filter(|z| *z > 0.0 && z.is_finite());
+        let range = positive.fold([f32::INFINITY, 0.0], |[a, b], z| [a.min(z), b.max(z)]);
+        let length = (range[1] - range[0]).max(f32::MIN_POSITIVE);
+        let splats = colored(&scene.gaussians, |i| [(depths[i] - range[0]) / length; 3]);
+        let options = RenderOptions { antialias: scene.antialias, ..RenderOptions::default() };
+        let draw = |splats: &Gaussians| render(splats, &coarse, camera_from_world, &options);
+        Self { depth: draw(&splats), normal: draw(&scene.normal_splats), range }
     }
-    let normal = towards(normal.normalize_or(to_viewer), to_viewer);
-    let position = ray.at(depth / cosine);
-    Some(Sight { position, normal, to_viewer, depth, on_surface: false })
+
+    fn sight(&self, rays: &Rays, x: usize, y: usize) -> Option<Sight> {
+        let (width, height) = (self.depth.alpha.width, self.depth.alpha.height);
+        let (cx, cy) = (x * width / rays.camera.width, y * height / rays.camera.height);
+        let alpha = self.depth.alpha.pixel(cx, cy)[0];
+        if !(alpha >= LEAST_ALPHA) {
+            return None;
+        }
+        let share = self.depth.color.pixel(cx, cy)[0] / alpha;
+        let depth = self.range[0] + share * (self.range[1] - self.range[0]);
+        let (ray, cosine) = rays.through(x as f64 + 0.5, y as f64 + 0.5);
+        let to_viewer = -ray.direction;
+        let encoded = Vec3::from_slice(self.normal.color.pixel(cx, cy)) / alpha;
+        let normal = (2.0 * encoded - Vec3::ONE).normalize_or(to_viewer);
+        let (position, normal) = (ray.at(depth / cosine), towards(normal, to_viewer));
+        Some(Sight { position, normal, to_viewer, depth, on_surface: false })
+    }
 }

@@ -202,8 +202,8 @@ impl QualityOptions {
     /// Directions from the light and from the lobes.
     pub fn samples(&self) -> (u32, u32) {
         let (light, brdf) = match self.quality {
-            Quality::Preview => (16, 4),
-            Quality::Standard => (32, 8),
+            Quality::Preview => (8, 4),
+            Quality::Standard => (16, 8),
             Quality::Reference => (512, 128),
         };
         (self.light_samples.unwrap_or(light), self.brdf_samples.unwrap_or(brdf))
@@ -212,8 +212,7 @@ impl QualityOptions {
     /// Strength of the filter.
     pub fn denoise_strength(&self) -> f32 {
         self.denoise.unwrap_or(match self.quality {
-            Quality::Preview => 2.0,
-            Quality::Standard => 1.0,
+            Quality::Preview | Quality::Standard => 2.0,
             Quality::Reference => 0.0,
         })
     }
@@ -232,8 +231,8 @@ impl QualityOptions {
     /// Directions per vertex of the surface, for indirect light.
     pub fn cache_samples(&self) -> u32 {
         match self.quality {
-            Quality::Preview => 16,
-            Quality::Standard => 32,
+            Quality::Preview => 8,
+            Quality::Standard => 16,
             Quality::Reference => 128,
         }
     }

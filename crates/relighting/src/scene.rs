@@ -47,6 +47,8 @@ pub struct RelightScene {
     pub(crate) base_color_splats: Gaussians,
     /// Degree 0; colours are roughness, metallic, and 1 where no view saw the Gaussian.
     pub(crate) property_splats: Gaussians,
+    /// Degree 0; colours are `(1 + normal) / 2`.
+    pub(crate) normal_splats: Gaussians,
     /// How far rays start off the surface, world units.
     pub(crate) ray_bias: f32,
 }
@@ -78,6 +80,7 @@ impl RelightScene {
             let unobserved = if materials.observations[i] == 0 { 1.0 } else { 0.0 };
             [materials.roughness[i], materials.metallic[i], unobserved]
         });
+        let normal_splats = colored(&gaussians, |i| materials.normals[i].map(|v| 0.5 + 0.5 * v));
         let ray_bias = ray_bias(&mesh);
         Ok(Self {
             gaussians,
@@ -90,6 +93,7 @@ impl RelightScene {
             tracer,
             base_color_splats,
             property_splats,
+            normal_splats,
             ray_bias,
         })
     }
@@ -141,7 +145,7 @@ pub(crate) struct SurfaceHit {
 }
 
 /// The same Gaussians with one colour each, taken as stored by the rasterizer: 0.5 + SH.
-fn colored(gaussians: &Gaussians, color: impl Fn(usize) -> [f32; 3]) -> Gaussians {
+pub(crate) fn colored(gaussians: &Gaussians, color: impl Fn(usize) -> [f32; 3]) -> Gaussians {
     let coefficient = |v: f32| (v.max(0.0).clamp(0.0, 1.0) - 0.5) / SH_C0 as f32;
     Gaussians {
         means: gaussians.means.clone(),
