@@ -1,6 +1,24 @@
 //! Inverse rendering: from a capture and its Gaussians to a surface, its material and the light.
 
+mod attributes;
+mod buffers;
+mod decompose;
 pub mod geometry;
+pub mod light;
+pub mod materials;
+mod options;
 mod photo;
+pub mod pixels;
+mod rendered;
+pub mod samples;
+mod sheets;
+pub mod splat_colors;
 
+pub use buffers::{PixelHit, TracedSurface, ViewRays};
+pub use decompose::{
+    Anchor, DecomposeError, Decomposition, Known, Observer, RenderedView, decompose,
+};
+pub use options::{DecomposeOptions, LobesChoice, TermChoice};
 pub use photo::Photo;
+pub use rendered::{decode as srgb_decoded, encode as srgb_encoded};
+pub use sheets::up_in_world;

@@ -13,6 +13,8 @@ pub struct Photo {
     pub camera_from_world: Pose,
     /// `[h, w, 3]`, linear, brought to the exposure of the model (sRGB values divided by the view's gain, then decoded).
     pub radiance_linear: ImageF32,
+    /// Which light it was taken under: photos of one capture share one.
+    pub light: usize,
     /// `[h, w, 1]`, 0 to 1: 0 where a mask says ignore or any channel of the photo is clipped.
     pub weight: ImageF32,
 }

@@ -28,6 +28,7 @@ fn photos(n: usize, scale: f64, shift: DVec3) -> Vec<Photo> {
             camera,
             camera_from_world: pose,
             radiance_linear: ImageF32::filled(width, height, 3, 0.5),
+            light: 0,
             weight: ImageF32::filled(width, height, 1, 1.0),
         }
     };

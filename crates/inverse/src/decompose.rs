@@ -1,0 +1,398 @@
+//! The whole of inverse rendering: surface, light, material, Gaussians.
+
+use std::ops::ControlFlow;
+
+use glam::Vec3;
+use motes_raster::RenderOptions;
+use motes_scene::{Gaussians, Materials, Surface};
+use motes_shading::environment::{Environment, Orientation};
+use motes_shading::integrate::IntegrationOptions;
+use motes_shading::tracing::MeshError;
+use thiserror::Error;
+
+use crate::attributes::{
+    nearest_vertices, per_gaussian, vertex_base_color, vertex_materials, vertex_visibility,
+};
+use crate::light::cells::CellLight;
+use crate::light::find::{LightProblem, RAY_BIAS};
+use crate::materials::basis::BasisScene;
+use crate::materials::find::{FoundMaterials, PartMaterial, environment, find_materials};
+use crate::materials::profile::Kind;
+use crate::materials::scale::ScaleEvidence;
+use crate::options::{DecomposeOptions, TermChoice};
+use crate::pixels::PixelShading;
+use crate::rendered::rendered;
+use crate::samples::{Sample, SeenView, choose_samples, vertex_radiance};
+use crate::sheets::sheet_of_triangles;
+use crate::splat_colors::{ColorTarget, fit_colors};
+use crate::{Photo, TracedSurface};
+
+/// Why there is no decomposition.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+pub enum DecomposeError {
+    /// The observer asked for it.
+    #[error("the decomposition was cancelled")]
+    Cancelled,
+    /// Nothing to fit to.
+    #[error("no point of the surface is seen by {0} photos: light and material cannot be told")]
+    NothingSeen(usize),
+    /// The mesh is broken.
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
+}
+
+/// What is known beforehand.
+#[derive(Debug, Default)]
+pub struct Known {
+    /// Light of every capture, photo units; empty when it is to be found.
+    pub lights: Vec<Environment>,
+    /// Base colours at points of the surface: the scale is set so that they come out.
+    pub anchors: Vec<(Vec3, Vec3)>,
+    /// Base colours that another program predicted, per photo, `[h, w, 3]`, linear, up to a factor per photo.
+    pub base_color_priors: Vec<Option<motes_scene::ImageF32>>,
+}
+
+/// What the scale of light against base colour rests on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Anchor {
+    /// The light was given.
+    Environment,
+    /// A base colour was given.
+    BaseColor,
+    /// Highlights.
+    Specular,
+    /// What base colours usually are.
+    Prior,
+}
+
+/// A view under the found light.
+#[derive(Clone, Debug)]
+pub struct RenderedView {
+    /// Index of the photo.
+    pub photo: usize,
+    /// Linear, photo units, `[h, w, 3]`; 0 where the surface is missed.
+    pub radiance_linear: motes_scene::ImageF32,
+    /// Base colour as the Gaussians show it, `[h, w, 3]`.
+    pub base_color_linear: motes_scene::ImageF32,
+    /// PSNR of the sRGB-encoded picture where the surface is hit, dB.
+    pub psnr_db: f64,
+}
+
+/// What inverse rendering found.
+#[derive(Debug)]
+pub struct Decomposition {
+    /// Materials of the Gaussians.
+    pub materials: Materials,
+    /// The surface with its materials.
+    pub surface: Surface,
+    /// Light per capture; none when it was given.
+    pub lights: Vec<CellLight>,
+    /// What the scale rests on.
+    pub anchor: Anchor,
+    /// Factor that the anchor put on base colours.
+    pub base_color_factor: Vec3,
+    /// What highlights say about the scale.
+    pub scale: ScaleEvidence,
+    /// Materials of the parts.
+    pub parts: Vec<PartMaterial>,
+    /// Whether a bounce of light belongs to the model, and the mean share of the irradiance that it is.
+    pub indirect: bool,
+    /// Mean share of irradiance that comes from the surface itself.
+    pub indirect_share: f32,
+    /// Share of the cost of the views without highlights that highlights save.
+    pub specular_gain: f32,
+    /// Whether any part has a specular lobe.
+    pub specular: bool,
+    /// Views under the found light: every photo that was asked for.
+    pub views: Vec<RenderedView>,
+    /// Cells of the light after every round, and the cost of the fit before and after.
+    pub light_rounds: Vec<(usize, f64, f64)>,
+    /// Points that were fitted to.
+    pub samples: usize,
+}
+
+/// Indirect light below this share of the irradiance is left out.
+const LEAST_INDIRECT: f32 = 0.005;
+/// Spread of the scale, log units, up to which highlights count as an anchor.
+const TELLING_SPREAD: f32 = 0.35;
+
+/// Called before every step with its name and the share of the work that is done.
+pub type Observer<'a> = dyn FnMut(&'static str, f32) -> ControlFlow<()> + 'a;
+
+/// Takes apart what `photos` show of `surface`. `score` are further photos that are only compared with.
+///
+/// # Errors
+/// When the observer stops it, no point is seen twice, or the mesh refers to vertices that do not exist.
+#[expect(clippy::too_many_arguments, reason = "the inputs of a whole stage")]
+pub fn decompose(
+    surface: Surface,
+    gaussians: &Gaussians,
+    photos: &[Photo],
+    score: &[Photo],
+    known: &Known,
+    render: &RenderOptions,
+    orientation: Orientation,
+    options: &DecomposeOptions,
+    seed: u64,
+    observer: &mut Observer<'_>,
+) -> Result<Decomposition, DecomposeError> {
+    let mut step = |name, done| match observer(name, done) {
+        ControlFlow::Continue(()) => Ok(()),
+        ControlFlow::Break(()) => Err(DecomposeError::Cancelled),
+    };
+    step("points", 0.0)?;
+    let scene = TracedSurface::new(surface)?;
+    let views: Vec<SeenView<'_>> = photos.iter().map(|p| SeenView::new(p, &scene)).collect();
+    let min_views = 3.min(photos.len()).max(1);
+    let samples = choose_samples(&scene, &views, options.samples, min_views);
+    if samples.is_empty() {
+        return Err(DecomposeError::NothingSeen(min_views));
+    }
+    let distance = median_distance(&samples, &views);
+    let ray_bias = RAY_BIAS * distance;
+    let light_count = photos.iter().map(|p| p.light + 1).max().unwrap_or(1);
+    let mut bounces: Vec<Vec<Vec3>> = match options.indirect {
+        TermChoice::Off => Vec::new(),
+        _ => (0..light_count).map(|l| vertex_radiance(&scene, &views, l)).collect(),
+    };
+    let priors = prior_log_base(&samples, &views, known);
+
+    let problem = |bounces: &[Vec<Vec3>]| {
+        LightProblem {
+            scene: &scene,
+            samples: &samples,
+            vertex_radiance: bounces,
+            lights: light_count,
+            distance,
+            orientation,
+            prior_log_base: priors.as_deref(),
+        }
+        .solve(options, None, options.typical_base_color, seed, || ())
+    };
+    step("light", 0.05)?;
+    let sheets = sheet_of_triangles(&scene.surface);
+    let apart: Vec<u32> = samples.iter().map(|s| sheets[s.triangle as usize]).collect();
+    let mut light_rounds = Vec::new();
+    let mut cell_lights = Vec::new();
+    let mut indirect_share = 0.0;
+    let mut factor = Vec3::ONE;
+    let mut anchor = Anchor::Environment;
+    let mut lights: Vec<Environment> = known.lights.clone();
+    let is_known = !lights.is_empty();
+    if !is_known {
+        let found = problem(&bounces);
+        light_rounds = found
+            .cells
+            .iter()
+            .zip(found.costs.iter().skip(1))
+            .map(|(n, c)| (*n, c.0, c.1))
+            .collect();
+        cell_lights = found.lights;
+        lights = cell_lights.iter().map(environment).collect();
+    }
+    if !bounces.is_empty() {
+        indirect_share = share_of_bounce(&scene, &samples, &lights, &bounces, ray_bias, seed);
+        if options.indirect == TermChoice::Auto && indirect_share < LEAST_INDIRECT {
+            bounces.clear();
+        }
+    }
+
+    step("material", 0.3)?;
+    let find = |lights: &[Environment]| {
+        find_materials(&scene, &samples, lights, &bounces, &apart, ray_bias, options, seed)
+    };
+    let mut found = find(&lights);
+    if !is_known {
+        // The scale moves what is a highlight and what is not, so the two are found in turn.
+        for round in 0..2 {
+            step("scale", 0.4 + 0.1 * round as f32)?;
+            let on_light = match anchored(&samples, &found, &known.anchors) {
+                Some(on_light) => {
+                    anchor = Anchor::BaseColor;
+                    on_light
+                }
+                None => {
+                    anchor = if found.scale.log_spread < TELLING_SPREAD {
+                        Anchor::Specular
+                    } else {
+                        Anchor::Prior
+                    };
+                    found.scale.factor
+                }
+            };
+            factor /= on_light;
+            for light in &mut cell_lights {
+                light.radiance.iter_mut().for_each(|e| *e *= on_light);
+            }
+            lights = cell_lights.iter().map(environment).collect();
+            found = find(&lights);
+        }
+    }
+
+    step("pixels", 0.6)?;
+    let materials = vertex_materials(&scene, &samples, &found, &sheets);
+    let specular = found.parts.iter().any(|p| p.kind != Kind::Matte);
+    let brdf_samples = if specular { options.pixel_rays / 3 } else { 0 }
+        .max(u32::from(!bounces.is_empty()) * options.pixel_rays / 4);
+    let basis_scene = BasisScene {
+        scene: &scene,
+        lights: &lights,
+        vertex_radiance: &bounces,
+        lobes: options.lobes.into(),
+        options: IntegrationOptions {
+            light_samples: options.pixel_rays.saturating_sub(brdf_samples).max(1),
+            brdf_samples,
+            ray_bias,
+            seed,
+            ..IntegrationOptions::default()
+        },
+    };
+    let scored: Vec<SeenView<'_>> = score.iter().map(|p| SeenView::new(p, &scene)).collect();
+    let shadings: Vec<PixelShading> = views
+        .iter()
+        .chain(&scored)
+        .enumerate()
+        .map(|(i, view)| PixelShading::integrate(view, i, &materials, &basis_scene))
+        .collect();
+    let targets: Vec<ColorTarget> = views
+        .iter()
+        .zip(&shadings)
+        .map(|(view, shading)| {
+            let (color, weight) = shading.base_color(view);
+            let (camera, camera_from_world) = (view.photo.camera, view.photo.camera_from_world);
+            ColorTarget { camera, camera_from_world, color, weight }
+        })
+        .collect();
+
+    step("colours", 0.8)?;
+    let base = vertex_base_color(&scene, &views, &targets, &found);
+    let nearest = nearest_vertices(&scene.surface, gaussians);
+    let typical = Vec3::splat(options.typical_base_color);
+    let start: Vec<Vec3> = nearest.iter().map(|v| v.map_or(typical, |v| base[v])).collect();
+    let fitted = fit_colors(gaussians, &targets, &start, options.color_passes, render, || ());
+    let views = rendered(gaussians, &fitted.colors, render, views.iter().chain(&scored), &shadings);
+
+    step("attributes", 0.95)?;
+    let visibility = vertex_visibility(&scene, ray_bias, seed);
+    let materials_of_gaussians = Materials {
+        normals: per_gaussian(&nearest, |v| scene.surface.normals[v], [0.0, 0.0, 1.0]),
+        base_color_linear: fitted.colors.iter().map(Vec3::to_array).collect(),
+        roughness: per_gaussian(&nearest, |v| materials.roughness[v], 1.0),
+        metallic: per_gaussian(&nearest, |v| materials.metallic[v], 0.0),
+        visibility: per_gaussian(&nearest, |v| visibility[v], 1.0),
+        observations: fitted.observations,
+    };
+    let surface = Surface {
+        base_color_linear: base.iter().map(Vec3::to_array).collect(),
+        roughness: materials.roughness,
+        metallic: materials.metallic,
+        ..scene.surface
+    };
+    Ok(Decomposition {
+        materials: materials_of_gaussians,
+        surface,
+        lights: cell_lights,
+        anchor,
+        base_color_factor: factor,
+        scale: found.scale,
+        specular_gain: found.specular_gain,
+        parts: found.parts,
+        indirect: !bounces.is_empty(),
+        indirect_share,
+        specular,
+        views,
+        light_rounds,
+        samples: samples.len(),
+    })
+}
+
+fn median_distance(samples: &[Sample], views: &[SeenView<'_>]) -> f32 {
+    let mut all: Vec<f32> = samples
+        .iter()
+        .flat_map(|s| {
+            s.observations.iter().map(|o| (views[o.photo as usize].rays.eye - s.position).length())
+        })
+        .collect();
+    all.sort_by(f32::total_cmp);
+    all.get(all.len() / 2).copied().unwrap_or(1.0)
+}
+
+/// Factor on the light that makes the base colours at anchors what they are known to be.
+fn anchored(samples: &[Sample], found: &FoundMaterials, anchors: &[(Vec3, Vec3)]) -> Option<Vec3> {
+    let mut sum = Vec3::ZERO;
+    for (position, known) in anchors {
+        let mut near: Vec<(f32, usize)> = samples
+            .iter()
+            .enumerate()
+            .map(|(p, s)| ((s.position - *position).length_squared(), p))
+            .collect();
+        near.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let few = &near[..near.len().min(8)];
+        let mean = few.iter().map(|(_, p)| found.base_color_linear[*p]).sum::<Vec3>()
+            / few.len().max(1) as f32;
+        sum += Vec3::from(
+            (mean.max(Vec3::splat(1e-3)) / known.max(Vec3::splat(1e-3))).to_array().map(f32::ln),
+        );
+    }
+    (!anchors.is_empty()).then(|| Vec3::from((sum / anchors.len() as f32).to_array().map(f32::exp)))
+}
+
+/// Mean share of the irradiance that comes from the surface itself.
+fn share_of_bounce(
+    scene: &TracedSurface,
+    samples: &[Sample],
+    lights: &[Environment],
+    bounces: &[Vec<Vec3>],
+    ray_bias: f32,
+    seed: u64,
+) -> f32 {
+    use motes_shading::brdf::{Lobes, Material};
+    use motes_shading::integrate::SurfacePoint;
+    let options = IntegrationOptions {
+        light_samples: 16,
+        brdf_samples: 16,
+        ray_bias,
+        seed,
+        ..IntegrationOptions::default()
+    };
+    let basis =
+        BasisScene { scene, lights, vertex_radiance: bounces, lobes: Lobes::Lambert, options };
+    let points: Vec<SurfacePoint> = samples
+        .iter()
+        .map(|s| SurfacePoint {
+            position: s.position,
+            geometric_normal: s.geometric_normal,
+            shading_normal: s.normal,
+            to_viewer: s.normal,
+            material: Material::lambert(Vec3::ONE),
+        })
+        .collect();
+    basis.with_shaders(|shaders| {
+        let shaded = shaders[0].shade(&points, 0);
+        let (sum, total) = shaded.iter().fold((0.0f32, 0.0f32), |(i, t), s| {
+            (i + s.indirect.element_sum(), t + s.total().element_sum())
+        });
+        if total > 0.0 { sum / total } else { 0.0 }
+    })
+}
+
+/// Logarithm of predicted base colours at the samples, mean over the photos that have a prediction.
+fn prior_log_base(samples: &[Sample], views: &[SeenView<'_>], known: &Known) -> Option<Vec<Vec3>> {
+    if !known.base_color_priors.iter().any(Option::is_some) {
+        return None;
+    }
+    let of = |sample: &Sample| {
+        let (mut sum, mut count) = (Vec3::ZERO, 0.0f32);
+        for o in &sample.observations {
+            let k = o.photo as usize;
+            let Some(Some(image)) = known.base_color_priors.get(k) else { continue };
+            let Some((x, y, _)) = views[k].rays.project(sample.position) else { continue };
+            let pixel =
+                image.pixel((x as usize).min(image.width - 1), (y as usize).min(image.height - 1));
+            sum += Vec3::from([pixel[0], pixel[1], pixel[2]].map(|v| v.max(1e-3).ln()));
+            count += 1.0;
+        }
+        if count > 0.0 { sum / count } else { Vec3::ZERO }
+    };
+    Some(samples.iter().map(of).collect())
+}

@@ -1,0 +1,223 @@
+//! Rounds of tracing, solving and dividing cells.
+
+use glam::Vec3;
+use motes_shading::environment::Orientation;
+
+use super::cells::{Cell, CellLight};
+use super::pairs::{Pair, PairOptions, choose_pairs};
+use super::solve::{LitPoints, SolveOptions, solve};
+use super::transport::{Transport, TransportOptions, bounce};
+use crate::buffers::TracedSurface;
+use crate::options::DecomposeOptions;
+use crate::samples::Sample;
+
+/// Cells of level 0: 11.25 degrees wide.
+const COLUMNS: usize = 32;
+/// A cell is divided when more than this share of all received light comes from it.
+const SHARE: f32 = 0.03;
+/// Neighbourhood of pairs, as a share of the distance between camera and point.
+const RADIUS: f32 = 0.05;
+/// Neighbours that pairs are drawn from: some shadow edges lie between.
+const AMONG: usize = 200;
+/// Weight of pairs that are not both on a flat piece: their normals err by degrees, which flattens the light.
+const UNSURE: f32 = 0.2;
+/// Weight of a pair of one point under two lights against a full pair.
+const SAME_POINT: f32 = 4.0;
+
+/// Points and the captures that show them.
+#[derive(Debug)]
+pub struct LightProblem<'a> {
+    /// Geometry.
+    pub scene: &'a TracedSurface,
+    /// Points with observations.
+    pub samples: &'a [Sample],
+    /// Radiance of the surface per capture and vertex; empty when indirect light is left out.
+    pub vertex_radiance: &'a [Vec<Vec3>],
+    /// Number of captures.
+    pub lights: usize,
+    /// Median distance between cameras and points, world units.
+    pub distance: f32,
+    /// Axes of the maps.
+    pub orientation: Orientation,
+    /// Per sample: logarithm of a base colour that was predicted elsewhere, up to one factor per photo.
+    pub prior_log_base: Option<&'a [Vec3]>,
+}
+
+/// The light found and what was measured on the way.
+#[derive(Debug)]
+pub struct FoundLight {
+    /// One per capture, with common cells.
+    pub lights: Vec<CellLight>,
+    /// Cells of every round.
+    pub cells: Vec<usize>,
+    /// Cost of every round, before and after.
+    pub costs: Vec<(f64, f64)>,
+    /// Estimated irradiance over π per capture and sample.
+    pub shading: Vec<Vec<Vec3>>,
+}
+
+impl LightProblem<'_> {
+    /// Finds the light of every capture, starting from `start` or from an even white one.
+    pub fn solve(
+        &self,
+        options: &DecomposeOptions,
+        start: Option<Vec<CellLight>>,
+        typical_base_color: f32,
+        seed: u64,
+        mut tick: impl FnMut(),
+    ) -> FoundLight {
+        let rounds = if start.is_some() { 0..1 } else { 0..options.light_levels + 1 };
+        let even = CellLight::uniform(COLUMNS, COLUMNS / 2, Vec3::ONE, self.orientation);
+        let mut lights = start.unwrap_or_else(|| vec![even; self.lights]);
+        let transport_options = TransportOptions {
+            rays_per_side: options.light_rays,
+            bounce_rays: 64,
+            bias: RAY_BIAS * self.distance,
+            visibility: options.visibility,
+            seed,
+        };
+        let bounces: Vec<Vec<Vec3>> = (0..self.lights)
+            .map(|l| match self.vertex_radiance.get(l) {
+                Some(radiance) => bounce(self.scene, self.samples, radiance, &transport_options),
+                None => vec![Vec3::ZERO; self.samples.len()],
+            })
+            .collect();
+        let mut found = FoundLight {
+            lights: Vec::new(),
+            cells: Vec::new(),
+            costs: Vec::new(),
+            shading: Vec::new(),
+        };
+        let mut base: Vec<Vec<Vec3>> = Vec::new();
+        for round in rounds {
+            let transport =
+                Transport::trace(self.scene, self.samples, &lights[0], &transport_options);
+            tick();
+            let (rows, lit) = self.lit_points(&transport, &bounces);
+            // Chromaticity of the photos is that of light and base colour together: choose pairs again once the
+            // light is roughly known.
+            for pass in 0..if round == 0 { 2 } else { 1u64 } {
+                let pairs = self.pairs(&rows, &lit, &base, options, seed.wrapping_add(pass));
+                let solve_options = SolveOptions {
+                    smooth: options.weight_smooth_light,
+                    white: options.weight_white_light,
+                    scale: options.weight_albedo_range,
+                    typical_base_color,
+                    sigma: 0.05,
+                    steps: 200,
+                    rate: 0.1,
+                };
+                found.costs.push(solve(&mut lights, &lit, &pairs, &solve_options));
+                base = lit.iter().zip(&lights).map(|(l, light)| base_colors(l, light)).collect();
+                tick();
+            }
+            found.cells.push(lights[0].cells.len());
+            if round < options.light_levels && found.cells.len() <= options.light_levels as usize {
+                let hot = hot_cells(&lights, &lit);
+                let which = around(&lights[0].cells, &hot, options.light_levels);
+                lights.iter_mut().for_each(|light| light.divide(&which));
+            } else {
+                found.shading = (0..self.lights)
+                    .map(|l| {
+                        let of = |p| transport.direct(p, &lights[l].radiance) + bounces[l][p];
+                        (0..self.samples.len()).map(of).collect()
+                    })
+                    .collect();
+            }
+        }
+        found.lights = lights;
+        found
+    }
+
+    /// Samples per capture (those that its photos show), and their rows.
+    fn lit_points(
+        &self,
+        transport: &Transport,
+        bounces: &[Vec<Vec3>],
+    ) -> (Vec<Vec<u32>>, Vec<LitPoints>) {
+        (0..self.lights)
+            .map(|l| {
+                let seen = self.samples.iter().enumerate();
+                let (rows, radiance): (Vec<u32>, Vec<Vec3>) =
+                    seen.filter_map(|(p, s)| Some((p as u32, s.body_radiance(l)?))).unzip();
+                let mut transport = transport.gather(&rows);
+                transport.bounce = rows.iter().map(|&p| bounces[l][p as usize]).collect();
+                (rows, LitPoints { transport, radiance })
+            })
+            .unzip()
+    }
+
+    fn pairs(
+        &self,
+        rows: &[Vec<u32>],
+        lit: &[LitPoints],
+        base: &[Vec<Vec3>],
+        options: &DecomposeOptions,
+        seed: u64,
+    ) -> Vec<Pair> {
+        let mut all = Vec::new();
+        let mut start = 0;
+        let mut row_of = vec![u32::MAX; self.samples.len()];
+        for (l, (rows, lit)) in rows.iter().zip(lit).enumerate() {
+            let positions: Vec<Vec3> =
+                rows.iter().map(|&p| self.samples[p as usize].position).collect();
+            let colors = base.get(l).unwrap_or(&lit.radiance);
+            let pair_options = PairOptions {
+                count: 8,
+                among: AMONG,
+                radius: RADIUS * self.distance,
+                chroma: 0.1,
+                seed,
+            };
+            all.extend(choose_pairs(&positions, colors, &pair_options).into_iter().map(|pair| {
+                let [a, b] = [pair.a, pair.b].map(|row| rows[row as usize] as usize);
+                let sure = self.samples[a].on_sheet && self.samples[b].on_sheet;
+                let weight = options.weight_base_color * if sure { 1.0 } else { UNSURE };
+                Pair {
+                    a: pair.a + start,
+                    b: pair.b + start,
+                    weight: weight * pair.weight,
+                    expected: self.prior_log_base.map_or(Vec3::ZERO, |prior| prior[a] - prior[b]),
+                }
+            }));
+            for (row, &p) in (start..).zip(rows) {
+                let other = std::mem::replace(&mut row_of[p as usize], row);
+                if other != u32::MAX {
+                    all.push(Pair { a: other, b: row, weight: SAME_POINT, expected: Vec3::ZERO });
+                }
+            }
+            start += rows.len() as u32;
+        }
+        all
+    }
+}
+
+/// Distance at which rays leave the surface, as a share of the distance between camera and point: some pixels.
+pub(crate) const RAY_BIAS: f32 = 3e-3;
+
+fn base_colors(lit: &LitPoints, light: &CellLight) -> Vec<Vec3> {
+    let shading = |p: usize| lit.transport.direct(p, &light.radiance) + lit.transport.bounce[p];
+    lit.radiance.iter().enumerate().map(|(p, l)| *l / shading(p).max(Vec3::splat(1e-4))).collect()
+}
+
+/// Whether more than [`SHARE`] of what all points receive comes from a cell, under any light.
+fn hot_cells(lights: &[CellLight], lit: &[LitPoints]) -> Vec<bool> {
+    let mut hot = vec![false; lights[0].cells.len()];
+    for (light, lit) in lights.iter().zip(lit) {
+        let received = lit.transport.transposed(&vec![Vec3::ONE; lit.radiance.len()]);
+        let flux: Vec<f32> =
+            received.iter().zip(&light.radiance).map(|(t, e)| (*t * *e).element_sum()).collect();
+        let total: f32 = flux.iter().sum();
+        hot.iter_mut().zip(&flux).for_each(|(hot, f)| *hot |= *f > SHARE * total);
+    }
+    hot
+}
+
+/// Hot cells and those that touch one and are not finer: a bright spot may turn out to lie next door.
+fn around(cells: &[Cell], hot: &[bool], levels: u32) -> Vec<bool> {
+    let near_hot = |cell: &Cell| {
+        let mut others = cells.iter().zip(hot).filter(|(_, hot)| **hot);
+        others.any(|(other, _)| other.level >= cell.level && cell.touches(other))
+    };
+    cells.iter().map(|cell| cell.level < levels && near_hot(cell)).collect()
+}

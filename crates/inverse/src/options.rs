@@ -1,0 +1,130 @@
+//! Dials of inverse rendering.
+
+use clap::{Args, ValueEnum};
+use motes_shading::brdf::Lobes;
+use serde::{Deserialize, Serialize};
+
+/// Lobes of the materials.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum LobesChoice {
+    /// Diffuse only
+    Lambert,
+    /// Diffuse under a coat that keeps the books
+    Principled,
+    /// The same coat over Burley's diffuse lobe, as Blender, Mitsuba and engines have it
+    #[default]
+    Burley,
+}
+
+impl From<LobesChoice> for Lobes {
+    fn from(choice: LobesChoice) -> Self {
+        match choice {
+            LobesChoice::Lambert => Self::Lambert,
+            LobesChoice::Principled => Self::Principled,
+            LobesChoice::Burley => Self::Burley,
+        }
+    }
+}
+
+/// Whether a term of the image formation is modelled.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum TermChoice {
+    /// As the photos ask for
+    #[default]
+    Auto,
+    /// Always
+    On,
+    /// Never
+    Off,
+}
+
+/// What `decompose` may vary.
+#[derive(Clone, Debug, Args, Serialize, Deserialize)]
+#[serde(default)]
+pub struct DecomposeOptions {
+    /// Points of the surface that light and material are fitted to
+    #[arg(long, default_value_t = 8000, value_name = "COUNT", help_heading = "Fit")]
+    pub samples: usize,
+
+    /// Rays per point and direction of view where materials are compared; two thirds towards the light
+    #[arg(long, default_value_t = 96, value_name = "COUNT", help_heading = "Fit")]
+    pub material_rays: u32,
+
+    /// Rays per pixel of the photos where base colour is read off
+    #[arg(long, default_value_t = 48, value_name = "COUNT", help_heading = "Fit")]
+    pub pixel_rays: u32,
+
+    /// Rays per side of a cell of the light; finer cells take fewer
+    #[arg(long, default_value_t = 2, value_name = "COUNT", help_heading = "Fit")]
+    pub light_rays: u32,
+
+    /// How often cells of the light that matter are divided: 0 smooth light only (11 degrees), 3 a sun (1.4 degrees)
+    #[arg(long, default_value_t = 3, value_name = "LEVELS", help_heading = "Fit")]
+    pub light_levels: u32,
+
+    /// Passes over the photos that bring base colours into the Gaussians
+    #[arg(long, default_value_t = 12, value_name = "COUNT", help_heading = "Fit")]
+    pub color_passes: u32,
+
+    /// Lobes of the materials
+    #[arg(long, value_enum, default_value_t, help_heading = "Model")]
+    pub lobes: LobesChoice,
+
+    /// Specular lobe
+    #[arg(long, value_enum, default_value_t, help_heading = "Model")]
+    pub specular: TermChoice,
+
+    /// Metals
+    #[arg(long, value_enum, default_value_t, help_heading = "Model")]
+    pub metallic: TermChoice,
+
+    /// One bounce of light from the surface itself
+    #[arg(long, value_enum, default_value_t, help_heading = "Model")]
+    pub indirect: TermChoice,
+
+    /// Shadows; off is for measuring what they are worth
+    #[arg(long, default_value_t = true, action = clap::ArgAction::Set, value_name = "BOOL", help_heading = "Model")]
+    pub visibility: bool,
+
+    /// Weight: neighbouring points of like chromaticity have one base colour
+    #[arg(long, default_value_t = 1.0, value_name = "WEIGHT", help_heading = "Priors")]
+    pub weight_base_color: f32,
+
+    /// Weight: the light is smooth, but for few edges
+    #[arg(long, default_value_t = 0.05, value_name = "WEIGHT", help_heading = "Priors")]
+    pub weight_smooth_light: f32,
+
+    /// Weight: the light is nearly white, on the whole
+    #[arg(long, default_value_t = 0.1, value_name = "WEIGHT", help_heading = "Priors")]
+    pub weight_white_light: f32,
+
+    /// Weight: base colours are in a usual range, 0.35 in the mean
+    #[arg(long, default_value_t = 1.0, value_name = "WEIGHT", help_heading = "Priors")]
+    pub weight_albedo_range: f32,
+
+    /// What one more part of a roughness of its own costs (smooth roughness)
+    #[arg(long, default_value_t = 20.0, value_name = "PRICE", help_heading = "Priors")]
+    pub weight_smooth_roughness: f32,
+
+    /// What calling a part metal costs (sparse metal)
+    #[arg(long, default_value_t = 10.0, value_name = "PRICE", help_heading = "Priors")]
+    pub weight_sparse_metal: f32,
+
+    /// Typical base colour, where nothing tells the scale of the light
+    #[arg(long, default_value_t = 0.35, value_name = "VALUE", help_heading = "Priors")]
+    pub typical_base_color: f32,
+}
+
+impl Default for DecomposeOptions {
+    fn default() -> Self {
+        #[derive(clap::Parser)]
+        struct Defaults {
+            #[command(flatten)]
+            options: DecomposeOptions,
+        }
+        // The defaults are written once, for the command line.
+        <Defaults as clap::Parser>::parse_from([""]).options
+    }
+}

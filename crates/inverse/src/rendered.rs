@@ -1,0 +1,66 @@
+//! Views under the light that was found, against the photos.
+
+use glam::Vec3;
+use motes_raster::RenderOptions;
+use motes_scene::{Gaussians, ImageF32};
+
+use crate::decompose::RenderedView;
+use crate::pixels::PixelShading;
+use crate::samples::SeenView;
+
+/// Renders base colours and puts them under the shading of every view.
+pub(crate) fn rendered<'a>(
+    gaussians: &Gaussians,
+    colors: &[Vec3],
+    render: &RenderOptions,
+    views: impl Iterator<Item = &'a SeenView<'a>>,
+    shadings: &[PixelShading],
+) -> Vec<RenderedView> {
+    let model = crate::splat_colors::colored(gaussians, colors);
+    views
+        .zip(shadings)
+        .enumerate()
+        .map(|(photo, (view, shading))| {
+            let r = motes_raster::render(
+                &model,
+                &view.photo.camera,
+                &view.photo.camera_from_world,
+                render,
+            );
+            let mut base = r.color;
+            for (pixel, alpha) in base.data.chunks_exact_mut(3).zip(&r.alpha.data) {
+                pixel.iter_mut().for_each(|v| *v = (*v / alpha.max(0.05)).min(1.0));
+            }
+            let radiance = shading.relit(&base);
+            let psnr_db = psnr(&radiance, view);
+            RenderedView { photo, radiance_linear: radiance, base_color_linear: base, psnr_db }
+        })
+        .collect()
+}
+
+fn psnr(radiance: &ImageF32, view: &SeenView<'_>) -> f64 {
+    let (mut sum, mut count) = (0.0, 0usize);
+    let pixels = radiance.data.chunks_exact(3).zip(view.photo.radiance_linear.data.chunks_exact(3));
+    for ((ours, photo), hit) in pixels.zip(&view.hits) {
+        if hit.is_hit() {
+            for (a, b) in ours.iter().zip(photo) {
+                sum += f64::from(encode(*a) - encode(*b)).powi(2);
+                count += 1;
+            }
+        }
+    }
+    if count == 0 { f64::NAN } else { -10.0 * (sum / count as f64).max(1e-12).log10() }
+}
+
+/// The sRGB curve of a linear value, clipped to [0, 1].
+pub fn encode(linear: f32) -> f32 {
+    // `max` first: it turns NaN into 0.
+    let v = linear.max(0.0).clamp(0.0, 1.0);
+    if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 }
+}
+
+/// The linear value of an sRGB-encoded one; below 0 and NaN become 0.
+pub fn decode(encoded: f32) -> f32 {
+    let v = encoded.max(0.0);
+    if v <= 0.040_45 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
+}

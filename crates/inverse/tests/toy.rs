@@ -1,0 +1,334 @@
+//! A ball on a floor of two greys in the sun, taken apart again: surface given, light and material found.
+
+use glam::{DVec3, Vec3};
+use motes_inverse::{
+    DecomposeOptions, Decomposition, Known, Photo, TermChoice, TracedSurface, ViewRays, decompose,
+};
+use motes_raster::RenderOptions;
+use motes_scene::{Gaussians, ImageF32, Pinhole, Pose, Surface};
+use motes_shading::brdf::{Lobes, Material};
+use motes_shading::environment::{
+    Convention, Environment, EnvironmentMap, MapOptions, Orientation,
+};
+use motes_shading::integrate::{IntegrationOptions, Shader, SurfacePoint};
+use std::ops::ControlFlow;
+
+const SIZE: (usize, usize) = (96, 72);
+const RADIUS: f32 = 0.5;
+
+/// Floor at z = 0 as a grid of its own and a ball on it.
+fn surface() -> Surface {
+    let mut s = Surface::default();
+    let n = 40u32;
+    for y in 0..=n {
+        for x in 0..=n {
+            s.vertices.push([
+                x as f32 / n as f32 * 4.0 - 2.0,
+                y as f32 / n as f32 * 4.0 - 2.0,
+                0.0,
+            ]);
+            s.normals.push([0.0, 0.0, 1.0]);
+        }
+    }
+    let quad = |s: &mut Surface, a: u32, b: u32, c: u32, d: u32| {
+        s.triangles.extend([[a, b, c], [a, c, d]]);
+    };
+    for y in 0..n {
+        for x in 0..n {
+            let a = y * (n + 1) + x;
+            quad(&mut s, a, a + 1, a + n + 2, a + n + 1);
+        }
+    }
+    let first = s.vertices.len() as u32;
+    let (rows, columns) = (24u32, 48u32);
+    for y in 0..=rows {
+        for x in 0..columns {
+            let (theta, phi) = (
+                y as f32 / rows as f32 * std::f32::consts::PI,
+                x as f32 / columns as f32 * std::f32::consts::TAU,
+            );
+            let d = Vec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos());
+            s.normals.push(d.to_array());
+            s.vertices.push((d * RADIUS + Vec3::Z * (RADIUS + 0.01)).to_array());
+        }
+    }
+    for y in 0..rows {
+        for x in 0..columns {
+            let at = |x: u32, y: u32| first + y * columns + x % columns;
+            quad(&mut s, at(x, y), at(x, y + 1), at(x + 1, y + 1), at(x + 1, y));
+        }
+    }
+    s
+}
+
+fn is_floor(p: Vec3) -> bool {
+    p.z < 1e-3
+}
+
+fn base_color(p: Vec3) -> f32 {
+    match (is_floor(p), (p.x * 2.0).floor() as i32 + (p.y * 2.0).floor() as i32) {
+        (true, k) if k.rem_euclid(2) == 0 => 0.5,
+        (true, _) => 0.25,
+        _ => 0.45,
+    }
+}
+
+fn light(sky: f32, sun: f32) -> Environment {
+    let mut image = ImageF32::filled(64, 32, 3, 0.0);
+    for y in 0..16 {
+        for x in 0..64 {
+            image.pixel_mut(x, y).fill(sky);
+        }
+    }
+    for (x, y) in [(20, 8), (21, 8), (20, 9), (21, 9)] {
+        image.pixel_mut(x, y).fill(sun);
+    }
+    let options = MapOptions { exposure: 1.0, orientation: Orientation::new(Convention::Blender) };
+    Environment::new(EnvironmentMap::new(&image, &options).ok(), None)
+}
+
+fn photos(
+    scene: &TracedSurface,
+    light: &Environment,
+    material: impl Fn(Vec3) -> Material,
+) -> Vec<Photo> {
+    let camera = Pinhole { fx: 90.0, fy: 90.0, cx: 48.0, cy: 36.0, width: SIZE.0, height: SIZE.1 };
+    let options = IntegrationOptions {
+        light_samples: 64,
+        brdf_samples: 32,
+        ray_bias: 1e-4,
+        ..IntegrationOptions::default()
+    };
+    let shader = Shader::new(light, &scene.tracer, None, options);
+    (0..12u32)
+        .map(|k| {
+            let phi = f64::from(k) * std::f64::consts::TAU / 12.0;
+            let height = 1.6 + 0.8 * f64::from(k % 3);
+            let eye = DVec3::new(3.0 * phi.cos(), 3.0 * phi.sin(), height);
+            let mut photo = Photo {
+                name: format!("view_{k:02}.png"),
+                camera,
+                camera_from_world: Pose::look_at(eye, DVec3::Z * 0.3, DVec3::Z).expect("a pose"),
+                radiance_linear: ImageF32::filled(SIZE.0, SIZE.1, 3, 0.0),
+                light: 0,
+                weight: ImageF32::filled(SIZE.0, SIZE.1, 1, 1.0),
+            };
+            let rays = ViewRays::new(&photo);
+            let hits = rays.hits(scene);
+            let mut places = Vec::new();
+            let mut points = Vec::new();
+            for (i, hit) in hits.iter().enumerate().filter(|(_, h)| h.is_hit()) {
+                let (x, y) = ((i % SIZE.0) as f32 + 0.5, (i / SIZE.0) as f32 + 0.5);
+                let to_viewer = -rays.direction(x, y);
+                let (position, shading_normal, geometric_normal) = scene.frame(hit, to_viewer);
+                places.push(i);
+                let material = material(position);
+                points.push(SurfacePoint {
+                    position,
+                    geometric_normal,
+                    shading_normal,
+                    to_viewer,
+                    material,
+                });
+            }
+            for (i, shaded) in places.iter().zip(shader.shade(&points, u64::from(k) << 32)) {
+                photo.radiance_linear.data[3 * i..3 * i + 3]
+                    .copy_from_slice(&shaded.total().to_array());
+            }
+            photo
+        })
+        .collect()
+}
+
+fn gaussians(surface: &Surface) -> Gaussians {
+    let n = surface.vertices.len() + 1;
+    // The last one is where no camera looks.
+    let means = surface.vertices.iter().copied().chain([[0.0, 0.0, -50.0]]).collect();
+    Gaussians {
+        means,
+        rotations: vec![[1.0, 0.0, 0.0, 0.0]; n],
+        log_scales: vec![[0.05f32.ln(); 3]; n],
+        opacity_logits: vec![3.0; n],
+        sh_degree: 0,
+        sh: vec![0.0; 3 * n],
+        extra: Vec::new(),
+    }
+}
+
+fn options() -> DecomposeOptions {
+    DecomposeOptions {
+        samples: 1500,
+        material_rays: 48,
+        pixel_rays: 24,
+        color_passes: 4,
+        // The photos here are made without a second surface.
+        indirect: TermChoice::Off,
+        ..DecomposeOptions::default()
+    }
+}
+
+fn run(photos: &[Photo], known: &Known) -> Decomposition {
+    let surface = surface();
+    let gaussians = gaussians(&surface);
+    let orientation = Orientation::new(Convention::Blender);
+    let render = RenderOptions::default();
+    let mut go_on = |_: &'static str, _: f32| ControlFlow::Continue(());
+    decompose(
+        surface,
+        &gaussians,
+        photos,
+        &[],
+        known,
+        &render,
+        orientation,
+        &options(),
+        0,
+        &mut go_on,
+    )
+    .expect("a decomposition")
+}
+
+fn assert_sound(d: &Decomposition) {
+    let m = &d.materials;
+    let unit = |v: &f32| v.is_finite() && (0.0..=1.0).contains(v);
+    assert!(m.base_color_linear.iter().flatten().all(unit), "base colours");
+    assert!(m.roughness.iter().chain(&m.metallic).chain(&m.visibility).all(unit), "materials");
+    assert!(m.normals.iter().flatten().all(|v| v.is_finite()), "normals");
+    assert!(d.surface.base_color_linear.iter().flatten().all(unit), "surface");
+    assert!(d.surface.is_consistent());
+    let positive = |e: &Vec3| e.is_finite() && e.min_element() >= 0.0;
+    assert!(d.lights.iter().flat_map(|l| &l.radiance).all(positive), "light");
+}
+
+/// Largest ratio of the mean base colours of floor tiles of one grey, in the shadow and out of it.
+fn shadow_ratio(d: &Decomposition, scene: &TracedSurface, light: &Environment) -> f32 {
+    let options = IntegrationOptions {
+        light_samples: 64,
+        brdf_samples: 8,
+        ray_bias: 1e-3,
+        ..IntegrationOptions::default()
+    };
+    let shader = Shader::new(light, &scene.tracer, None, options);
+    let mut sums = [[(0.0f32, 0.0f32); 2]; 2];
+    for (v, p) in d.surface.vertices.iter().map(|&p| Vec3::from(p)).enumerate() {
+        // Near the middle, away from the edges of tiles.
+        let edge =
+            (p.x * 2.0 - (p.x * 2.0).round()).abs().min((p.y * 2.0 - (p.y * 2.0).round()).abs());
+        if !is_floor(p)
+            || p.truncate().length() > 1.4
+            || p.truncate().length() < 0.45
+            || edge < 0.15
+        {
+            continue;
+        }
+        let point = SurfacePoint {
+            position: p,
+            geometric_normal: Vec3::Z,
+            shading_normal: Vec3::Z,
+            to_viewer: Vec3::Z,
+            material: Material::lambert(Vec3::ONE),
+        };
+        let visibility = shader.shade_point(&point, v as u64).visibility;
+        let dark = match visibility {
+            v if v < 0.5 => 1,
+            v if v > 0.95 => 0,
+            _ => continue,
+        };
+        let sum = &mut sums[usize::from(base_color(p) > 0.4)][dark];
+        *sum = (sum.0 + d.surface.base_color_linear[v][1], sum.1 + 1.0);
+    }
+    let ratio = |s: &[(f32, f32); 2]| {
+        assert!(s[0].1 > 5.0 && s[1].1 > 5.0, "points in and out of the shadow: {s:?}");
+        (s[0].0 / s[0].1) / (s[1].0 / s[1].1)
+    };
+    sums.iter().map(ratio).map(|r| r.max(1.0 / r)).fold(1.0, f32::max)
+}
+
+#[test]
+fn a_matte_scene_in_the_sun_loses_its_shadow_and_needs_no_highlight() {
+    let scene = TracedSurface::new(surface()).expect("a mesh");
+    let light = light(0.3, 60.0);
+    let photos = photos(&scene, &light, |p| Material::lambert(Vec3::splat(base_color(p))));
+    let d = run(&photos, &Known::default());
+    assert_sound(&d);
+    assert!(!d.specular, "{:?}", d.parts);
+    let ratio = shadow_ratio(&d, &scene, &light);
+    println!("base colour lit over shadowed: {ratio:.3}; light of {:?} cells", d.light_rounds);
+    // In the photos the ratio is above 2.
+    assert!(ratio < 1.25, "{ratio}");
+    assert_eq!(d.materials.observations.last(), Some(&0), "no camera looks there");
+    let psnr: f64 = d.views.iter().map(|v| v.psnr_db).sum::<f64>() / d.views.len() as f64;
+    println!("re-rendered {psnr:.2} dB");
+
+    // Bits do not depend on the number of threads.
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a pool");
+    let single = pool.install(|| run(&photos, &Known::default()));
+    assert_eq!(single.materials, d.materials);
+    assert_eq!(single.surface, d.surface);
+    assert_eq!(single.lights[0].radiance, d.lights[0].radiance);
+}
+
+#[test]
+fn with_the_light_given_roughness_metal_and_base_color_come_out() {
+    let scene = TracedSurface::new(surface()).expect("a mesh");
+    let light = light(0.3, 60.0);
+    let of = |p: Vec3| {
+        let (base, roughness, metallic) = match is_floor(p) {
+            true => (Vec3::splat(base_color(p)), 0.6, 0.0),
+            false => (Vec3::new(0.8, 0.5, 0.3), 0.3, 1.0),
+        };
+        Material { lobes: Lobes::Burley, ..Material::principled(base, roughness, metallic) }
+    };
+    let photos = photos(&scene, &light, of);
+    let d = run(&photos, &Known { lights: vec![light], ..Known::default() });
+    assert_sound(&d);
+    let mut ball = (0.0f32, 0.0f32, Vec3::ZERO, 0.0f32);
+    for (v, p) in d.surface.vertices.iter().enumerate().filter(|(_, p)| p[2] > 0.3) {
+        let _ = p;
+        ball.0 += d.surface.metallic[v];
+        ball.1 += d.surface.roughness[v];
+        ball.2 += Vec3::from(d.surface.base_color_linear[v]);
+        ball.3 += 1.0;
+    }
+    let (metallic, roughness, base) = (ball.0 / ball.3, ball.1 / ball.3, ball.2 / ball.3);
+    println!("ball: metallic {metallic:.2} roughness {roughness:.2} base {base:.2}");
+    assert!(metallic > 0.9 && (roughness - 0.3).abs() < 0.12, "{metallic} {roughness}");
+    assert!((base - Vec3::new(0.8, 0.5, 0.3)).abs().max_element() < 0.2, "{base}");
+    let floor: Vec<usize> =
+        (0..d.surface.vertices.len()).filter(|&v| d.surface.vertices[v][2] < 1e-3).collect();
+    assert!(floor.iter().all(|&v| d.surface.metallic[v] == 0.0));
+}
+
+#[test]
+fn photos_that_tell_nothing_give_something_finite() {
+    let scene = TracedSurface::new(surface()).expect("a mesh");
+    let even = light(0.5, 0.5);
+    let flat = photos(&scene, &even, |_| Material::lambert(Vec3::splat(0.4)));
+    let mut black = flat.clone();
+    black.iter_mut().for_each(|p| p.radiance_linear.data.fill(0.0));
+    let mut bright = flat.clone();
+    bright.iter_mut().for_each(|p| p.radiance_linear.data.fill(1e6));
+    for photos in [&flat, &black, &bright] {
+        assert_sound(&run(photos, &Known::default()));
+    }
+    let dark = Known { lights: vec![Environment::default()], ..Known::default() };
+    assert_sound(&run(&flat, &dark));
+    let mut masked = flat;
+    masked.iter_mut().for_each(|p| p.weight.data.fill(0.0));
+    let surface = surface();
+    let gaussians = gaussians(&surface);
+    let mut go_on = |_: &'static str, _: f32| ControlFlow::Continue(());
+    let nothing = decompose(
+        surface,
+        &gaussians,
+        &masked,
+        &[],
+        &Known::default(),
+        &RenderOptions::default(),
+        Orientation::new(Convention::Blender),
+        &options(),
+        0,
+        &mut go_on,
+    );
+    assert!(nothing.is_err_and(|e| e.to_string().contains("no point of the surface")));
+}
