@@ -62,6 +62,7 @@ fn photo(capture: &Capture, document: &Path, view: usize) -> anyhow::Result<Phot
         .collect();
     let (w, h) = (image.width, image.height);
     Ok(Photo {
+        light: 0,
         name: v.name.clone(),
         camera: camera.resized(w, h),
         camera_from_world: v.camera_from_world,

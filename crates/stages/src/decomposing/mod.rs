@@ -1,0 +1,10 @@
+//! Files of `decompose`: photos and what is known beforehand, the scene folder, the report.
+
+mod inputs;
+mod outputs;
+mod report;
+mod request;
+
+pub use inputs::{KnownArgs, LightConvention};
+pub use report::DecomposeReport;
+pub use request::Request;

@@ -1,0 +1,103 @@
+//! The stage `decompose` as a program: the scene folder, known lights, exit codes.
+#![expect(clippy::unwrap_used, reason = "a test that cannot prepare its files has failed")]
+
+mod toy_capture;
+
+use std::process::Output;
+
+use motes_formats::decomposition::{ScaleAnchorKind, read_decomposition};
+use motes_formats::environment::write_environment;
+use motes_formats::ply::{read_gaussians, read_surface, write_surface};
+use motes_scene::{ImageF32, Materials, Surface};
+use toy_capture::{ToyCapture, assert_code, run, stderr, toy_capture};
+
+/// A sheet through the middle of the toy's Gaussians, and a bright even light.
+fn prepared() -> ToyCapture {
+    let toy = toy_capture();
+    let forward = toy.capture.views[0].camera_from_world.inverse().rotation_matrix().z_axis;
+    let normal = -forward.as_vec3();
+    let side = normal.any_orthonormal_vector();
+    let across = normal.cross(side);
+    let (n, size) = (20u32, 6.0);
+    let mut surface = Surface::default();
+    for y in 0..=n {
+        for x in 0..=n {
+            let at = |k: u32| (k as f32 / n as f32 - 0.5) * size;
+            surface.vertices.push((side * at(x) + across * at(y)).to_array());
+            surface.normals.push(normal.to_array());
+        }
+    }
+    for y in 0..n {
+        for x in 0..n {
+            let a = y * (n + 1) + x;
+            surface.triangles.extend([[a, a + 1, a + n + 2], [a, a + n + 2, a + n + 1]]);
+        }
+    }
+    write_surface(&toy.path("sheet.ply"), &surface).unwrap();
+    write_environment(&toy.path("light.exr"), &ImageF32::filled(16, 8, 3, 1.0), &[]).unwrap();
+    toy
+}
+
+fn decompose(toy: &ToyCapture, arguments: &[&str]) -> Output {
+    let mut all = vec!["--capture", "capture.json", "--gaussians", "true.ply", "--no-provenance"];
+    all.extend(["--samples", "300", "--material-rays", "12", "--pixel-rays", "8"]);
+    all.extend(["--color-passes", "2", "--surface", "sheet.ply"]);
+    all.extend(arguments);
+    run(env!("CARGO_BIN_EXE_decompose"), toy.folder.path(), &all)
+}
+
+#[test]
+fn a_scene_folder_is_written_whole_and_kept() {
+    let toy = prepared();
+    let before = &toy.gaussians;
+    let done = decompose(&toy, &["-o", "scene", "--environment", "light.exr"]);
+    assert_code(&done, 0);
+    let scene = read_decomposition(&toy.path("scene")).unwrap();
+    assert_eq!(scene.document.scale_anchor.kind, ScaleAnchorKind::Environment);
+    assert!(scene.document.terms.iter().any(|t| t.name == "specular"));
+    let gaussians = read_gaussians(&scene.gaussians).unwrap();
+    assert_eq!((&gaussians.means, &gaussians.sh), (&before.means, &before.sh), "standard columns");
+    let materials = Materials::of(&gaussians).unwrap();
+    assert!(materials.base_color_linear.iter().flatten().all(|v| (0.0..=1.0).contains(v)));
+    assert!(read_surface(&scene.surface).unwrap().has_materials());
+    assert!(toy.path("scene/environment.exr").exists());
+    assert!(toy.path("scene/previews/environment.png").exists());
+    assert_code(&decompose(&toy, &["-o", "scene", "--environment", "light.exr"]), 2);
+    let again = decompose(&toy, &["-o", "again", "--environment", "light.exr", "--threads", "1"]);
+    assert_code(&again, 0);
+    let bytes = |path: &str| std::fs::read(toy.path(path)).unwrap();
+    for file in ["gaussians.ply", "surface.ply", "environment.exr"] {
+        assert_eq!(bytes(&format!("scene/{file}")), bytes(&format!("again/{file}")), "{file}");
+    }
+}
+
+#[test]
+fn without_a_light_the_anchor_is_named() {
+    let toy = prepared();
+    assert_code(&decompose(&toy, &["-o", "scene"]), 0);
+    let kind = read_decomposition(&toy.path("scene")).unwrap().document.scale_anchor.kind;
+    assert!(matches!(kind, ScaleAnchorKind::Specular | ScaleAnchorKind::Prior), "{kind:?}");
+    let view = toy.capture.views.iter().find(|v| v.name != "view_2.png").unwrap().name.clone();
+    let anchor = format!("{view},10,10=0.5");
+    assert_code(&decompose(&toy, &["-o", "anchored", "--albedo-anchor", &anchor]), 0);
+    let kind = read_decomposition(&toy.path("anchored")).unwrap().document.scale_anchor.kind;
+    assert_eq!(kind, ScaleAnchorKind::AlbedoAnchor);
+}
+
+#[test]
+fn wrong_requests_say_what_is_wrong_and_write_nothing() {
+    let toy = prepared();
+    let two = ["--environment", "light.exr", "--environment", "light.exr"];
+    for (arguments, code, word) in [
+        (&["--albedo-anchor", "nobody.png,1,1=0.5"][..], 2, "nobody.png"),
+        (&["--albedo-anchor", "view_1.png,1,1=7"], 2, "0 and at most 1"),
+        (&["--environment", "missing.exr"], 3, "missing.exr"),
+        (&two[..], 2, "2 lights"),
+        (&["--prior-images", "."], 2, "_albedo.png"),
+    ] {
+        let done = decompose(&toy, &[&["-o", "scene"], arguments].concat());
+        assert_code(&done, code);
+        assert!(stderr(&done).contains(word), "{word}: {}", stderr(&done));
+        assert!(!toy.path("scene/decomposition.json").exists());
+    }
+}
