@@ -38,6 +38,9 @@ fn line_of(stage: &str) -> (&'static [&'static str], &'static str) {
                 &["--capture", "capture.json", "--gaussians", "g.ply", "--metrics", "m.json"];
             (line, "m.json")
         }
+        "decompose" => {
+            (&["--capture", "capture.json", "--gaussians", "g.ply", "-o", "parts"], "parts")
+        }
         "relight" => (&["--scene", "scene", "-o", "baked.ply"], "baked.ply"),
         "lab-report" => (&["run", "-o", "page.html"], "page.html"),
         "relight-report" => {

@@ -17,13 +17,14 @@ use motes_shading::environment::{
 use motes_shading::tracing::{Ray, Tracer};
 use motes_stage::StageError;
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer};
 
 /// A channel from here on is clipped.
 const CLIPPED: u8 = 254;
 
 /// Axes of an environment map.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum LightConvention {
     /// OpenEXR, USD, Mitsuba: +y up, centre +z
     #[default]
@@ -45,12 +46,20 @@ impl From<LightConvention> for Convention {
 }
 
 /// `VIEW,X,Y=R,G,B`: the base colour at a pixel of a view.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct AlbedoAnchor {
     view: String,
     x: f32,
     y: f32,
     base_color_linear: [f32; 3],
+}
+
+impl Serialize for AlbedoAnchor {
+    /// As it is typed: a dumped configuration can be read again.
+    fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+        let Self { view, x, y, base_color_linear: [r, g, b] } = self;
+        serializer.collect_str(&format_args!("{view},{x},{y}={r},{g},{b}"))
+    }
 }
 
 impl FromStr for AlbedoAnchor {
