@@ -332,3 +332,28 @@ fn photos_that_tell_nothing_give_something_finite() {
     );
     assert!(nothing.is_err_and(|e| e.to_string().contains("no point of the surface")));
 }
+
+#[test]
+fn two_captures_under_different_light_have_one_base_color() {
+    let scene = TracedSurface::new(surface()).expect("a mesh");
+    let (sunny, even) = (light(0.3, 60.0), light(0.8, 0.8));
+    let lambert = |p: Vec3| Material::lambert(Vec3::splat(base_color(p)));
+    let mut both = photos(&scene, &sunny, lambert);
+    both.extend(photos(&scene, &even, lambert).into_iter().map(|p| Photo { light: 1, ..p }));
+    let d = run(&both, &Known::default());
+    assert_sound(&d);
+    assert_eq!(d.lights.len(), 2);
+    let ratio = shadow_ratio(&d, &scene, &sunny);
+    let brightest = |k: usize| {
+        let radiance = &d.lights[k].radiance;
+        let mean = radiance.iter().map(|e| e.y).sum::<f32>() / radiance.len() as f32;
+        radiance.iter().map(|e| e.y).fold(0.0, f32::max) / mean
+    };
+    println!(
+        "lit over shadowed {ratio:.3}; peak over mean {:.1} and {:.1}",
+        brightest(0),
+        brightest(1)
+    );
+    assert!(ratio < 1.25, "{ratio}");
+    assert!(brightest(0) > 3.0 * brightest(1), "the sun is in the first capture only");
+}
