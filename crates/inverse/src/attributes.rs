@@ -59,9 +59,13 @@ pub(crate) fn vertex_materials(
     VertexMaterials {
         roughness: parts.iter().map(|p| p.roughness).collect(),
         metallic: parts.iter().map(|p| f32::from(u8::from(p.kind == Kind::Metal))).collect(),
-        metal_color_linear: parts
+        part_color_linear: parts
             .iter()
             .map(|p| p.metal_color_linear.unwrap_or(Vec3::ZERO))
+            .collect(),
+        is_uniform: parts
+            .iter()
+            .map(|p| f32::from(u8::from(p.metal_color_linear.is_some())))
             .collect(),
         specular: parts.iter().map(|p| f32::from(u8::from(p.kind != Kind::Matte))).collect(),
     }

@@ -88,6 +88,11 @@ pub struct DecomposeOptions {
     #[arg(long, default_value_t = true, action = clap::ArgAction::Set, value_name = "BOOL", help_heading = "Model")]
     pub visibility: bool,
 
+    /// One base colour per part of metal. Off, each pixel has its own, which fits the photos better and bakes reflections
+    /// into it where the normals are wrong
+    #[arg(long, default_value_t = true, action = clap::ArgAction::Set, value_name = "BOOL", help_heading = "Model")]
+    pub uniform_metal: bool,
+
     /// Weight: neighbouring points of like chromaticity have one base colour
     #[arg(long, default_value_t = 1.0, value_name = "WEIGHT", help_heading = "Priors")]
     pub weight_base_color: f32,

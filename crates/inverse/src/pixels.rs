@@ -18,8 +18,10 @@ pub struct VertexMaterials {
     pub metallic: Vec<f32>,
     /// 0 where there is no specular lobe, else 1.
     pub specular: Vec<f32>,
-    /// Base colour of the metal, where it is one.
-    pub metal_color_linear: Vec<Vec3>,
+    /// Base colour of the whole part, where it is to have one.
+    pub part_color_linear: Vec<Vec3>,
+    /// 1 there, else 0.
+    pub is_uniform: Vec<f32>,
 }
 
 /// Radiance of every pixel as a linear function of base colour: `b slope + offset`.
@@ -29,8 +31,8 @@ pub struct PixelShading {
     pub slope: Vec<Vec3>,
     /// Same.
     pub offset: Vec<Vec3>,
-    /// Metallic, and the base colour of the metal.
-    pub metal: Vec<(f32, Vec3)>,
+    /// How much of a pixel has one base colour with its part, and that colour.
+    pub uniform: Vec<(f32, Vec3)>,
 }
 
 impl PixelShading {
@@ -80,15 +82,15 @@ impl PixelShading {
                     let color = scene.scene.interpolate(
                         hit.triangle,
                         hit.barycentrics,
-                        &materials.metal_color_linear,
+                        &materials.part_color_linear,
                     );
-                    ((slope, offset * specular), (metallic, color))
+                    ((slope, offset * specular), (at(&materials.is_uniform), color))
                 })
                 .collect()
         });
-        let (terms, metal): (Vec<_>, Vec<_>) = pixels.into_iter().unzip();
+        let (terms, uniform): (Vec<_>, Vec<_>) = pixels.into_iter().unzip();
         let (slope, offset) = terms.into_iter().unzip();
-        Self { slope, offset, metal }
+        Self { slope, offset, uniform }
     }
 
     /// Base colour that explains every pixel of the photo, `[h, w, 3]`, and its weight `[h, w, 1]`: how much an
@@ -104,8 +106,8 @@ impl PixelShading {
                 continue;
             }
             let b = ((radiance - self.offset[i]) / slope).clamp(Vec3::splat(0.01), Vec3::ONE);
-            let (metallic, color) = self.metal[i];
-            let b = b.lerp(color, metallic);
+            let (share, color) = self.uniform[i];
+            let b = b.lerp(color, share);
             base.data[3 * i..3 * i + 3].copy_from_slice(&b.to_array());
             // d sRGB / d linear falls about as L^-0.58.
             let l = luminance(slope * b + self.offset[i]).max(0.01);

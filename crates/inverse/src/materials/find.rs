@@ -94,7 +94,10 @@ pub fn find_materials(
         regions = find_regions(samples, &profile, apart, &region_options);
     }
     let scale = weigh_scale(samples, &basis, &profile, &regions, options);
-    FoundMaterials { specular_gain, ..collect(&basis, &profile, regions, samples, scale) }
+    FoundMaterials {
+        specular_gain,
+        ..collect(&basis, &profile, regions, samples, scale, options.uniform_metal)
+    }
 }
 
 /// What a specular lobe costs a part, in units of the profile's cost: a free roughness always explains a little.
@@ -140,6 +143,7 @@ fn collect(
     regions: Regions,
     samples: &[Sample],
     scale: ScaleEvidence,
+    uniform_metal: bool,
 ) -> FoundMaterials {
     let mut counts = vec![0usize; regions.label.len()];
     regions.of_sample.iter().for_each(|&part| counts[part as usize] += 1);
@@ -157,7 +161,7 @@ fn collect(
             let Label { kind, roughness } = profile.labels[label];
             PartMaterial {
                 kind,
-                metal_color_linear: (kind == Kind::Metal)
+                metal_color_linear: (uniform_metal && kind == Kind::Metal)
                     .then(|| metal_color(basis, samples, &regions.of_sample, part, roughness)),
                 roughness: refined(profile, costs, kind, roughness, &basis.roughness),
                 samples: count,
