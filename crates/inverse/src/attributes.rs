@@ -20,10 +20,9 @@ pub(crate) fn vertex_materials(
     scene: &TracedSurface,
     samples: &[Sample],
     found: &FoundMaterials,
-    sheets: &[u32],
 ) -> VertexMaterials {
     // Points of planes and of things that stand on them are looked up apart, so that no table runs up a vase.
-    let flat: Vec<bool> = samples.iter().map(|s| sheets[s.triangle as usize] != 0).collect();
+    let flat: Vec<bool> = samples.iter().map(|s| s.sheet != 0).collect();
     let positions = |want: bool| -> (Vec<[f32; 3]>, Vec<u32>) {
         (0..samples.len())
             .filter(|&p| flat[p] == want)
@@ -35,7 +34,7 @@ pub(crate) fn vertex_materials(
         (ImmutableKdTree::<f32, 3>::new_from_slice(&positions).ok(), parts)
     });
     let mut of_piece = vec![false; scene.surface.vertices.len()];
-    for (t, sheet) in scene.surface.triangles.iter().zip(sheets) {
+    for (t, sheet) in scene.surface.triangles.iter().zip(&scene.sheets) {
         t.iter().for_each(|&v| of_piece[v as usize] = *sheet != 0);
     }
     let parts: Vec<PartMaterial> = (0..scene.surface.vertices.len())

@@ -6,6 +6,7 @@ use motes_shading::tracing::{BuildQuality, MeshError, MeshTracer, Ray, Tracer, T
 use rayon::prelude::*;
 
 use crate::Photo;
+use crate::sheets::sheet_of_triangles;
 
 /// Where the ray of a pixel meets the surface.
 #[derive(Clone, Copy, Debug)]
@@ -35,6 +36,8 @@ pub struct TracedSurface {
     pub surface: Surface,
     /// Its tree.
     pub tracer: MeshTracer,
+    /// Per triangle: the flat piece it belongs to, 0 for none.
+    pub sheets: Vec<u32>,
     /// Length of the diagonal of its box, world units; 1 when empty.
     pub extent: f32,
 }
@@ -55,7 +58,8 @@ impl TracedSurface {
             finite.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
         let diagonal = (high - low).length();
         let extent = if diagonal > 0.0 && diagonal.is_finite() { diagonal } else { 1.0 };
-        Ok(Self { surface, tracer, extent })
+        let sheets = sheet_of_triangles(&surface);
+        Ok(Self { surface, tracer, sheets, extent })
     }
 
     /// Mean of a vertex attribute at a point of a triangle.

@@ -23,7 +23,6 @@ use crate::options::{DecomposeOptions, TermChoice};
 use crate::pixels::PixelShading;
 use crate::rendered::rendered;
 use crate::samples::{Sample, SeenView, choose_samples, vertex_radiance};
-use crate::sheets::sheet_of_triangles;
 use crate::splat_colors::{ColorTarget, fit_colors};
 use crate::{Photo, TracedSurface};
 
@@ -157,21 +156,7 @@ pub fn decompose(
     };
     let priors = prior_log_base(&samples, &views, known);
 
-    let problem = |bounces: &[Vec<Vec3>]| {
-        LightProblem {
-            scene: &scene,
-            samples: &samples,
-            vertex_radiance: bounces,
-            lights: light_count,
-            distance,
-            orientation,
-            prior_log_base: priors.as_deref(),
-        }
-        .solve(options, None, options.typical_base_color, seed, || ())
-    };
     step("light", 0.05)?;
-    let sheets = sheet_of_triangles(&scene.surface);
-    let apart: Vec<u32> = samples.iter().map(|s| sheets[s.triangle as usize]).collect();
     let mut light_rounds = Vec::new();
     let mut cell_lights = Vec::new();
     let mut indirect_share = 0.0;
@@ -180,7 +165,16 @@ pub fn decompose(
     let mut lights: Vec<Environment> = known.lights.clone();
     let is_known = !lights.is_empty();
     if !is_known {
-        let found = problem(&bounces);
+        let problem = LightProblem {
+            scene: &scene,
+            samples: &samples,
+            vertex_radiance: &bounces,
+            lights: light_count,
+            distance,
+            orientation,
+            prior_log_base: priors.as_deref(),
+        };
+        let found = problem.solve(options, seed);
         light_rounds = found
             .cells
             .iter()
@@ -199,7 +193,7 @@ pub fn decompose(
 
     step("material", 0.3)?;
     let find = |lights: &[Environment]| {
-        find_materials(&scene, &samples, lights, &bounces, &apart, ray_bias, options, seed)
+        find_materials(&scene, &samples, lights, &bounces, ray_bias, options, seed)
     };
     let mut found = find(&lights);
     if !is_known {
@@ -230,7 +224,7 @@ pub fn decompose(
     }
 
     step("pixels", 0.6)?;
-    let materials = vertex_materials(&scene, &samples, &found, &sheets);
+    let materials = vertex_materials(&scene, &samples, &found);
     let specular = found.parts.iter().any(|p| p.kind != Kind::Matte);
     let brdf_samples = if specular { options.pixel_rays / 3 } else { 0 }
         .max(u32::from(!bounces.is_empty()) * options.pixel_rays / 4);
@@ -269,7 +263,7 @@ pub fn decompose(
     let nearest = nearest_vertices(&scene.surface, gaussians);
     let typical = Vec3::splat(options.typical_base_color);
     let start: Vec<Vec3> = nearest.iter().map(|v| v.map_or(typical, |v| base[v])).collect();
-    let fitted = fit_colors(gaussians, &targets, &start, options.color_passes, render, || ());
+    let fitted = fit_colors(gaussians, &targets, &start, options.color_passes, render);
     let views = rendered(gaussians, &fitted.colors, render, views.iter().chain(&scored), &shadings);
 
     step("attributes", 0.95)?;

@@ -20,5 +20,4 @@ pub use decompose::{
 };
 pub use options::{DecomposeOptions, LobesChoice, TermChoice};
 pub use photo::Photo;
-pub use rendered::{decode as srgb_decoded, encode as srgb_encoded};
 pub use sheets::up_in_world;

@@ -1,6 +1,7 @@
 //! Views under the light that was found, against the photos.
 
 use glam::Vec3;
+use motes_math::srgb::encode;
 use motes_raster::RenderOptions;
 use motes_scene::{Gaussians, ImageF32};
 
@@ -44,7 +45,7 @@ fn psnr(radiance: &ImageF32, view: &SeenView<'_>) -> f64 {
     for ((ours, photo), hit) in pixels.zip(&view.hits) {
         if hit.is_hit() {
             for (a, b) in ours.iter().zip(photo) {
-                sum += f64::from(encode(*a) - encode(*b)).powi(2);
+                sum += f64::from(clipped(*a) - clipped(*b)).powi(2);
                 count += 1;
             }
         }
@@ -52,15 +53,8 @@ fn psnr(radiance: &ImageF32, view: &SeenView<'_>) -> f64 {
     if count == 0 { f64::NAN } else { -10.0 * (sum / count as f64).max(1e-12).log10() }
 }
 
-/// The sRGB curve of a linear value, clipped to [0, 1].
-pub fn encode(linear: f32) -> f32 {
+/// The sRGB curve of a linear value, clipped to [0, 1]; NaN becomes 0.
+fn clipped(linear: f32) -> f32 {
     // `max` first: it turns NaN into 0.
-    let v = linear.max(0.0).clamp(0.0, 1.0);
-    if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 }
-}
-
-/// The linear value of an sRGB-encoded one; below 0 and NaN become 0.
-pub fn decode(encoded: f32) -> f32 {
-    let v = encoded.max(0.0);
-    if v <= 0.040_45 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
+    encode(linear.max(0.0).clamp(0.0, 1.0))
 }

@@ -1,6 +1,6 @@
 //! Points of the surface with the radiances that the photos show of them.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use glam::Vec3;
 
@@ -33,8 +33,8 @@ pub struct Sample {
     pub geometric_normal: Vec3,
     /// The triangle.
     pub triangle: u32,
-    /// Whether it lies on a flat piece, where the normal is exact.
-    pub on_sheet: bool,
+    /// The flat piece it lies on, where the normal is exact; 0 for none.
+    pub sheet: u32,
     /// What is seen of it.
     pub observations: Vec<Observation>,
 }
@@ -151,13 +151,13 @@ pub fn choose_samples(
     // Cells a few pixels wide; coarser until few enough remain.
     let mut cell = 1.0f32;
     let kept = loop {
-        let mut seen: HashMap<(i32, [i32; 3]), ()> = HashMap::new();
+        let mut seen: HashSet<(i32, [i32; 3])> = HashSet::new();
         let mut kept = Vec::new();
         for (i, (p, _, _, _, footprint)) in candidates.iter().enumerate() {
             // Where photos come near, no more than where they mostly are.
             let octave = footprint.max(typical).log2().round();
             let key = (*p / (cell * octave.exp2())).round().as_ivec3().to_array();
-            if seen.insert((octave as i32, key), ()).is_none() {
+            if seen.insert((octave as i32, key)) {
                 kept.push(i);
             }
         }
@@ -166,7 +166,6 @@ pub fn choose_samples(
         }
         cell *= 1.1;
     };
-    let sheets = crate::sheets::sheet_of_triangles(&scene.surface);
     kept.into_iter()
         .filter_map(|i| {
             let (position, normal, geometric_normal, triangle, _) = candidates[i];
@@ -175,9 +174,9 @@ pub fn choose_samples(
                 .enumerate()
                 .filter_map(|(k, v)| v.observe(k, position, normal))
                 .collect();
-            let on_sheet = sheets[triangle as usize] != 0;
+            let sheet = scene.sheets[triangle as usize];
             (observations.len() >= min_views).then_some(Sample {
-                on_sheet,
+                sheet,
                 position,
                 normal,
                 geometric_normal,

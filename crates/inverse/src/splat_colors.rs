@@ -28,9 +28,7 @@ pub struct ColorTarget {
 pub struct FittedColors {
     /// One per Gaussian, 0 to 1.
     pub colors: Vec<Vec3>,
-    /// Pixels that each Gaussian is responsible for, summed over views: `Σ w α T`.
-    pub support: Vec<f32>,
-    /// Views in which that is more than a thousandth of a pixel.
+    /// Views in which it is responsible for more than a thousandth of a pixel, `Σ w α T`.
     pub observations: Vec<u16>,
 }
 
@@ -60,13 +58,11 @@ pub fn fit_colors(
     start: &[Vec3],
     passes: u32,
     options: &RenderOptions,
-    mut tick: impl FnMut(),
 ) -> FittedColors {
     let n = gaussians.len();
     let clamp = |c: Vec3| c.clamp(Vec3::splat(DARKEST), Vec3::ONE);
     let mut colors: Vec<Vec3> = start.iter().map(|&c| clamp(c)).collect();
     let mut moves = vec![Vec3::ZERO; n];
-    let mut support = vec![0.0f32; n];
     let mut observations = vec![0u16; n];
     let mut frame = Frame::new();
     let mut gradients = GaussianGradients::default();
@@ -90,9 +86,6 @@ pub fn fit_colors(
             }
         }
         for i in 0..n {
-            if pass == 0 {
-                support[i] = denominator[i];
-            }
             if denominator[i] > 1e-6 {
                 let step = numerator[i] / denominator[i] + moves[i] * MOMENTUM;
                 let to = clamp(colors[i] + step);
@@ -100,9 +93,8 @@ pub fn fit_colors(
                 colors[i] = to;
             }
         }
-        tick();
     }
-    FittedColors { colors, support, observations }
+    FittedColors { colors, observations }
 }
 
 /// `w (alpha target - rendered)` and `w`, as planes of gradients.

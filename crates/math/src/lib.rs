@@ -7,3 +7,4 @@ pub mod resample;
 pub mod rng;
 pub mod sh;
 pub mod sigmoid;
+pub mod srgb;

@@ -28,7 +28,7 @@ use serde::Serialize;
 
 use crate::relighter::Relighter;
 use crate::scene::RelightScene;
-use crate::srgb;
+use motes_math::srgb;
 
 /// Ridge on bands above 0, relative to the number of directions. It costs fit where it is
 /// large and rings behind the hemisphere where it is small.

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use crate::deferred::{Lit, Parts};
 use crate::g_buffer::{GBuffer, Rays};
 use crate::scene::RelightScene;
-use crate::srgb;
+use motes_math::srgb;
 
 /// What is seen where the scene does not cover a pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -19,7 +19,6 @@ mod options;
 mod radiance_cache;
 mod relighter;
 mod scene;
-pub mod srgb;
 mod upsample;
 
 pub use bake::BakeOptions;

@@ -148,10 +148,7 @@ fn rgb(image: ImageU8) -> ImageU8 {
 
 /// Linear values as sRGB (IEC 61966-2-1).
 fn encoded(linear: &ImageF32) -> ImageU8 {
-    let curve = |v: f32| {
-        let v = v.max(0.0).clamp(0.0, 1.0);
-        if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 }
-    };
+    let curve = |v: f32| motes_math::srgb::encode(v.max(0.0).clamp(0.0, 1.0));
     let pixels = linear.data.chunks_exact(linear.channels);
     let data = pixels.flat_map(|p| [0, 1, 2].map(|c| curve(p[c.min(p.len() - 1)]))).collect();
     ImageF32::from_data(linear.width, linear.height, 3, data).to_u8()

@@ -17,6 +17,7 @@ use motes_formats::images::{read_image, write_png};
 use motes_formats::ply::read_gaussians;
 use motes_inverse::Photo;
 use motes_inverse::geometry::{GeometryOptions, extract};
+use motes_math::srgb;
 use motes_scene::{Capture, ImageF32, ImageU8, Split, Surface};
 use motes_shading::tracing::{BuildQuality, MeshTracer, Ray, Tracer, TriangleMesh};
 
@@ -39,10 +40,6 @@ struct Args {
     geometry: GeometryOptions,
 }
 
-fn decode(v: f32) -> f32 {
-    if v <= 0.040_45 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
-}
-
 fn photo(capture: &Capture, document: &Path, view: usize) -> anyhow::Result<Photo> {
     let v = &capture.views[view];
     let image = read_image(&resolve(document, &v.image))?;
@@ -52,7 +49,9 @@ fn photo(capture: &Capture, document: &Path, view: usize) -> anyhow::Result<Phot
         .data
         .chunks_exact(image.channels)
         .flat_map(|p| {
-            [0, 1, 2].map(|c: usize| decode(f32::from(p[c.min(image.channels - 1)]) / 255.0 / gain))
+            [0, 1, 2].map(|c: usize| {
+                srgb::decode(f32::from(p[c.min(image.channels - 1)]) / 255.0 / gain)
+            })
         })
         .collect();
     let weight = image

@@ -7,8 +7,9 @@ use std::process::Output;
 
 use motes_formats::decomposition::{ScaleAnchorKind, read_decomposition};
 use motes_formats::environment::write_environment;
+use motes_formats::images::{read_image, write_png};
 use motes_formats::ply::{read_gaussians, read_surface, write_surface};
-use motes_scene::{ImageF32, Materials, Surface};
+use motes_scene::{ImageF32, ImageU8, Materials, Surface};
 use toy_capture::{ToyCapture, assert_code, run, stderr, toy_capture};
 
 /// A sheet through the middle of the toy's Gaussians, and a bright even light.
@@ -82,6 +83,16 @@ fn without_a_light_the_anchor_is_named() {
     assert_code(&decompose(&toy, &["-o", "anchored", "--albedo-anchor", &anchor]), 0);
     let kind = read_decomposition(&toy.path("anchored")).unwrap().document.scale_anchor.kind;
     assert_eq!(kind, ScaleAnchorKind::AlbedoAnchor);
+}
+
+#[test]
+fn photos_with_an_alpha_channel_are_understood() {
+    let toy = prepared();
+    let path = toy.path("images/view_1.png");
+    let photo = read_image(&path).unwrap();
+    let data = photo.data.chunks_exact(3).flat_map(|p| [p[0], p[1], p[2], 255]).collect();
+    write_png(&path, &ImageU8::from_data(photo.width, photo.height, 4, data)).unwrap();
+    assert_code(&decompose(&toy, &["-o", "scene", "--environment", "light.exr"]), 0);
 }
 
 #[test]

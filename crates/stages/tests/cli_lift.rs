@@ -10,8 +10,8 @@ use std::process::{Command, Output};
 use motes_formats::capture::write_capture;
 use motes_formats::images::write_png;
 use motes_formats::ply::{PlyWriteOptions, read_gaussians, write_gaussians};
+use motes_math::srgb;
 use motes_raster::{RenderOptions, render};
-use motes_relighting::srgb;
 use motes_scene::{Capture, Gaussians, ImageF32, ImageU8, Split};
 use toy_scene::{ToyScene, capture, toy_scene};
 

@@ -84,24 +84,6 @@ impl CellLight {
         Self { radiance: vec![radiance; cells.len()], cells, orientation }
     }
 
-    /// Cells that an equirectangular picture fills, one per pixel block of at most `columns x rows`.
-    pub fn from_map(
-        radiance_of: impl Fn(Vec3) -> Vec3,
-        columns: usize,
-        rows: usize,
-        orientation: Orientation,
-    ) -> Self {
-        let mut light = Self::uniform(columns, rows, Vec3::ZERO, orientation);
-        // A mean over 8 x 8 points of each cell.
-        for (cell, value) in light.cells.iter().zip(&mut light.radiance) {
-            for k in 0..64 {
-                let (s, t) = (((k % 8) as f32 + 0.5) / 8.0, ((k / 8) as f32 + 0.5) / 8.0);
-                *value += radiance_of(cell.direction(s, t, &orientation)) / 64.0;
-            }
-        }
-        light
-    }
-
     /// Divides the cells of `which` into four each; the radiance is inherited.
     pub fn divide(&mut self, which: &[bool]) {
         let (mut cells, mut radiance) = (Vec::new(), Vec::new());

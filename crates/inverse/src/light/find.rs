@@ -52,23 +52,13 @@ pub struct FoundLight {
     pub cells: Vec<usize>,
     /// Cost of every round, before and after.
     pub costs: Vec<(f64, f64)>,
-    /// Estimated irradiance over π per capture and sample.
-    pub shading: Vec<Vec<Vec3>>,
 }
 
 impl LightProblem<'_> {
-    /// Finds the light of every capture, starting from `start` or from an even white one.
-    pub fn solve(
-        &self,
-        options: &DecomposeOptions,
-        start: Option<Vec<CellLight>>,
-        typical_base_color: f32,
-        seed: u64,
-        mut tick: impl FnMut(),
-    ) -> FoundLight {
-        let rounds = if start.is_some() { 0..1 } else { 0..options.light_levels + 1 };
+    /// Finds the light of every capture, starting from an even white one.
+    pub fn solve(&self, options: &DecomposeOptions, seed: u64) -> FoundLight {
         let even = CellLight::uniform(COLUMNS, COLUMNS / 2, Vec3::ONE, self.orientation);
-        let mut lights = start.unwrap_or_else(|| vec![even; self.lights]);
+        let mut lights = vec![even; self.lights];
         let transport_options = TransportOptions {
             rays_per_side: options.light_rays,
             bounce_rays: 64,
@@ -82,17 +72,11 @@ impl LightProblem<'_> {
                 None => vec![Vec3::ZERO; self.samples.len()],
             })
             .collect();
-        let mut found = FoundLight {
-            lights: Vec::new(),
-            cells: Vec::new(),
-            costs: Vec::new(),
-            shading: Vec::new(),
-        };
+        let mut found = FoundLight { lights: Vec::new(), cells: Vec::new(), costs: Vec::new() };
         let mut base: Vec<Vec<Vec3>> = Vec::new();
-        for round in rounds {
+        for round in 0..=options.light_levels {
             let transport =
                 Transport::trace(self.scene, self.samples, &lights[0], &transport_options);
-            tick();
             let (rows, lit) = self.lit_points(&transport, &bounces);
             // Chromaticity of the photos is that of light and base colour together: choose pairs again once the
             // light is roughly known.
@@ -102,27 +86,19 @@ impl LightProblem<'_> {
                     smooth: options.weight_smooth_light,
                     white: options.weight_white_light,
                     scale: options.weight_albedo_range,
-                    typical_base_color,
+                    typical_base_color: options.typical_base_color,
                     sigma: 0.05,
                     steps: 200,
                     rate: 0.1,
                 };
                 found.costs.push(solve(&mut lights, &lit, &pairs, &solve_options));
                 base = lit.iter().zip(&lights).map(|(l, light)| base_colors(l, light)).collect();
-                tick();
             }
             found.cells.push(lights[0].cells.len());
-            if round < options.light_levels && found.cells.len() <= options.light_levels as usize {
+            if round < options.light_levels {
                 let hot = hot_cells(&lights, &lit);
                 let which = around(&lights[0].cells, &hot, options.light_levels);
                 lights.iter_mut().for_each(|light| light.divide(&which));
-            } else {
-                found.shading = (0..self.lights)
-                    .map(|l| {
-                        let of = |p| transport.direct(p, &lights[l].radiance) + bounces[l][p];
-                        (0..self.samples.len()).map(of).collect()
-                    })
-                    .collect();
             }
         }
         found.lights = lights;
@@ -171,7 +147,7 @@ impl LightProblem<'_> {
             };
             all.extend(choose_pairs(&positions, colors, &pair_options).into_iter().map(|pair| {
                 let [a, b] = [pair.a, pair.b].map(|row| rows[row as usize] as usize);
-                let sure = self.samples[a].on_sheet && self.samples[b].on_sheet;
+                let sure = self.samples[a].sheet != 0 && self.samples[b].sheet != 0;
                 let weight = options.weight_base_color * if sure { 1.0 } else { UNSURE };
                 Pair {
                     a: pair.a + start,

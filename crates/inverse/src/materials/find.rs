@@ -63,7 +63,6 @@ pub fn find_materials(
     samples: &[Sample],
     lights: &[Environment],
     vertex_radiance: &[Vec<Vec3>],
-    apart: &[u32],
     ray_bias: f32,
     options: &DecomposeOptions,
     seed: u64,
@@ -86,12 +85,12 @@ pub fn find_materials(
     let mut profile = Profile::new(samples, &basis, &|label| price(label, options));
     let region_options =
         RegionOptions { pieces: 200, price: options.weight_smooth_roughness, evidence: 0.2 };
-    let mut regions = find_regions(samples, &profile, apart, &region_options);
+    let mut regions = find_regions(samples, &profile, &region_options);
     let specular_gain = gain(&profile, &regions);
     if options.specular == TermChoice::Auto && specular_gain < LEAST_GAIN {
         let only_matte = |l: &Label| if l.kind == Kind::Matte { 0.0 } else { f32::INFINITY };
         profile.prices = profile.labels.iter().map(only_matte).collect();
-        regions = find_regions(samples, &profile, apart, &region_options);
+        regions = find_regions(samples, &profile, &region_options);
     }
     let scale = weigh_scale(samples, &basis, &profile, &regions, options);
     FoundMaterials {

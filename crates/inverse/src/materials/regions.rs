@@ -33,19 +33,14 @@ pub struct Regions {
     pub costs: Vec<Vec<f32>>,
 }
 
-/// Divides `samples` into parts. `apart[p]` names pieces that are known to be different things (a support plane,
-/// its objects): parts with different names do not merge.
-pub fn find_regions(
-    samples: &[Sample],
-    profile: &Profile,
-    apart: &[u32],
-    options: &RegionOptions,
-) -> Regions {
+/// Divides `samples` into parts. Flat pieces and what stands on them are known to be
+/// different things: their parts do not merge.
+pub fn find_regions(samples: &[Sample], profile: &Profile, options: &RegionOptions) -> Regions {
     let count = profile.labels.len();
     if samples.is_empty() {
         return Regions { of_sample: Vec::new(), label: Vec::new(), costs: Vec::new() };
     }
-    let piece = pieces(samples, apart, options.pieces);
+    let piece = pieces(samples, options.pieces);
     let n = piece.iter().max().map_or(0, |&m| m as usize + 1);
     let mut costs = vec![vec![0.0f32; count]; n];
     for (p, &k) in piece.iter().enumerate() {
@@ -53,7 +48,7 @@ pub fn find_regions(
             *sum += options.evidence * c;
         }
     }
-    let mut edges = adjacency(samples, &piece, apart);
+    let mut edges = adjacency(samples, &piece);
     let priced = |c: &[f32]| {
         c.iter().zip(&profile.prices).map(|(c, price)| c + price).fold(f32::INFINITY, f32::min)
     };
@@ -106,7 +101,7 @@ pub fn find_regions(
 }
 
 /// Compact pieces of like direction: farthest points as seeds, everything to its nearest.
-fn pieces(samples: &[Sample], apart: &[u32], wanted: usize) -> Vec<u32> {
+fn pieces(samples: &[Sample], wanted: usize) -> Vec<u32> {
     let (low, high) = samples.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(l, h), s| {
         (l.min(s.position), h.max(s.position))
     });
@@ -114,7 +109,7 @@ fn pieces(samples: &[Sample], apart: &[u32], wanted: usize) -> Vec<u32> {
     let distance = |a: usize, b: usize| {
         let (p, q) = (&samples[a], &samples[b]);
         let bend = (p.normal - q.normal).length_squared() * 1e-3;
-        let gap = if apart[a] == apart[b] { 0.0 } else { 1e3 };
+        let gap = if p.sheet == q.sheet { 0.0 } else { 1e3 };
         ((p.position - q.position) / size).length_squared() + bend + gap
     };
     let mut nearest = vec![f32::INFINITY; samples.len()];
@@ -137,7 +132,7 @@ fn pieces(samples: &[Sample], apart: &[u32], wanted: usize) -> Vec<u32> {
     piece
 }
 
-fn adjacency(samples: &[Sample], piece: &[u32], apart: &[u32]) -> BTreeSet<(usize, usize)> {
+fn adjacency(samples: &[Sample], piece: &[u32]) -> BTreeSet<(usize, usize)> {
     let positions: Vec<[f32; 3]> = samples.iter().map(|s| s.position.to_array()).collect();
     let mut edges = BTreeSet::new();
     let (Ok(tree), Some(wanted)) =
@@ -149,7 +144,7 @@ fn adjacency(samples: &[Sample], piece: &[u32], apart: &[u32]) -> BTreeSet<(usiz
         for other in tree.query(position).nearest_n::<SquaredEuclidean<f32>>(wanted).execute() {
             let q = other.item as usize;
             let (a, b) = (piece[p] as usize, piece[q] as usize);
-            if a != b && apart[p] == apart[q] {
+            if a != b && samples[p].sheet == samples[q].sheet {
                 edges.insert((a.min(b), a.max(b)));
             }
         }

@@ -6,7 +6,7 @@
 use motes_math::sh::SH_C0;
 use motes_scene::Gaussians;
 
-use crate::srgb;
+use motes_math::srgb;
 
 /// Step of the derivative, encoded.
 const STEP: f32 = 1e-3;

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::RelitView;
 use crate::denoise::falloff;
-use crate::srgb;
+use motes_math::srgb;
 
 /// Below this linear value a ratio says little.
 const FLOOR: f32 = 0.005;

@@ -19,7 +19,7 @@ use motes_scene::{Gaussians, ImageF32};
 use super::consensus::OfView;
 use super::votes::BackProjection;
 use super::{Agreement, LiftOptions, RelitView};
-use crate::srgb;
+use motes_math::srgb;
 
 /// Residual, encoded, from which on a pixel counts less.
 const SIGMA: f32 = 0.1;

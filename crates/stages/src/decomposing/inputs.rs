@@ -9,7 +9,8 @@ use motes_formats::capture::{read_capture, resolve};
 use motes_formats::environment::read_environment;
 use motes_formats::images::{read_image, read_mask};
 use motes_formats::{FormatError, Result};
-use motes_inverse::{Known, Photo, TracedSurface, ViewRays, srgb_decoded};
+use motes_inverse::{Known, Photo, TracedSurface, ViewRays};
+use motes_math::srgb;
 use motes_scene::{Capture, ImageF32, ImageU8, Split, Surface};
 use motes_shading::environment::{
     Convention, Environment, EnvironmentMap, MapOptions, Orientation,
@@ -167,13 +168,17 @@ fn load(document: &Path, capture: &Capture, view: usize, light: usize) -> Result
         None => None,
     };
     let gain = capture.exposure_gain(view).max(1e-3);
-    let table: Vec<f32> = (0..=255u8).map(|v| srgb_decoded(f32::from(v) / 255.0 / gain)).collect();
+    let table: Vec<f32> = (0..=255u8).map(|v| srgb::decode(f32::from(v) / 255.0 / gain)).collect();
+    // A fourth channel is alpha: what is transparent there tells nothing.
     let usable = |(i, pixel): (usize, &[u8])| {
         let masked = mask.as_ref().is_some_and(|mask| mask.data[i] < 128);
-        f32::from(u8::from(!masked && pixel.iter().all(|v| *v < CLIPPED)))
+        let transparent = pixel.get(3).is_some_and(|alpha| *alpha < 128);
+        f32::from(u8::from(!masked && !transparent && pixel[..3].iter().all(|v| *v < CLIPPED)))
     };
-    let weight = image.data.chunks_exact(3).enumerate().map(usable).collect();
-    let radiance = image.data.iter().map(|v| table[usize::from(*v)]).collect();
+    let pixels = || image.data.chunks_exact(image.channels);
+    let weight = pixels().enumerate().map(usable).collect();
+    let radiance =
+        pixels().flat_map(|p| [p[0], p[1], p[2]]).map(|v| table[usize::from(v)]).collect();
     Ok(Photo {
         name: record.name.clone(),
         camera,
@@ -268,7 +273,7 @@ fn prior_image(folder: &Path, photo: &Photo) -> anyhow::Result<Option<ImageF32>>
         (path, image)
     } else if let Some(path) = file("png") {
         let mut image = read_image(&path)?.to_f32();
-        image.data.iter_mut().for_each(|v| *v = srgb_decoded(*v));
+        image.data.iter_mut().for_each(|v| *v = srgb::decode(*v));
         (path, image)
     } else {
         return Ok(None);

@@ -14,6 +14,7 @@ use motes_formats::environment::write_environment;
 use motes_formats::images::write_png;
 use motes_formats::ply::{PlyWriteOptions, write_gaussians, write_surface};
 use motes_inverse::{Anchor, Decomposition, LobesChoice, Photo};
+use motes_math::srgb;
 use motes_scene::{Gaussians, ImageF32};
 use motes_shading::environment::{Convention, Environment, Orientation, direction_from_uv};
 
@@ -216,6 +217,6 @@ fn previews(
 
 fn encoded(linear: &ImageF32) -> ImageF32 {
     let mut image = linear.clone();
-    image.data.iter_mut().for_each(|v| *v = motes_inverse::srgb_encoded(*v));
+    image.data.iter_mut().for_each(|v| *v = srgb::encode(v.max(0.0).clamp(0.0, 1.0)));
     image
 }
