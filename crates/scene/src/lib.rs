@@ -14,6 +14,7 @@ mod gaussians;
 mod image;
 mod materials;
 mod pose;
+mod selection;
 mod surface;
 mod unit_world;
 
@@ -24,5 +25,6 @@ pub use gaussians::{ColumnValues, ExtraColumn, Gaussians};
 pub use image::{Image, ImageF32, ImageU8};
 pub use materials::{MATERIAL_COLUMNS, Materials};
 pub use pose::Pose;
+pub use selection::{Combine, Selection};
 pub use surface::Surface;
 pub use unit_world::UnitWorld;

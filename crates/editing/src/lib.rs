@@ -1,0 +1,1 @@
+//! Editing: plans of operations on splats and decomposed scenes, and the light that follows them.

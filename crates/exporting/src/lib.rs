@@ -1,0 +1,1 @@
+//! Exporting: splats and decomposed scenes as assets that other programs open.

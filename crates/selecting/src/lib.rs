@@ -1,0 +1,1 @@
+//! Selecting: clicks, boxes, masks and properties to a set of Gaussians.
