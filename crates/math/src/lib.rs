@@ -6,5 +6,6 @@ pub mod metrics;
 pub mod resample;
 pub mod rng;
 pub mod sh;
+pub mod sh_rotation;
 pub mod sigmoid;
 pub mod srgb;

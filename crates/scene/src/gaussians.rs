@@ -49,6 +49,22 @@ impl ColumnValues {
         self.len() == 0
     }
 
+    /// Moves the values of `more` to the end.
+    ///
+    /// # Panics
+    /// When the types differ.
+    pub fn append(&mut self, more: &mut Self) {
+        macro_rules! same_type {
+            ($($variant:ident),*) => {
+                match (self, more) {
+                    $((Self::$variant(to), Self::$variant(from)) => to.append(from),)*
+                    _ => panic!("columns of different types"),
+                }
+            };
+        }
+        same_type!(I8, U8, I16, U16, I32, U32, F32, F64);
+    }
+
     /// Keeps the rows of `rows`, in that order; a row may repeat.
     pub fn gather(&mut self, rows: &[u32]) {
         for_each_column_type!(self, v => *v = rows.iter().map(|&r| v[r as usize]).collect());

@@ -1,0 +1,322 @@
+//! What a plan works on: the Gaussians that are there now, and where each of them came from.
+//!
+//! Operations on rows go through [`EditState`], so that the history of every Gaussian stays complete: which [`Source`] and
+//! row it came from, which motion brought it where it is, and whether its material was changed. What the light
+//! must follow is read off that history by [`EditState::change`].
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use glam::DVec3;
+use motes_scene::{Gaussians, ImageF32, Selection, Surface};
+use motes_shading::brdf::Lobes;
+use motes_shading::environment::Convention;
+
+use crate::Similarity;
+
+/// Number of the source that the plan was started on.
+pub const SCENE: u32 = 0;
+/// Number of the motion that changes nothing.
+pub const AT_REST: u32 = 0;
+
+/// Where Gaussians come from: the edited scene itself (number [`SCENE`]), or something that was inserted.
+#[derive(Clone, Debug, Default)]
+pub struct Source {
+    /// What the user called it: a file, a folder.
+    pub name: String,
+    /// Its Gaussians before any operation, in its own world. Kept where light has to follow the edit
+    /// (decomposed scenes), `None` otherwise.
+    pub gaussians: Option<Arc<Gaussians>>,
+    /// Its surface before any operation, in its own world, when it has one.
+    pub surface: Option<Arc<Surface>>,
+}
+
+/// Where one Gaussian comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Origin {
+    /// Index into [`EditState::sources`].
+    pub source: u32,
+    /// Row of the source; [`Origin::NEW_ROW`] for one that was made (a merged Gaussian).
+    pub row: u32,
+    /// Index into [`EditState::motions`]: present pose = motion (pose in the source).
+    pub motion: u32,
+}
+
+impl Origin {
+    /// Of a Gaussian that no source has.
+    pub const NEW_ROW: u32 = u32::MAX;
+}
+
+/// What fills the surface that a deletion uncovers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Fill {
+    /// Nothing.
+    #[default]
+    None,
+    /// The support plane goes on with its own colours.
+    Plane,
+    /// Pieces of the surroundings are copied.
+    Patch,
+}
+
+/// A deletion, for what is to be filled.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Hole {
+    /// The Gaussians that went.
+    pub removed: Vec<Origin>,
+    /// With what.
+    pub fill: Fill,
+}
+
+/// The parts of a decomposed scene beside its Gaussians, as they are now.
+#[derive(Clone, Debug)]
+pub struct SceneParts {
+    /// Environment in photo units.
+    pub environment: ImageF32,
+    /// Its axes.
+    pub convention: Convention,
+    /// Whether the environment is no longer the one that the colours were made under.
+    pub environment_changed: bool,
+    /// Lobes of the materials.
+    pub lobes: Lobes,
+    /// Whether one bounce belongs to the image formation.
+    pub indirect: bool,
+}
+
+/// Gaussians under a plan.
+#[derive(Clone, Debug)]
+pub struct EditState {
+    /// The Gaussians as they are now.
+    pub gaussians: Gaussians,
+    /// Where each comes from, `[N]`.
+    pub origins: Vec<Origin>,
+    /// Whether its material is no longer that of its source, `[N]`.
+    pub material_changed: Vec<bool>,
+    /// What they come from; the first is the scene.
+    pub sources: Vec<Source>,
+    /// Motions that Gaussians underwent; the first is the identity.
+    pub motions: Vec<Similarity>,
+    /// Deletions with what is to be filled, in order.
+    pub holes: Vec<Hole>,
+    /// Named sets, one confidence per present Gaussian.
+    pub selections: BTreeMap<String, Selection>,
+    /// The last set that was selected.
+    pub current: Option<String>,
+    /// The other parts of a decomposed scene; `None` for a plain splat.
+    pub parts: Option<SceneParts>,
+    /// Unit vector away from the ground.
+    pub up_in_world: DVec3,
+}
+
+/// What light has to follow: the difference between the sources and what is there now.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SceneChange {
+    /// Rows of the scene that are gone, ascending.
+    pub removed: Vec<u32>,
+    /// Present rows that are elsewhere than in the scene, or were not part of it: moved, duplicated, inserted, made.
+    pub placed: Vec<u32>,
+    /// Present rows whose material changed.
+    pub material: Vec<u32>,
+    /// Whether the environment was replaced.
+    pub environment: bool,
+    /// What is to be filled: rows of the scene that a deletion removed.
+    pub holes: Vec<(Vec<u32>, Fill)>,
+}
+
+impl SceneChange {
+    /// Whether the light may stay as it is.
+    pub fn is_empty(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
+impl EditState {
+    /// A splat or a scene before the first operation.
+    ///
+    /// With `parts` the Gaussians are kept as they were, because light has to be traced through both.
+    pub fn new(
+        name: &str,
+        gaussians: Gaussians,
+        surface: Option<Surface>,
+        parts: Option<SceneParts>,
+        up_in_world: DVec3,
+    ) -> Self {
+        let n = gaussians.len();
+        let kept = parts.is_some().then(|| Arc::new(gaussians.clone()));
+        let origin = |row| Origin { source: SCENE, row, motion: AT_REST };
+        Self {
+            origins: (0..n as u32).map(origin).collect(),
+            material_changed: vec![false; n],
+            sources: vec![Source {
+                name: name.to_owned(),
+                gaussians: kept,
+                surface: surface.map(Arc::new),
+            }],
+            motions: vec![Similarity::IDENTITY],
+            holes: Vec::new(),
+            selections: BTreeMap::new(),
+            current: None,
+            parts,
+            up_in_world: up_in_world.try_normalize().unwrap_or(DVec3::Z),
+            gaussians,
+        }
+    }
+
+    /// Number of Gaussians.
+    pub fn len(&self) -> usize {
+        self.gaussians.len()
+    }
+
+    /// Whether none is left.
+    pub fn is_empty(&self) -> bool {
+        self.gaussians.is_empty()
+    }
+
+    /// Keeps the Gaussians of `rows`, in that order; a row may repeat. Selections follow.
+    pub fn gather(&mut self, rows: &[u32]) {
+        fn pick<T: Copy>(values: &mut Vec<T>, rows: &[u32]) {
+            *values = rows.iter().map(|&r| values[r as usize]).collect();
+        }
+        self.gaussians.gather(rows);
+        pick(&mut self.origins, rows);
+        pick(&mut self.material_changed, rows);
+        for selection in self.selections.values_mut() {
+            pick(&mut selection.confidence, rows);
+        }
+    }
+
+    /// Removes the Gaussians of `rows` (ascending) and remembers what is to be filled.
+    pub fn remove(&mut self, rows: &[u32], fill: Fill) {
+        let removed = rows.iter().map(|&r| self.origins[r as usize]).collect();
+        self.holes.push(Hole { removed, fill });
+        let mut gone = rows.iter().copied().peekable();
+        let kept: Vec<u32> =
+            (0..self.len() as u32).filter(|row| gone.next_if_eq(row).is_none()).collect();
+        self.gather(&kept);
+    }
+
+    /// Appends Gaussians that have the same SH degree and columns, and their origins. No selection
+    /// holds them.
+    ///
+    /// # Panics
+    /// When degree or columns differ, or there is not one origin each.
+    pub fn append(&mut self, mut added: Gaussians, origins: Vec<Origin>) {
+        let to = &mut self.gaussians;
+        assert_eq!(to.sh_degree, added.sh_degree, "one degree");
+        assert_eq!(added.len(), origins.len(), "one origin each");
+        to.means.append(&mut added.means);
+        to.rotations.append(&mut added.rotations);
+        to.log_scales.append(&mut added.log_scales);
+        to.opacity_logits.append(&mut added.opacity_logits);
+        to.sh.append(&mut added.sh);
+        assert_eq!(to.extra.len(), added.extra.len(), "the same columns");
+        for (column, more) in to.extra.iter_mut().zip(&mut added.extra) {
+            assert_eq!(column.name, more.name, "the same columns");
+            column.values.append(&mut more.values);
+        }
+        let n = to.len();
+        self.origins.extend(origins);
+        self.material_changed.resize(n, false);
+        for selection in self.selections.values_mut() {
+            selection.confidence.resize(n, 0.0);
+        }
+    }
+
+    /// Notes that the Gaussians of `rows` were moved by `motion`, on top of earlier motions.
+    pub fn note_motion(&mut self, rows: &[u32], motion: &Similarity) {
+        let mut composed: BTreeMap<u32, u32> = BTreeMap::new();
+        for &row in rows {
+            let earlier = self.origins[row as usize].motion;
+            let motions = &mut self.motions;
+            let now = *composed.entry(earlier).or_insert_with(|| {
+                motions.push(motion.after(&motions[earlier as usize]));
+                motions.len() as u32 - 1
+            });
+            self.origins[row as usize].motion = now;
+        }
+    }
+
+    /// What differs from the scene that the plan was started on.
+    pub fn change(&self) -> SceneChange {
+        let rows_of_scene = self
+            .sources
+            .first()
+            .and_then(|s| s.gaussians.as_ref())
+            .map_or(0, |gaussians| gaussians.len());
+        let mut missing = vec![true; rows_of_scene];
+        let mut change = SceneChange::default();
+        for (i, origin) in self.origins.iter().enumerate() {
+            let at_home = origin.source == SCENE
+                && (origin.row as usize) < missing.len()
+                && self.motions[origin.motion as usize].is_identity();
+            if at_home {
+                missing[origin.row as usize] = false;
+            } else {
+                change.placed.push(i as u32);
+            }
+            if self.material_changed[i] {
+                change.material.push(i as u32);
+            }
+        }
+        change.removed = (0..missing.len() as u32).filter(|&r| missing[r as usize]).collect();
+        change.environment = self.parts.as_ref().is_some_and(|parts| parts.environment_changed);
+        for hole in &self.holes {
+            let of_scene = hole.removed.iter().filter(|o| o.source == SCENE);
+            let rows: Vec<u32> =
+                of_scene.map(|o| o.row).filter(|r| *r != Origin::NEW_ROW).collect();
+            if hole.fill != Fill::None && !rows.is_empty() {
+                change.holes.push((rows, hole.fill));
+            }
+        }
+        change
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parts() -> SceneParts {
+        SceneParts {
+            environment: ImageF32::filled(2, 1, 3, 0.5),
+            convention: Convention::OpenExr,
+            environment_changed: false,
+            lobes: Lobes::Lambert,
+            indirect: false,
+        }
+    }
+
+    fn state() -> EditState {
+        let gaussians = motes_testkit::random_gaussians(1, 6, 1);
+        EditState::new("test", gaussians, None, Some(parts()), DVec3::Z)
+    }
+
+    #[test]
+    fn history_survives_moves_and_removals() {
+        let mut state = state();
+        assert!(state.change().is_empty());
+        let set = Selection::where_true(6, |i| i >= 4);
+        state.selections.insert("s".into(), set);
+        let step = Similarity::translation(DVec3::X);
+        state.note_motion(&[4, 5], &step);
+        state.note_motion(&[5], &step);
+        state.remove(&[0, 4], Fill::Plane);
+        assert_eq!(state.selections["s"].rows(), [3], "row 5 moved up");
+        let change = state.change();
+        assert_eq!(change.removed, [0, 4, 5]);
+        assert_eq!(change.placed, [3]);
+        assert_eq!(change.holes, [(vec![0, 4], Fill::Plane)]);
+        let motion = state.motions[state.origins[3].motion as usize];
+        assert_eq!(motion.translation, DVec3::X * 2.0);
+    }
+
+    #[test]
+    fn a_motion_and_its_inverse_leave_nothing_to_follow() {
+        let mut state = state();
+        let there = Similarity::translation(DVec3::new(0.5, 0.0, 2.0));
+        state.note_motion(&[1], &there);
+        assert_eq!(state.change().placed, [1]);
+        state.note_motion(&[1], &there.inverse());
+        assert!(state.change().is_empty());
+    }
+}
