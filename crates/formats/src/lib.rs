@@ -18,6 +18,8 @@ pub mod images;
 pub mod metrics;
 pub mod ply;
 pub mod run_record;
+pub mod selection;
+pub mod selectors;
 pub mod tensors;
 pub mod transforms;
 

@@ -167,6 +167,7 @@ pub fn all_schemas() -> Vec<(String, Value)> {
         schema::<crate::decomposition::DecompositionDocument>(),
         schema::<crate::metrics::MetricsDocument>(),
         schema::<crate::run_record::RunRecord>(),
+        schema::<crate::selection::SelectionDocument>(),
     ]
 }
 
