@@ -2,6 +2,7 @@
 //!
 //! [`EditState`] is what a plan works on: the Gaussians that are there now and the history of each.
 
+pub mod reshade;
 mod similarity;
 mod state;
 

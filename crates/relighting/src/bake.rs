@@ -62,6 +62,14 @@ impl Default for BakeOptions {
 impl Relighter<'_> {
     /// The Gaussians with baked colours; shape, opacity and extra columns stay.
     pub fn bake(&self, options: &BakeOptions) -> Gaussians {
+        let mut baked = self.scene.gaussians.with_sh_degree(options.sh_degree);
+        let rows: Vec<u32> = (0..baked.len() as u32).collect();
+        baked.sh = self.bake_rows(&rows, options);
+        baked
+    }
+
+    /// Spherical harmonics of the Gaussians of `rows` under the light, `[rows, K, 3]`.
+    pub fn bake_rows(&self, rows: &[u32], options: &BakeOptions) -> Vec<f32> {
         let scene = self.scene;
         let l_hit = |_: &Ray, hit: &Hit| self.cache.at(scene, hit);
         let (light, brdf) = self.options.samples();
@@ -76,8 +84,9 @@ impl Relighter<'_> {
         let indirect = (!self.cache.is_empty()).then_some(&l_hit as _);
         let shader = Shader::new(self.light, &scene.tracer, indirect, integration);
         let k = sh_coefficients(options.sh_degree);
-        let mut baked = scene.gaussians.with_sh_degree(options.sh_degree);
-        baked.sh.par_chunks_mut(3 * k).enumerate().with_min_len(64).for_each(|(i, sh)| {
+        let mut baked = vec![0.0; rows.len() * 3 * k];
+        baked.par_chunks_mut(3 * k).zip(rows).with_min_len(64).for_each(|(sh, row)| {
+            let i = *row as usize;
             let mut observations = Vec::with_capacity(options.bake_directions as usize);
             let (position, normal) = surface_point(scene, i);
             let m = &scene.materials;
@@ -106,7 +115,7 @@ impl Relighter<'_> {
 }
 
 /// Where the Gaussian's light falls: the surface at its centre along the normal, or the centre.
-fn surface_point(scene: &RelightScene, i: usize) -> (Vec3, Vec3) {
+pub(crate) fn surface_point(scene: &RelightScene, i: usize) -> (Vec3, Vec3) {
     let mean = Vec3::from(scene.gaussians.means[i]);
     let normal = Vec3::from(scene.materials.normals[i]).normalize_or(scene.up_in_world);
     if !mean.is_finite() {

@@ -108,6 +108,21 @@ impl RelightScene {
         self.surface.triangles.len()
     }
 
+    /// What rays meet.
+    pub fn surface(&self) -> &Surface {
+        &self.surface
+    }
+
+    /// How far rays start off the surface, world units: half its median edge.
+    pub fn ray_bias(&self) -> f32 {
+        self.ray_bias
+    }
+
+    /// The triangle that a ray meets first.
+    pub fn first_triangle(&self, ray: &Ray) -> Option<u32> {
+        self.first_hit(ray).map(|hit| hit.hit.primitive)
+    }
+
     /// A material with this scene's lobes, clamped to its ranges.
     pub(crate) fn material(&self, base_color: Vec3, roughness: f32, metallic: f32) -> Material {
         let material = Material::principled(base_color, roughness, metallic);

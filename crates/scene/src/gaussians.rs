@@ -65,6 +65,21 @@ impl ColumnValues {
         same_type!(I8, U8, I16, U16, I32, U32, F32, F64);
     }
 
+    /// As many zeros of the same type.
+    #[must_use]
+    pub fn zeros(&self, n: usize) -> Self {
+        match self {
+            Self::I8(_) => Self::I8(vec![0; n]),
+            Self::U8(_) => Self::U8(vec![0; n]),
+            Self::I16(_) => Self::I16(vec![0; n]),
+            Self::U16(_) => Self::U16(vec![0; n]),
+            Self::I32(_) => Self::I32(vec![0; n]),
+            Self::U32(_) => Self::U32(vec![0; n]),
+            Self::F32(_) => Self::F32(vec![0.0; n]),
+            Self::F64(_) => Self::F64(vec![0.0; n]),
+        }
+    }
+
     /// Keeps the rows of `rows`, in that order; a row may repeat.
     pub fn gather(&mut self, rows: &[u32]) {
         for_each_column_type!(self, v => *v = rows.iter().map(|&r| v[r as usize]).collect());

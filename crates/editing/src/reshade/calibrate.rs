@@ -1,0 +1,172 @@
+//! What the photos say about a shadow that the edit takes away.
+//!
+//! The model's light is never quite right: its shadows are a little too bright or too blue, and their edges lie beside those
+//! in the photos. A ratio of model light would leave the difference as an outline and a stain. Matter of one plane is
+//! the same, on average, inside and outside of a shadow, which corrects both:
+//!
+//! ```text
+//! d = log L_before - log L_after            what the model says the shadow takes, per channel
+//! κ = <log c - μ - log L_after> / <d>       over its inside; μ: mean of log c - log L around it
+//! d <- κ d + s                              s: what is left of log c near the edge, averaged over cells
+//! ```
+//!
+//! `c` is the plane as it looks from above. `s` may take `d` no further than to the values that it has within the reach of an
+//! edge. `κ` holds for all light that the edit changes, since all of it comes from one model.
+
+use glam::Vec3;
+
+use super::grid::{Grid, boxed, pull_push};
+use super::support::Plane;
+
+/// The model's edges are off by less than this share of the object's size.
+const REACH: f32 = 0.08;
+/// Reach over the width of a cell.
+const CELLS_OF_REACH: f32 = 6.0;
+/// Changes of the logarithm of light below do not make a shadow.
+const LEAST_CHANGE: f32 = 0.05;
+/// The inside of a shadow is darker than this.
+const INSIDE: f32 = -0.15;
+/// Cells of inside, and of surroundings, that a correction needs.
+const LEAST_CELLS: usize = 32;
+/// κ is not believed beyond these.
+const EXPONENT: [f32; 2] = [0.5, 2.0];
+/// Radiance below says nothing but dark: seven of 255 steps of a photo. The logarithm of less would
+/// outvote the rest.
+const LEAST_RADIANCE: f32 = 2e-3;
+
+/// What is known about the cells of a plane; `None` where it is not covered.
+pub(super) struct Observed {
+    /// As captured, linear.
+    pub(super) radiance: Vec<Option<Vec3>>,
+    /// Of white matte matter.
+    pub(super) log_before: Vec<Vec3>,
+    pub(super) log_after: Vec<Vec3>,
+}
+
+/// How to correct `log L_before - log L_after`.
+#[derive(Debug)]
+pub(super) struct Calibration {
+    grid: Grid,
+    /// κ per channel; `None` when there is no inside to learn it from.
+    pub(super) exponent: Option<Vec3>,
+    /// `s` per cell, along the direction in which the shadow changes colour.
+    shift: Vec<Vec3>,
+    /// Linear colour without light, continued where it is not known.
+    unlit: Vec<Vec3>,
+}
+
+/// Cells around the places of a plane whose light changed.
+pub(super) fn changed_grid(plane: Plane, object_size: f32, changed: &[Vec3]) -> Option<Grid> {
+    let reach = REACH * object_size;
+    Grid::over(plane, changed, reach / CELLS_OF_REACH, 4.0 * reach)
+}
+
+/// Whether light changed enough to be looked at.
+pub(super) fn is_change(log_before: Vec3, log_after: Vec3) -> bool {
+    mean(log_before - log_after).abs() > LEAST_CHANGE
+}
+
+impl Calibration {
+    /// From what is known about the cells, or none where there is too little of it.
+    pub(super) fn new(grid: Grid, observed: &Observed) -> Option<Self> {
+        let Observed { radiance, log_before, log_after } = observed;
+        let steps = CELLS_OF_REACH.ceil() as usize;
+        let cells = 0..grid.cells();
+        let known: Vec<bool> = radiance.iter().map(Option::is_some).collect();
+        let log_c: Vec<Vec3> = radiance
+            .iter()
+            .map(|c| c.unwrap_or(Vec3::ONE).max(Vec3::splat(LEAST_RADIANCE)).map(f32::ln))
+            .collect();
+        let change = |c: usize| mean(log_before[c] - log_after[c]);
+        let marks = |test: &dyn Fn(usize) -> bool| -> Vec<bool> {
+            cells.clone().map(|c| known[c] && test(c)).collect()
+        };
+        let zone = grid.grown(&marks(&|c| change(c).abs() > LEAST_CHANGE), steps);
+        let around = marks(&|c| !zone[c]);
+        if around.iter().filter(|a| **a).count() < LEAST_CELLS {
+            return None;
+        }
+        let unlit_around = mean_around(&grid, &around, 2 * steps, |c| log_c[c] - log_after[c]);
+        let edge = grid.grown(&marks(&|c| change(c) > INSIDE), steps.div_ceil(2));
+        let inside: Vec<usize> =
+            cells.clone().filter(|&c| known[c] && !edge[c] && change(c) < INSIDE).collect();
+        let sum = |f: &dyn Fn(usize) -> Vec3| inside.iter().map(|c| f(*c)).sum::<Vec3>();
+        let seen = sum(&|c| log_c[c] - unlit_around[c] - log_after[c]);
+        let modelled = sum(&|c| log_before[c] - log_after[c]);
+        let learned = inside.len() >= LEAST_CELLS && modelled.max_element() < 0.0;
+        let [least, most] = EXPONENT.map(Vec3::splat);
+        let exponent = learned.then(|| (seen / modelled).clamp(least, most));
+        let kappa = exponent.unwrap_or(Vec3::ONE);
+        let d: Vec<Vec3> = cells.clone().map(|c| kappa * (log_before[c] - log_after[c])).collect();
+        let tint = kappa * modelled;
+        let tint = if mean(tint) < 0.0 { tint / mean(tint) } else { Vec3::ONE };
+        // Photos show the light before: they tell about shadows that go, not about those that come.
+        let gone: Vec<Vec3> = d.iter().map(|d| d.min(Vec3::ZERO)).collect();
+        let lit = |c: usize| log_after[c].max(log_before[c]);
+        let left = smoothed(&grid, &known, |c| mean(log_c[c] - unlit_around[c] - lit(c) - gone[c]));
+        let bounded = |c: usize| {
+            let own = mean(gone[c]);
+            let (mut low, mut high) = (own, own);
+            for n in grid.within(c, steps).filter(|n| known[*n]) {
+                (low, high) = (low.min(mean(gone[n])), high.max(mean(gone[n])));
+            }
+            left[c].clamp(low - own, high - own)
+        };
+        let shift: Vec<Vec3> = cells
+            .clone()
+            .map(|c| if zone[c] && known[c] { tint * bounded(c) } else { Vec3::ZERO })
+            .collect();
+        let weight: Vec<f32> = known.iter().map(|k| f32::from(u8::from(*k))).collect();
+        let unlit = cells
+            .clone()
+            .map(|c| match radiance[c] {
+                Some(color) => (color * (-(lit(c) + gone[c] + shift[c])).map(f32::exp)).to_array(),
+                None => [0.0; 3],
+            })
+            .collect();
+        let mut unlit = pull_push(grid.size, unlit, weight);
+        grid.smooth(&mut unlit, &known);
+        let unlit = unlit.into_iter().map(Vec3::from).collect();
+        Some(Self { grid, exponent, shift, unlit })
+    }
+
+    /// `s` at a point of the plane.
+    pub(super) fn shift_at(&self, p: Vec3) -> Vec3 {
+        self.grid.cell(self.grid.plane.flat(p)).map_or(Vec3::ZERO, |cell| self.shift[cell])
+    }
+
+    /// Colour without light at a point of the plane.
+    pub(super) fn unlit_at(&self, p: Vec3) -> Option<Vec3> {
+        self.grid.cell(self.grid.plane.flat(p)).map(|cell| self.unlit[cell])
+    }
+}
+
+fn mean(v: Vec3) -> f32 {
+    v.element_sum() / 3.0
+}
+
+/// The mean of `value` over the cells of `around` near each cell, continued where none is near.
+fn mean_around(
+    grid: &Grid,
+    around: &[bool],
+    radius: usize,
+    value: impl Fn(usize) -> Vec3,
+) -> Vec<Vec3> {
+    let sums: Vec<[f32; 4]> = (0..grid.cells())
+        .map(|c| if around[c] { value(c).extend(1.0).to_array() } else { [0.0; 4] })
+        .collect();
+    let sums = boxed(grid, &sums, radius);
+    let weight = sums.iter().map(|s| f32::from(u8::from(s[3] > 0.0))).collect();
+    let means = sums
+        .iter()
+        .map(|s| if s[3] > 0.0 { [s[0] / s[3], s[1] / s[3], s[2] / s[3]] } else { [0.0; 3] });
+    pull_push(grid.size, means.collect(), weight).into_iter().map(Vec3::from).collect()
+}
+
+/// The mean of `value` over the known cells that touch each.
+fn smoothed(grid: &Grid, known: &[bool], value: impl Fn(usize) -> f32) -> Vec<f32> {
+    let sums: Vec<[f32; 2]> =
+        (0..grid.cells()).map(|c| if known[c] { [value(c), 1.0] } else { [0.0; 2] }).collect();
+    let sums = boxed(grid, &sums, 1);
+    sums.iter().map(|s| if s[1] > 0.0 { s[0] / s[1] } else { 0.0 }).collect()
+}

@@ -1,0 +1,109 @@
+//! Light that follows an edit: old shadows go, new ones land, what was covered is closed.
+//!
+//! The colours that a splat was trained to hold more than any model of material and light explains, so
+//! they are kept and only *scaled*, after Debevec 1998 (Rendering Synthetic Objects into Real Scenes):
+//!
+//! ```text
+//! colour after = colour before * L_after / L_before
+//! ```
+//!
+//! `L` is what the decomposed scene says about the surface point of a Gaussian: the radiance of white matte matter there,
+//! direct light with traced visibility and one bounce, in the scene before and in the scene after the edit, along the same
+//! random directions. Metals take the ratio per viewing direction, of all lobes. A Gaussian whose light changes by less than
+//! a tolerance keeps its bytes. Gaussians that are new here, or have another roughness or metallic, are shaded anew
+//! by the light of the scene; after a change of environment all are.
+//!
+//! The surface that rays meet follows the Gaussians: each vertex shares the fate of the nearest ones. Where an object left a
+//! hole in the plane that it stood on, the plane goes on ([`crate::Fill`]).
+
+mod calibrate;
+mod colors;
+mod fill;
+mod grid;
+mod hole;
+mod images;
+mod patch;
+mod plane_picture;
+mod ratio;
+mod scene_after;
+mod support;
+mod surface;
+
+use motes_relighting::{Exposure, LightError, LightSource, SceneError};
+use motes_scene::Surface;
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use crate::EditState;
+
+/// How light follows an edit.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct ReshadeOptions {
+    /// Directions towards the light per Gaussian.
+    pub samples: u32,
+    /// Directions that newly shaded Gaussians are seen from.
+    pub bake_directions: u32,
+    /// Relative change of light that is too small to follow.
+    pub tolerance: f32,
+    /// Key of all random numbers.
+    pub seed: u64,
+}
+
+impl Default for ReshadeOptions {
+    fn default() -> Self {
+        Self { samples: 64, bake_directions: 32, tolerance: 5e-3, seed: 0 }
+    }
+}
+
+/// What light did.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct ReshadeReport {
+    /// Gaussians whose colours were scaled.
+    pub scaled: usize,
+    /// Gaussians that were shaded anew.
+    pub shaded: usize,
+    /// Gaussians that fill what was uncovered.
+    pub filled: usize,
+    /// Gaussians that were hidden in an object that left, and were removed.
+    pub leftovers: usize,
+    /// κ of each shadow that went: by how much deeper the photos show it than the model, per channel.
+    pub shadow_exponents: Vec<[f32; 3]>,
+    /// Triangles of the surface before and after.
+    pub triangles: [usize; 2],
+    /// What could not be done, and why.
+    pub warnings: Vec<String>,
+}
+
+/// Why light could not follow.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum ReshadeError {
+    /// The plan was not started on a decomposed scene.
+    #[error("the light of a splat without decomposition is not known")]
+    NoScene,
+    /// The scene cannot be lit.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// The environment cannot be used.
+    #[error(transparent)]
+    Light(#[from] LightError),
+}
+
+/// Makes colours, surface and filling of an edited scene right; returns the new surface.
+///
+/// # Errors
+/// When the scene before or after cannot be lit.
+pub fn reshade(
+    state: &mut EditState,
+    options: &ReshadeOptions,
+) -> Result<(Surface, ReshadeReport), ReshadeError> {
+    scene_after::reshade(state, options)
+}
+
+fn light_of(state: &EditState) -> Result<motes_shading::environment::Environment, ReshadeError> {
+    let parts = state.parts.as_ref().ok_or(ReshadeError::NoScene)?;
+    let source =
+        LightSource::Map { image: parts.environment.clone(), convention: parts.convention };
+    let up = state.up_in_world.as_vec3();
+    Ok(source.light(0.0, Exposure::Factor(1.0), up, &|| None)?.environment)
+}

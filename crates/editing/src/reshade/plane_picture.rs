@@ -1,0 +1,109 @@
+//! A plane as it looks from above, one pixel per cell.
+
+use glam::{DMat3, DQuat, Vec3};
+use motes_math::srgb;
+use motes_raster::{Antialias, RenderOptions, render};
+use motes_scene::{Gaussians, Pinhole, Pose};
+
+use super::colors::Projection;
+use super::grid::Grid;
+
+/// The camera is this many widths of the grid away: nearly parallel rays.
+const DISTANCE: f64 = 64.0;
+/// Cells that are covered less are not known.
+const LEAST_ALPHA: f32 = 0.5;
+/// Cameras look at a plane from about this high.
+const SINE_OF_VIEW: f32 = 0.7;
+/// Around the normal.
+const VIEWS: usize = 8;
+
+/// Linear colour per cell, mean over views around; none where the Gaussians of `rows` leave it open.
+pub(super) fn plane_picture(
+    grid: &Grid,
+    gaussians: &Gaussians,
+    rows: &[u32],
+    projection: &Projection,
+    antialias: Antialias,
+) -> Vec<Option<Vec3>> {
+    let plane = &grid.plane;
+    let views: Vec<Vec3> = (0..VIEWS)
+        .map(|k| {
+            let (sin, cos) = (std::f32::consts::TAU * k as f32 / VIEWS as f32).sin_cos();
+            let flat = (1.0 - SINE_OF_VIEW * SINE_OF_VIEW).sqrt();
+            plane.normal * SINE_OF_VIEW + (plane.axes[0] * cos + plane.axes[1] * sin) * flat
+        })
+        .collect();
+    let mut flat = gaussians.clone();
+    flat.extra.clear();
+    flat.gather(rows);
+    let mut even = flat.with_sh_degree(0);
+    for (i, sh) in even.sh.chunks_exact_mut(3).enumerate() {
+        let seen = views.iter().map(|v| projection.radiance(flat.sh_of(i), *v)).sum::<Vec3>();
+        projection.set_dc(sh, seen / VIEWS as f32);
+    }
+    let [width, height] = grid.size;
+    let distance = DISTANCE * f64::from(grid.pitch) * width.max(height) as f64;
+    let [u, v] = plane.axes.map(|a| a.as_dvec3());
+    let n = plane.normal.as_dvec3();
+    let middle = grid.corner_at([0.5 * width as f32, 0.5 * height as f32]);
+    let eye = plane.point(middle).as_dvec3() + n * distance;
+    // Rows of camera_from_world: right, down, forward.
+    let rotation = DMat3::from_cols(u, -v, -n).transpose();
+    let camera_from_world = Pose::new(DQuat::from_mat3(&rotation), rotation * -eye);
+    let focal = distance / f64::from(grid.pitch);
+    let camera = Pinhole {
+        fx: focal,
+        fy: focal,
+        cx: 0.5 * width as f64,
+        cy: 0.5 * height as f64,
+        width,
+        height,
+    };
+    let Some(camera_from_world) = camera_from_world else { return vec![None; grid.cells()] };
+    let options = RenderOptions { antialias, ..RenderOptions::default() };
+    let picture = render(&even, &camera, &camera_from_world, &options);
+    let cell = |c: usize| {
+        let pixel = (height - 1 - c / width) * width + c % width;
+        let alpha = picture.alpha.data[pixel];
+        (alpha >= LEAST_ALPHA).then(|| {
+            Vec3::from_array(std::array::from_fn(|k| {
+                srgb::decode((picture.color.data[3 * pixel + k] / alpha).clamp(0.0, 1.0))
+            }))
+        })
+    };
+    (0..grid.cells()).map(cell).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::super::support::Plane;
+    use super::*;
+
+    #[test]
+    fn cells_have_the_colours_of_the_gaussians_over_them() {
+        let plane = Plane::new(DVec3::new(0.3, -0.2, 1.0), DVec3::new(0.0, 0.0, 2.0));
+        let corners = [[-1.0, -1.0], [1.0, 0.5]].map(|f| plane.point(f));
+        let grid = Grid::over(plane, &corners, 0.05, 0.0).expect("a grid");
+        let projection = Projection::new(1);
+        let mut gaussians = Gaussians::empty(1);
+        let red = |p: [f32; 2]| Vec3::new(0.2 + 0.1 * p[0], 0.3, 0.25 - 0.1 * p[1]);
+        for c in 0..grid.cells() {
+            let p = grid.middle(c);
+            gaussians.means.push(plane.point(p).to_array());
+            gaussians.rotations.push([1.0, 0.0, 0.0, 0.0]);
+            gaussians.log_scales.push([0.04f32.ln(); 3]);
+            gaussians.opacity_logits.push(6.0);
+            let mut sh = [0.0; 12];
+            projection.set_even(&mut sh, red(p));
+            gaussians.sh.extend(sh);
+        }
+        let rows: Vec<u32> = (0..gaussians.len() as u32).collect();
+        let picture = plane_picture(&grid, &gaussians, &rows, &projection, Antialias::Classic);
+        for (c, color) in picture.into_iter().enumerate() {
+            let color = color.expect("covered");
+            assert!((color - red(grid.middle(c))).abs().max_element() < 0.02, "{c}: {color}");
+        }
+    }
+}

@@ -1,0 +1,336 @@
+//! Colours by the ratio of light after to light before.
+
+use glam::Vec3;
+use kiddo::{ImmutableKdTree, SquaredEuclidean};
+use motes_math::sigmoid::sigmoid;
+use motes_relighting::{BakeOptions, Probe, Question, RelightScene, Relighter};
+use motes_scene::{Materials, Surface};
+use rayon::prelude::*;
+
+use super::ReshadeOptions;
+use super::calibrate::{Calibration, Observed, changed_grid, is_change};
+use super::colors::{DIRECTIONS, Projection};
+use super::hole::{ALIGNED, Hole, covered};
+use super::plane_picture::plane_picture;
+use crate::{EditState, Origin, SCENE};
+
+/// Ratios beyond these say more about noise than about light.
+const RATIO: [f32; 2] = [0.02, 20.0];
+/// Light below this share of the scene's brightest counts as this: nothing is divided by darkness.
+const DARKNESS: f32 = 2e-3;
+/// From here on a Gaussian is a metal: it shows its surroundings, not its light.
+const METAL: f32 = 0.5;
+/// Roughness and metallic that differ by less are the same.
+const SAME: f32 = 1e-4;
+/// Viewers below this cosine learn nothing about a Gaussian.
+const GRAZING: f32 = 0.1;
+/// Gaussians that are fainter do not lend their material to the surface.
+const LEAST_OPACITY: f32 = 0.1;
+
+/// Present rows by what happens to their colours.
+#[derive(Debug, Default)]
+pub(super) struct Rows {
+    /// Row, where its light was before, where it is now.
+    pub(super) scaled: Vec<(u32, Probe, Probe)>,
+    /// Rows that the light of the scene shades.
+    pub(super) anew: Vec<u32>,
+}
+
+/// Sorts the rows of an edited scene; rows from `first_filled` on fill holes and are neither.
+pub(super) fn sort(
+    state: &EditState,
+    before: &RelightScene,
+    after: &RelightScene,
+    first_filled: usize,
+) -> Rows {
+    let mut rows = Rows::default();
+    for (i, origin) in state.origins.iter().enumerate().take(first_filled) {
+        if origin.source != SCENE {
+            if is_known(&after.materials, i) {
+                rows.anew.push(i as u32);
+            }
+            continue;
+        }
+        let from_scene = origin.row != Origin::NEW_ROW;
+        if state.material_changed[i] && from_scene && !same_lobe(before, after, origin.row, i) {
+            rows.anew.push(i as u32);
+            continue;
+        }
+        let item = u64::from(if from_scene { origin.row } else { i as u32 });
+        let now = after.probe(i, item);
+        let then = if from_scene {
+            before.probe(origin.row as usize, item)
+        } else {
+            let back = state.motions[origin.motion as usize].inverse();
+            Probe {
+                position: back.point(now.position.as_dvec3()).as_vec3(),
+                normal: back.direction(now.normal.as_dvec3()).as_vec3(),
+                item,
+            }
+        };
+        rows.scaled.push((i as u32, then, now));
+    }
+    rows
+}
+
+/// Whether a Gaussian has a material: without a normal nothing shades it.
+pub(super) fn is_known(materials: &Materials, i: usize) -> bool {
+    Vec3::from(materials.normals[i]).length_squared() > 0.25
+}
+
+fn same_lobe(before: &RelightScene, after: &RelightScene, row: u32, i: usize) -> bool {
+    let (a, b) = (&before.materials, &after.materials);
+    let row = row as usize;
+    (a.roughness[row] - b.roughness[i]).abs() < SAME
+        && (a.metallic[row] - b.metallic[i]).abs() < SAME
+}
+
+/// Scales the colours whose light changed; returns how many, and what was learned at each hole.
+pub(super) fn scale(
+    state: &mut EditState,
+    rows: &Rows,
+    before: (&RelightScene, &Relighter<'_>),
+    after: (&RelightScene, &Relighter<'_>),
+    holes: &[&Hole],
+    projection: &Projection,
+    options: &ReshadeOptions,
+) -> (usize, Vec<Option<Calibration>>) {
+    let then: Vec<Probe> = rows.scaled.iter().map(|(_, then, _)| *then).collect();
+    let now: Vec<Probe> = rows.scaled.iter().map(|(.., now)| *now).collect();
+    let white_then = before.1.white_radiance(&then, options.samples);
+    let white_now = after.1.white_radiance(&now, options.samples);
+    let brightest = white_then.iter().map(|w| w.max_element()).fold(0.0f32, f32::max);
+    let darkness = Vec3::splat((DARKNESS * brightest).max(f32::MIN_POSITIVE));
+    let tint = |i: u32| {
+        let origin = &state.origins[i as usize];
+        let (a, b) = (&before.0.materials, &after.0.materials);
+        if !state.material_changed[i as usize] || origin.row == Origin::NEW_ROW {
+            return Vec3::ONE;
+        }
+        let least = Vec3::splat(0.01);
+        let of = |m: &Materials, k: usize| Vec3::from(m.base_color_linear[k]).max(least);
+        of(b, i as usize) / of(a, origin.row as usize)
+    };
+    let bounded = |ratio: Vec3| ratio.clamp(Vec3::splat(RATIO[0]), Vec3::splat(RATIO[1]));
+    let ratio = |now: Vec3, then: Vec3| bounded((now + darkness) / (then + darkness));
+    let log = |white: &[Vec3]| -> Vec<Vec3> {
+        white.iter().map(|w| (*w + darkness).map(f32::ln)).collect()
+    };
+    let [log_then, log_now] = [log(&white_then), log(&white_now)];
+    let mut shifts = vec![Vec3::ZERO; rows.scaled.len()];
+    let mut calibrations = Vec::new();
+    for hole in holes {
+        let lying: Vec<usize> = (0..rows.scaled.len())
+            .filter(|&k| {
+                let (i, then, now) = &rows.scaled[k];
+                then.position.distance(now.position) <= hole.tolerance
+                    && hole.on_plane(now.position)
+                    && now.normal.dot(hole.grid.plane.normal) > ALIGNED
+                    && after.0.materials.metallic[*i as usize] < METAL
+            })
+            .collect();
+        let calibration = calibrated(
+            state,
+            rows,
+            &lying,
+            hole,
+            [&log_then, &log_now],
+            |probes| {
+                [before.1, after.1].map(|lit| log(&lit.white_radiance(probes, options.samples)))
+            },
+            before.0,
+            projection,
+        );
+        if let Some(calibration) = &calibration {
+            for &k in &lying {
+                shifts[k] += calibration.shift_at(rows.scaled[k].2.position);
+            }
+        }
+        calibrations.push(calibration);
+    }
+    let exponents: Vec<Vec3> = calibrations.iter().flatten().filter_map(|c| c.exponent).collect();
+    // One model made all of the light, so its error is one.
+    let exponent = match exponents.len() {
+        0 => Vec3::ONE,
+        n => exponents.iter().sum::<Vec3>() / n as f32,
+    };
+    let even = |k: usize, i: u32| {
+        bounded((exponent * (log_now[k] - log_then[k]) - shifts[k]).map(f32::exp)) * tint(i)
+    };
+    let changed: Vec<usize> = (0..rows.scaled.len())
+        .filter(|&k| {
+            let change = even(k, rows.scaled[k].0) - Vec3::ONE;
+            change.abs().max_element() > options.tolerance
+        })
+        .collect();
+    // Metals once more, per viewer and with all lobes.
+    let is_metal = |k: usize| after.0.materials.metallic[rows.scaled[k].0 as usize] >= METAL;
+    let metals: Vec<usize> = changed.iter().copied().filter(|k| is_metal(*k)).collect();
+    let seen = |normal: Vec3| -> Vec<usize> {
+        (0..DIRECTIONS).filter(|d| projection.to_viewer[*d].dot(normal) > GRAZING).collect()
+    };
+    let questions = |scene: &RelightScene, past: bool| -> Vec<Question> {
+        let question = |k: &usize| {
+            let (i, then, now) = &rows.scaled[*k];
+            let origin = &state.origins[*i as usize];
+            let back = state.motions[origin.motion as usize].rotation.conjugate();
+            let row = if past && origin.row != Origin::NEW_ROW { origin.row } else { *i } as usize;
+            let m = &scene.materials;
+            let turned = |d: usize| {
+                let v = projection.to_viewer[d];
+                if past { (back * v.as_dvec3()).as_vec3() } else { v }
+            };
+            Question {
+                probe: if past { *then } else { *now },
+                base_color_linear: Vec3::from(m.base_color_linear[row]),
+                roughness: m.roughness[row],
+                metallic: m.metallic[row],
+                to_viewer: seen(now.normal).into_iter().map(turned).collect(),
+            }
+        };
+        metals.iter().map(question).collect()
+    };
+    let samples = options.samples.div_ceil(2);
+    let shown_then = before.1.radiance(&questions(before.0, true), samples);
+    let shown_now = after.1.radiance(&questions(after.0, false), samples);
+
+    let k3 = 3 * state.gaussians.sh_coefficients();
+    let mut colors: Vec<(u32, Vec<f32>)> = changed
+        .iter()
+        .map(|&k| (rows.scaled[k].0, state.gaussians.sh_of(rows.scaled[k].0 as usize).to_vec()))
+        .collect();
+    colors.par_iter_mut().zip(&changed).with_min_len(32).for_each(|((i, sh), &k)| {
+        let even = even(k, *i);
+        match metals.binary_search(&k) {
+            Ok(m) => {
+                let seen = seen(rows.scaled[k].2.normal);
+                let per_viewer = |d: usize| match seen.binary_search(&d) {
+                    Ok(at) => ratio(shown_now[m][at], shown_then[m][at]),
+                    Err(_) => even,
+                };
+                projection.scale(sh, per_viewer);
+            }
+            Err(_) => projection.scale(sh, |_| even),
+        }
+    });
+    for (i, sh) in &colors {
+        state.gaussians.sh[*i as usize * k3..][..k3].copy_from_slice(sh);
+    }
+    (colors.len(), calibrations)
+}
+
+/// Learns from the plane of a hole, as the Gaussians that lie in it look.
+fn calibrated(
+    state: &EditState,
+    rows: &Rows,
+    lying: &[usize],
+    hole: &Hole,
+    logs: [&[Vec3]; 2],
+    log_white: impl Fn(&[Probe]) -> [Vec<Vec3>; 2],
+    before: &RelightScene,
+    projection: &Projection,
+) -> Option<Calibration> {
+    let place = |k: &usize| rows.scaled[*k].2.position;
+    let changed: Vec<Vec3> =
+        lying.iter().filter(|k| is_change(logs[0][**k], logs[1][**k])).map(place).collect();
+    let plane = hole.grid.plane;
+    let grid = changed_grid(plane, hole.object_size, &changed)?;
+    let shown: Vec<u32> = lying.iter().map(|k| rows.scaled[*k].0).collect();
+    let mut radiance = plane_picture(&grid, &state.gaussians, &shown, projection, before.antialias);
+    let covered = covered(&grid, before.surface(), hole.tolerance, &|_| true);
+    let open = |c: usize| {
+        hole.grid.cell(plane.flat(plane.point(grid.middle(c)))).is_some_and(|c| hole.open[c])
+    };
+    for (c, radiance) in radiance.iter_mut().enumerate() {
+        if !covered[c] || open(c) {
+            *radiance = None;
+        }
+    }
+    let probe = |c: usize| Probe {
+        position: plane.point(grid.middle(c)),
+        normal: plane.normal,
+        item: (1 << 40) + c as u64,
+    };
+    let probes: Vec<Probe> = (0..grid.cells()).map(probe).collect();
+    let [log_before, log_after] = log_white(&probes);
+    Calibration::new(grid, &Observed { radiance, log_before, log_after })
+}
+
+/// Lights what fills holes: its unlit colour times the light that is there now.
+pub(super) fn light_filling(
+    state: &mut EditState,
+    first_filled: usize,
+    unlit: &[Vec3],
+    after: (&RelightScene, &Relighter<'_>),
+    projection: &Projection,
+    options: &ReshadeOptions,
+) {
+    let rows = first_filled..first_filled + unlit.len();
+    let probes: Vec<Probe> = rows.clone().map(|i| after.0.probe(i, i as u64)).collect();
+    let white = after.1.white_radiance(&probes, options.samples);
+    let k3 = 3 * state.gaussians.sh_coefficients();
+    for ((i, unlit), white) in rows.zip(unlit).zip(white) {
+        projection.set_even(&mut state.gaussians.sh[i * k3..][..k3], *unlit * white);
+    }
+}
+
+/// Shades rows by the light of the scene alone; returns how many.
+pub(super) fn shade_anew(
+    state: &mut EditState,
+    rows: &[u32],
+    after: &Relighter<'_>,
+    options: &ReshadeOptions,
+) -> usize {
+    let sh_degree = state.gaussians.sh_degree.min(3);
+    let bake = BakeOptions { sh_degree, bake_directions: options.bake_directions };
+    let baked = after.bake_rows(rows, &bake);
+    let from = 3 * motes_math::sh::sh_coefficients(sh_degree);
+    let to = 3 * state.gaussians.sh_coefficients();
+    for (i, sh) in rows.iter().zip(baked.chunks_exact(from)) {
+        let out = &mut state.gaussians.sh[*i as usize * to..][..to];
+        out.fill(0.0);
+        out[..from].copy_from_slice(sh);
+    }
+    rows.len()
+}
+
+/// The surface with the materials of the Gaussians that were given another one.
+pub(super) fn with_materials_of(
+    state: &EditState,
+    materials: &Materials,
+    surface: &Surface,
+) -> Surface {
+    let mut surface = surface.clone();
+    let seen: Vec<usize> = (0..state.len())
+        .filter(|&i| {
+            sigmoid(state.gaussians.opacity_logits[i]) >= LEAST_OPACITY
+                && Vec3::from(state.gaussians.means[i]).is_finite()
+        })
+        .collect();
+    if !state.material_changed.contains(&true) || seen.is_empty() || !surface.has_materials() {
+        return surface;
+    }
+    let points: Vec<[f32; 3]> = seen.iter().map(|&i| state.gaussians.means[i]).collect();
+    let Ok(tree) = ImmutableKdTree::<f32, 3>::new_from_slice(&points) else {
+        return surface;
+    };
+    let lender = |vertex: &[f32; 3]| -> Option<usize> {
+        if !Vec3::from(*vertex).is_finite() {
+            return None;
+        }
+        let nearest = tree
+            .query(vertex)
+            .nearest_n::<SquaredEuclidean<f32>>(std::num::NonZero::<usize>::MIN)
+            .execute();
+        nearest.first().map(|n| seen[n.item as usize]).filter(|&i| state.material_changed[i])
+    };
+    let lenders: Vec<Option<usize>> = surface.vertices.par_iter().map(lender).collect();
+    for (v, lender) in lenders.into_iter().enumerate() {
+        if let Some(i) = lender {
+            surface.base_color_linear[v] = materials.base_color_linear[i];
+            surface.roughness[v] = materials.roughness[i];
+            surface.metallic[v] = materials.metallic[i];
+        }
+    }
+    surface
+}

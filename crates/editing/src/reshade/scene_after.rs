@@ -1,0 +1,297 @@
+//! The order of work.
+
+use std::collections::HashMap;
+
+use glam::Vec3;
+use motes_relighting::{QualityOptions, RelightScene, Relighter};
+use motes_scene::{ExtraColumn, Materials, Surface};
+
+use super::colors::Projection;
+use super::fill::{Filling, Neighbour, continued_looks, dressed_lid, fill_with_plane};
+use super::hole::{Hole, find_hole};
+use super::images::{Fate, Images};
+use super::patch::best_shift;
+use super::ratio::{self, Rows};
+use super::{ReshadeError, ReshadeOptions, ReshadeReport, light_of, surface};
+use crate::{EditState, Fill, Origin, SCENE, Similarity};
+
+/// Directions per vertex for the light that surfaces send on, beside those per Gaussian.
+const CACHE: motes_relighting::Quality = motes_relighting::Quality::Standard;
+
+pub(super) fn reshade(
+    state: &mut EditState,
+    options: &ReshadeOptions,
+) -> Result<(Surface, ReshadeReport), ReshadeError> {
+    let light = light_of(state)?;
+    let before = scene_before(state)?;
+    let mut report = ReshadeReport::default();
+    report.triangles[0] = before.surface().triangles.len();
+
+    let (images, fills) = fates(state, before.gaussians.len());
+    let fate_of_vertex = images.of_vertices(&before.gaussians, before.surface());
+    let mut mesh = surface::moved(before.surface(), &images, &fate_of_vertex, &state.motions);
+    append_sources(state, &mut mesh);
+    let mut holes: Vec<(Hole, Fill)> = Vec::new();
+    for (k, fill) in fills.iter().enumerate().filter(|(_, fill)| **fill != Fill::None) {
+        match find_hole(&before, &images, &fate_of_vertex, (k as u32, *fill), options.seed) {
+            Some(hole) => holes.push((hole, *fill)),
+            None => report
+                .warnings
+                .push("no plane was found around a place that was left: it stays open".to_owned()),
+        }
+    }
+    remove_leftovers(state, &before, &holes, &images, &fate_of_vertex, &mut report);
+
+    let quality = QualityOptions::of(CACHE);
+    let same_light = !state.parts.as_ref().is_some_and(|parts| parts.environment_changed);
+    // Under another light nothing of the old colours stays, so the old light need not be known.
+    let lit_before = Relighter::new(&before, &light, &quality, options.seed);
+    let projection = Projection::new(state.gaussians.sh_degree);
+    let mut looks = Vec::with_capacity(holes.len());
+    for (hole, fill) in &mut holes {
+        let neighbours = neighbours(state, &before, &lit_before, hole, &projection, options);
+        let of_hole = continued_looks(hole, &state.gaussians, &materials_of(state)?, &neighbours);
+        if *fill == Fill::Patch {
+            match best_shift(hole, &of_hole) {
+                Some(shift) => report.filled += copy_patch(state, hole, shift),
+                None => {
+                    *fill = Fill::Plane;
+                    report.warnings.push(
+                        "no piece of the surroundings fits a hole: its plane goes on instead"
+                            .to_owned(),
+                    );
+                }
+            }
+        }
+        surface::append(&mut mesh, &dressed_lid(hole, &of_hole));
+        looks.push((of_hole, neighbours));
+    }
+    let first_filled = state.len();
+    let (mut unlit, mut hole_of_filled) = (Vec::new(), Vec::new());
+    for (number, (hole, _)) in holes.iter().enumerate().filter(|(_, (_, f))| *f == Fill::Plane) {
+        let (looks, neighbours) = &looks[number];
+        let filling = fill_with_plane(hole, &state.gaussians, neighbours, looks);
+        report.filled += filling.gaussians.len();
+        unlit.extend_from_slice(&filling.unlit);
+        hole_of_filled.resize(unlit.len(), number);
+        append_filling(state, filling);
+    }
+    // Rays must meet the new materials, or the bounce light of an object keeps its old colour.
+    mesh = ratio::with_materials_of(state, &materials_of(state)?, &mesh);
+
+    let parts = state.parts.as_ref().ok_or(ReshadeError::NoScene)?;
+    let after = RelightScene::new(
+        state.gaussians.clone(),
+        mesh,
+        parts.lobes,
+        parts.indirect,
+        before.up_in_world,
+    )?;
+    let lit_after = Relighter::new(&after, &light, &quality, options.seed);
+    let (before, after) = ((&before, &lit_before), (&after, &lit_after));
+    let mut rows = Rows::default();
+    if same_light {
+        rows = ratio::sort(state, before.0, after.0, first_filled);
+        let holes: Vec<&Hole> = holes.iter().map(|(hole, _)| hole).collect();
+        let (scaled, calibrations) =
+            ratio::scale(state, &rows, before, after, &holes, &projection, options);
+        report.scaled = scaled;
+        report.shadow_exponents = calibrations
+            .iter()
+            .flatten()
+            .filter_map(|c| c.exponent.map(|e| e.to_array()))
+            .collect();
+        let filled =
+            state.gaussians.means[first_filled..].iter().zip(&mut unlit).zip(&hole_of_filled);
+        for ((mean, unlit), hole) in filled {
+            let calibration = calibrations[*hole].as_ref();
+            if let Some(better) = calibration.and_then(|c| c.unlit_at(Vec3::from(*mean))) {
+                *unlit = better;
+            }
+        }
+        ratio::light_filling(state, first_filled, &unlit, after, &projection, options);
+    } else {
+        let all = 0..state.len() as u32;
+        rows.anew = all.filter(|&i| ratio::is_known(&after.0.materials, i as usize)).collect();
+    }
+    report.shaded = ratio::shade_anew(state, &rows.anew, &lit_after, options);
+    let surface = surface::compacted(after.0.surface());
+    report.triangles[1] = surface.triangles.len();
+    Ok((surface, report))
+}
+
+fn scene_before(state: &EditState) -> Result<RelightScene, ReshadeError> {
+    let (Some(parts), Some(source)) = (&state.parts, state.sources.first()) else {
+        return Err(ReshadeError::NoScene);
+    };
+    let gaussians = source.gaussians.as_deref().ok_or(ReshadeError::NoScene)?.clone();
+    let surface = source.surface.as_deref().cloned().unwrap_or_default();
+    let up = state.up_in_world.as_vec3();
+    Ok(RelightScene::new(gaussians, surface, parts.lobes, parts.indirect, up)?)
+}
+
+/// What became of the rows of the scene, and what fills each hole.
+fn fates(state: &EditState, rows: usize) -> (Images, Vec<Fill>) {
+    let of_scene = |o: &&Origin| o.source == SCENE && o.row != Origin::NEW_ROW;
+    let now = state.origins.iter().filter(of_scene).map(|o| (o.row, o.motion));
+    let images = Images::new(rows, now);
+    let mut fills: Vec<Fill> = state.holes.iter().map(|hole| hole.fill).collect();
+    let mut deleted: HashMap<u32, u32> = HashMap::new();
+    for (k, hole) in state.holes.iter().enumerate() {
+        hole.removed.iter().filter(of_scene).for_each(|o| _ = deleted.insert(o.row, k as u32));
+    }
+    // What was moved leaves a hole as well; nobody asks for a fill there, and nobody wants none.
+    let mut moved: HashMap<Vec<u32>, u32> = HashMap::new();
+    let images = images.with_fates(|row, fate: &Fate| {
+        if fate.stays() {
+            return fate.clone();
+        }
+        let hole = match (deleted.get(&row), fate.motions.is_empty()) {
+            (Some(hole), _) => *hole,
+            // Neither deleted nor anywhere: merged with others, at the same place.
+            (None, true) => return Fate::stayed(),
+            (None, false) => *moved.entry(fate.motions.clone()).or_insert_with(|| {
+                fills.push(Fill::Plane);
+                fills.len() as u32 - 1
+            }),
+        };
+        Fate { hole: Some(hole), ..fate.clone() }
+    });
+    (images, fills)
+}
+
+/// Surfaces of what was inserted, where it is now.
+fn append_sources(state: &EditState, mesh: &mut Surface) {
+    for (number, source) in state.sources.iter().enumerate().skip(1) {
+        let Some(part) = source.surface.as_deref() else { continue };
+        let of_source = |o: &&Origin| o.source == number as u32 && o.row != Origin::NEW_ROW;
+        let now = state.origins.iter().filter(of_source).map(|o| (o.row, o.motion));
+        let placed = match source.gaussians.as_deref() {
+            Some(gaussians) => {
+                let images = Images::new(gaussians.len(), now);
+                let fate_of_vertex = images.of_vertices(gaussians, part);
+                surface::moved(part, &images, &fate_of_vertex, &state.motions)
+            }
+            None => part.clone(),
+        };
+        surface::append(mesh, &surface::compacted(&placed));
+    }
+}
+
+fn remove_leftovers(
+    state: &mut EditState,
+    before: &RelightScene,
+    holes: &[(Hole, Fill)],
+    images: &Images,
+    fate_of_vertex: &[u32],
+    report: &mut ReshadeReport,
+) {
+    let left = |v: u32| !images.fate(fate_of_vertex[v as usize]).stays();
+    let hidden = |origin: &Origin| {
+        let here = origin.source == SCENE
+            && origin.row != Origin::NEW_ROW
+            && state.motions[origin.motion as usize].is_identity();
+        here && {
+            let p = Vec3::from(before.gaussians.means[origin.row as usize]);
+            let normal = Vec3::from(before.materials.normals[origin.row as usize]);
+            holes.iter().any(|(hole, _)| hole.was_inside(before, p, normal, left))
+        }
+    };
+    let kept: Vec<u32> =
+        (0..state.len() as u32).filter(|&i| !hidden(&state.origins[i as usize])).collect();
+    report.leftovers = state.len() - kept.len();
+    if report.leftovers > 0 {
+        state.gather(&kept);
+    }
+}
+
+/// The Gaussians of the plane around a hole, and their light before the edit.
+fn neighbours(
+    state: &EditState,
+    before: &RelightScene,
+    lit_before: &Relighter<'_>,
+    hole: &Hole,
+    projection: &Projection,
+    options: &ReshadeOptions,
+) -> Vec<Neighbour> {
+    let grid = &hole.grid;
+    let is_near = |i: &u32| {
+        let origin = &state.origins[*i as usize];
+        let p = Vec3::from(state.gaussians.means[*i as usize]);
+        origin.source == SCENE
+            && origin.row != Origin::NEW_ROW
+            && state.motions[origin.motion as usize].is_identity()
+            && hole.on_plane(p)
+            && grid.cell(grid.plane.flat(p)).is_some()
+    };
+    let rows: Vec<u32> = (0..state.len() as u32).filter(is_near).collect();
+    let probes: Vec<_> = rows
+        .iter()
+        .map(|&i| {
+            let row = state.origins[i as usize].row;
+            before.probe(row as usize, u64::from(row))
+        })
+        .collect();
+    let white = lit_before.white_radiance(&probes, options.samples);
+    let neighbour = |((&row, probe), white_radiance): ((&u32, &motes_relighting::Probe), Vec3)| {
+        let sh = state.gaussians.sh_of(row as usize);
+        Neighbour { row, radiance: projection.radiance(sh, probe.normal), white_radiance }
+    };
+    rows.iter().zip(&probes).zip(white).map(neighbour).collect()
+}
+
+/// Copies the Gaussians of the plane that are `shift` away from the open cells; returns how many.
+fn copy_patch(state: &mut EditState, hole: &Hole, shift: [f32; 2]) -> usize {
+    let plane = hole.grid.plane;
+    let offset = plane.axes[0] * shift[0] + plane.axes[1] * shift[1];
+    let back = Similarity::translation(-offset.as_dvec3());
+    let fits = |i: &u32| {
+        let origin = &state.origins[*i as usize];
+        let p = Vec3::from(state.gaussians.means[*i as usize]);
+        let at_home = origin.source == SCENE && state.motions[origin.motion as usize].is_identity();
+        at_home
+            && hole.on_plane(p)
+            && hole.grid.cell(plane.flat(p - offset)).is_some_and(|c| hole.open[c])
+    };
+    let rows: Vec<u32> = (0..state.len() as u32).filter(fits).collect();
+    let mut copies = state.gaussians.clone();
+    copies.gather(&rows);
+    for mean in &mut copies.means {
+        *mean = (Vec3::from(*mean) - offset).to_array();
+    }
+    let origins = rows.iter().map(|&i| state.origins[i as usize]).collect();
+    let first = state.len() as u32;
+    state.append(copies, origins);
+    let added: Vec<u32> = (first..state.len() as u32).collect();
+    state.note_motion(&added, &back);
+    rows.len()
+}
+
+fn materials_of(state: &EditState) -> Result<Materials, ReshadeError> {
+    Ok(Materials::of(&state.gaussians).map_err(motes_relighting::SceneError::Column)?)
+}
+
+/// Adds the Gaussians of a filling, still without colour.
+fn append_filling(state: &mut EditState, filling: Filling) {
+    let n = filling.gaussians.len();
+    if n == 0 {
+        return;
+    }
+    let mut gaussians = filling.gaussians.with_sh_degree(state.gaussians.sh_degree);
+    filling.materials.attach(&mut gaussians);
+    // Columns that only the scene knows are empty in what is new.
+    gaussians.extra = state
+        .gaussians
+        .extra
+        .iter()
+        .map(|column| {
+            let own = gaussians.extra.iter().find(|c| c.name == column.name).cloned();
+            own.unwrap_or_else(|| {
+                let values = column.values.zeros(n);
+                ExtraColumn { name: column.name.clone(), values }
+            })
+        })
+        .collect();
+    let origin = Origin { source: SCENE, row: Origin::NEW_ROW, motion: crate::AT_REST };
+    state.append(gaussians, vec![origin; n]);
+}
