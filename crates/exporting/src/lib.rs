@@ -1,1 +1,3 @@
 //! Exporting: splats and decomposed scenes as assets that other programs open.
+
+pub mod html;

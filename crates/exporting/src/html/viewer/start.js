@@ -1,0 +1,35 @@
+// Starts the page. `#view=NAME&mode=...&compare=...&how=...&split=...&angle=...&exposure=...&ui=0` sets
+// what it shows first, so that a link shows what its author saw.
+
+async function start() {
+  const manifest = JSON.parse($("manifest").textContent);
+  const viewer = new Viewer(manifest);
+  const wish = new URLSearchParams(location.hash.slice(1));
+  document.body.classList.toggle("bare", wish.get("ui") === "0");
+  await viewer.load();
+  viewer.controls = new Controls(viewer);
+  const { modes, comparisons } = viewer;
+  if (modes.includes(wish.get("mode"))) viewer.changed({ mode: wish.get("mode") });
+  for (const key of ["split", "angle", "exposure", "light"]) {
+    const value = Number(wish.get(key));
+    if (wish.has(key) && Number.isFinite(value)) viewer.changed({ [key]: value });
+  }
+  if (["slider", "flicker", "difference"].includes(wish.get("how"))) viewer.changed({ how: wish.get("how") });
+  const view = manifest.photos.findIndex((photo) => photo.name === wish.get("view"));
+  if (view >= 0) viewer.look(view);
+  if (comparisons.includes(wish.get("compare"))) viewer.controls.set("compare", wish.get("compare"));
+  await viewer.sort();
+  viewer.present();
+  return viewer;
+}
+
+// For those who measure: `await motes`, then `.pixels(view, mode)`, `.psnr(view)`.
+window.motes = start();
+window.motes.then(
+  () => document.body.classList.add("ready"),
+  (error) => {
+    document.body.classList.add("failed");
+    $("status").textContent = `This page cannot be shown: ${error.message}`;
+    console.error(error);
+  },
+);
