@@ -1,3 +1,5 @@
 //! Exporting: splats and decomposed scenes as assets that other programs open.
 
 pub mod html;
+pub mod mesh;
+pub mod shadow;

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use motes_scene::ImageF32;
 
+use crate::atomic::write_atomic;
 use crate::error::{FormatError, Result};
 use crate::exr_aov::{AovChannel, AovImage, read_exr_from, write_exr};
 use crate::images::decode_radiance;
@@ -87,6 +88,30 @@ pub fn write_environment(
     write_exr(path, image.width, image.height, &channels, attributes)
 }
 
+/// Writes a `[h, w, 3]` linear map as a Radiance file (.hdr): 8 bits of mantissa, one exponent per
+/// pixel, no negative values.
+///
+/// # Errors
+/// Writing fails.
+///
+/// # Panics
+/// When the image is empty or has not 3 channels.
+pub fn write_radiance(path: &Path, image: &ImageF32) -> Result<()> {
+    assert_eq!(image.channels, 3, "an environment map is RGB");
+    // `max` first: it turns NaN into 0.
+    let value = |v: f32| v.max(0.0).clamp(0.0, f32::MAX);
+    let pixels: Vec<image::Rgb<f32>> = image
+        .data
+        .chunks_exact(3)
+        .map(|p| image::Rgb([value(p[0]), value(p[1]), value(p[2])]))
+        .collect();
+    let mut bytes = Vec::new();
+    image::codecs::hdr::HdrEncoder::new(&mut bytes)
+        .encode(&pixels, image.width, image.height)
+        .map_err(|error| FormatError::io(path, std::io::Error::other(error)))?;
+    write_atomic(path, |writer| writer.write_all(&bytes))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -106,11 +131,10 @@ mod tests {
     #[test]
     fn radiance_files_are_read_within_their_precision() {
         let values = map().data.iter().map(|v| v.abs() + 0.5).collect::<Vec<_>>();
-        let pixels: Vec<image::Rgb<f32>> =
-            values.chunks_exact(3).map(|p| image::Rgb([p[0], p[1], p[2]])).collect();
-        let mut bytes = Vec::new();
-        image::codecs::hdr::HdrEncoder::new(&mut bytes).encode(&pixels, 4, 2).unwrap();
-        let read = read_environment_from(&bytes, Path::new("a.hdr")).unwrap();
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("a.hdr");
+        write_radiance(&path, &ImageF32::from_data(4, 2, 3, values.clone())).unwrap();
+        let read = read_environment(&path).unwrap();
         assert_eq!((read.width, read.height, read.channels), (4, 2, 3));
         for (pixel, expected) in read.data.chunks_exact(3).zip(values.chunks_exact(3)) {
             let largest = expected.iter().fold(0.0f32, |a, b| a.max(*b));

@@ -103,6 +103,11 @@ impl RelightScene {
         self.materials.observations.iter().filter(|n| **n == 0).count()
     }
 
+    /// The surface that rays meet, with its materials.
+    pub fn surface(&self) -> &Surface {
+        &self.surface
+    }
+
     /// Triangles of the surface.
     pub fn triangles(&self) -> usize {
         self.surface.triangles.len()
