@@ -113,11 +113,6 @@ impl RelightScene {
         self.surface.triangles.len()
     }
 
-    /// What rays meet.
-    pub fn surface(&self) -> &Surface {
-        &self.surface
-    }
-
     /// How far rays start off the surface, world units: half its median edge.
     pub fn ray_bias(&self) -> f32 {
         self.ray_bias
