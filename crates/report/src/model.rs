@@ -1,13 +1,39 @@
 //! A model as a file says it wants to be drawn.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use clap::ValueEnum;
+use clap::{Args, ValueEnum};
 use motes_formats::Result;
+use motes_formats::decomposition::read_decomposition;
 use motes_formats::ply::{RenderMode, open_gaussians};
 use motes_raster::Antialias;
 use motes_scene::{ExposureResponse, Gaussians};
 use serde::Serialize;
+
+/// Where the Gaussians come from.
+#[derive(Args, Clone, Debug, Default, Serialize)]
+pub struct ModelInput {
+    /// Gaussians (PLY)
+    #[arg(long, value_name = "FILE", required_unless_present = "scene")]
+    pub gaussians: Option<PathBuf>,
+
+    /// Scene folder of decompose, relight or edit: its Gaussians show it under its own light
+    #[arg(long, value_name = "DIR", conflicts_with = "gaussians")]
+    pub scene: Option<PathBuf>,
+}
+
+impl ModelInput {
+    /// The file with the Gaussians.
+    ///
+    /// # Errors
+    /// When the scene folder has no readable `decomposition.json`.
+    pub fn file(&self) -> Result<PathBuf> {
+        match (&self.gaussians, &self.scene) {
+            (None, Some(scene)) => Ok(read_decomposition(scene)?.gaussians),
+            (gaussians, _) => Ok(gaussians.clone().unwrap_or_default()),
+        }
+    }
+}
 
 /// Which pixel footprint Gaussians are drawn with.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize)]

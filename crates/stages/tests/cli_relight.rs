@@ -264,6 +264,18 @@ fn a_relit_scene_opens_again_with_its_light() {
     );
     assert_code(&done, 0);
     assert_eq!(read_image(&toy.path("again/view_0.png")).unwrap(), direct);
+    // The rasterizer shows the colours of the folder, which are those of its own light.
+    let done = run_program(
+        env!("CARGO_BIN_EXE_render"),
+        &toy,
+        &[&["--scene", "relit", "--no-provenance", "-o", "splatted"], &VIEW[..]].concat(),
+    );
+    assert_code(&done, 0);
+    let splatted = read_image(&toy.path("splatted/view_0.png")).unwrap();
+    let direct = picture(&toy, "on-black", &[&light[..], &["--background", "black"]].concat());
+    let off: u64 =
+        splatted.data.iter().zip(&direct.data).map(|(a, b)| u64::from(a.abs_diff(*b))).sum();
+    assert!(off < 6 * direct.data.len() as u64, "mean difference {off} / {}", direct.data.len());
     // A sky becomes a map of its own.
     let sky = ["--sun", "azimuth=60,elevation=35", "--sky"];
     assert_code(&relight(&toy, &[&sky[..], &["--as", "scene", "-o", "sky"]].concat()), 0);

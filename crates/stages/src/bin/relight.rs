@@ -144,7 +144,7 @@ fn run(args: &Args, context: &Context) -> anyhow::Result<Outcome> {
             }
         }
         Product::Splat => write_baked(&job, &args.bake, &output, &mut report, context)?,
-        Product::Scene => write_scene(&loaded, &light, &output)?,
+        Product::Scene => write_scene(&job, &args.bake, &output, &mut report, context)?,
     }
     Ok(Outcome::Relit(report.into()))
 }

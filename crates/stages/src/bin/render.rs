@@ -1,6 +1,6 @@
 //! Render Gaussians as pictures: views of a capture, poses between them, orbits, camera paths.
 //!
-//! Inputs: Gaussians (PLY); a capture (`motes/capture` 1.x) or a camera path
+//! Inputs: Gaussians (PLY) or a scene folder; a capture (`motes/capture` 1.x) or a camera path
 //! (`motes/camera-path` 1.x). Output: a folder of PNG or multi-channel EXR files.
 //!
 //! ```text
@@ -23,7 +23,7 @@ use motes_report::frames::{
     FrameWriter, RenderReport, VideoOptions, ffmpeg_exists, numbered, path_frames, plan_frames,
     run_ffmpeg, shell_words,
 };
-use motes_report::model::Model;
+use motes_report::model::{Model, ModelInput};
 use motes_stage::{CommonArgs, Context, HasCommon, OrBadInput as _, StageError};
 use serde::Serialize;
 
@@ -31,9 +31,9 @@ use serde::Serialize;
 #[derive(Parser, Debug, Serialize)]
 #[command(name = "render")]
 struct Args {
-    /// Gaussians to render (PLY)
-    #[arg(long, value_name = "FILE")]
-    gaussians: PathBuf,
+    #[command(flatten)]
+    #[serde(flatten)]
+    input: ModelInput,
 
     /// Capture that gives cameras and poses
     #[arg(long, value_name = "FILE", required_unless_present = "path")]
@@ -95,8 +95,9 @@ fn run(args: &Args, context: &Context) -> anyhow::Result<RenderReport> {
     }
     let frames = load_frames(args, context)?;
     context.need_memory(args.look.memory_bytes(&frames, &args.size), "take a smaller --width")?;
-    context.input("gaussians", &args.gaussians)?;
-    let model = Model::load(&args.gaussians, args.look.antialias)?;
+    let gaussians = args.input.file()?;
+    context.input("gaussians", &gaussians)?;
+    let model = Model::load(&gaussians, args.look.antialias)?;
     context.stop_if_dry_run()?;
 
     let mut writer = FrameWriter::new(&output, files, args.format.depth_range);

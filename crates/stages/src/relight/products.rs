@@ -11,7 +11,7 @@ use motes_scene::ImageF32;
 use motes_shading::environment::Convention;
 use motes_stage::Context;
 
-use super::{LoadedScene, NewLight, PictureJob, RelightReport};
+use super::{PictureJob, RelightReport};
 
 /// Rows of a map that the sky or a turned map is painted into, at least.
 const LEAST_ROWS: usize = 512;
@@ -39,15 +39,19 @@ pub fn write_baked(
     Ok(())
 }
 
-/// Writes a scene folder: the same Gaussians and surface, byte by byte, under the new light.
+/// Writes a scene folder: the same surface, byte by byte, and the same Gaussians with the colours that they have
+/// under the new light.
 ///
 /// # Errors
 /// When the light is out of range or a file cannot be written.
 pub fn write_scene(
-    loaded: &LoadedScene,
-    light: &NewLight<'_>,
+    job: &PictureJob<'_>,
+    bake: &BakeOptions,
     folder: &Path,
+    report: &mut RelightReport,
+    context: &Context,
 ) -> anyhow::Result<()> {
+    let &PictureJob { loaded, light, .. } = job;
     let exposed = light.turned(0.0)?;
     let (image, convention) = match light.unturned_map() {
         // As it was, value by value, but for what no light has.
@@ -68,7 +72,7 @@ pub fn write_scene(
     };
     // They are about another light.
     document.views.clear();
-    copy(&loaded.decomposition.gaussians, &folder.join(&document.gaussians))?;
+    write_baked(job, bake, &folder.join(&document.gaussians), report, context)?;
     copy(&loaded.decomposition.surface, &folder.join(&document.surface))?;
     let attributes = [
         ("colorSpace", "linear Rec.709 / sRGB primaries, photo units: radiance times exposure"),
