@@ -29,10 +29,12 @@ mod project_backward;
 pub mod reference;
 mod render;
 mod resort;
+mod scalars;
 mod simd;
 mod sort;
 mod splat;
 mod strip;
+mod votes;
 
 pub use dials::{Accumulation, RasterDials, SimdLevel, Sorting};
 pub use equirectangular::render_equirectangular;
@@ -45,3 +47,5 @@ pub use options::{
 pub use planes::Planes;
 pub use project::ViewTransform;
 pub use render::{Aovs, Rendering, render};
+pub use scalars::render_scalars;
+pub use votes::{LabelVotes, NO_LABEL, label_votes};

@@ -1,1 +1,45 @@
 //! Selecting: clicks, boxes, masks and properties to a set of Gaussians.
+//!
+//! [`SceneIndex`] is what is computed once per scene: superpixels of every view on colour, rendered depth
+//! and normal, how strongly neighbours are parted, which Gaussians each superpixel is made of, and the
+//! regions that the views agree on. A prompt is then answered without rasterizing: regions, graph cuts
+//! and votes all live on superpixels. `docs/selecting.md` tells the method and what it measures.
+
+mod cache;
+mod color;
+mod diffusion;
+mod error;
+mod extent;
+mod index;
+mod interpret;
+mod lift;
+mod masks;
+mod max_flow;
+mod neighbours;
+mod overlay;
+mod plane;
+mod prompt;
+mod property;
+mod provider;
+mod segment;
+mod shapes;
+mod source;
+mod split;
+mod strength;
+mod superpixels;
+mod view_data;
+
+pub use color::{difference, lab_from_srgb};
+pub use error::SelectError;
+pub use extent::object_box;
+pub use index::SceneIndex;
+pub use interpret::{Proposal, notes, propose, propose_with, select, select_from};
+pub use max_flow::MaxFlow;
+pub use overlay::{overlay, selection_mask};
+pub use plane::SupportPlane;
+pub use property::{base_color, property};
+pub use provider::{GraphCut, MaskProvider};
+pub use segment::{Seeds, SegmentOptions};
+pub use source::{MOST_VIEWS, SelectSource, WORKING_PX};
+pub use split::{SplitBoundary, split_boundary};
+pub use view_data::{Border, SUPERPIXEL_PX, Segment, ViewData};

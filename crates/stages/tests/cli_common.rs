@@ -42,6 +42,9 @@ fn line_of(stage: &str) -> (&'static [&'static str], &'static str) {
             (&["--capture", "capture.json", "--gaussians", "g.ply", "-o", "parts"], "parts")
         }
         "relight" => (&["--scene", "scene", "-o", "baked.ply"], "baked.ply"),
+        "segment-select" => {
+            (&["--gaussians", "g.ply", "--select", "all", "-o", "picked.json"], "picked.json")
+        }
         "lab-report" => (&["run", "-o", "page.html"], "page.html"),
         "relight-report" => {
             let line =

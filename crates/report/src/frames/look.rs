@@ -65,16 +65,21 @@ impl FrameLook {
         pixels * PER_PIXEL
     }
 
-    /// Renders one frame. Pinhole frames have their final size already.
-    pub fn render(&self, model: &Model, frame: &Frame, size: &FrameSize, aovs: bool) -> Rendering {
-        let options = RenderOptions {
+    /// Options of the rasterizer for a model.
+    pub fn options(&self, model: &Model, aovs: bool) -> RenderOptions {
+        RenderOptions {
             background: self.background.0,
             aovs,
             sh_degree_limit: self.sh_degree_limit,
             antialias: model.antialias,
             dials: self.raster,
             ..RenderOptions::default()
-        };
+        }
+    }
+
+    /// Renders one frame. Pinhole frames have their final size already.
+    pub fn render(&self, model: &Model, frame: &Frame, size: &FrameSize, aovs: bool) -> Rendering {
+        let options = self.options(model, aovs);
         let (gaussians, pose) = (&model.gaussians, &frame.camera_from_world);
         let mut rendering = match self.projection {
             Projection::Pinhole => render(gaussians, &frame.camera, pose, &options),

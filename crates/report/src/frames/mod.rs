@@ -1,5 +1,6 @@
 //! From poses to picture files.
 
+mod cryptomatte;
 mod files;
 mod look;
 mod options;
@@ -8,6 +9,7 @@ mod report;
 mod video;
 mod write;
 
+pub use cryptomatte::MatteObjects;
 pub use files::{
     DepthRange, FrameFiles, FrameFormat, PictureFormat, PreviewAov, depth_range, exr_channels,
     preview,

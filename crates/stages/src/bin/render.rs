@@ -25,6 +25,7 @@ use motes_report::frames::{
 };
 use motes_report::model::{Model, ModelInput};
 use motes_stage::{CommonArgs, Context, HasCommon, OrBadInput as _, StageError};
+use motes_stages::selecting::MaskFlags;
 use serde::Serialize;
 
 /// Render Gaussians as pictures: views of a capture, poses between them, orbits, camera paths
@@ -65,6 +66,10 @@ struct Args {
 
     #[command(flatten)]
     #[serde(flatten)]
+    objects: MaskFlags,
+
+    #[command(flatten)]
+    #[serde(flatten)]
     video: VideoOptions,
 
     #[command(flatten)]
@@ -98,9 +103,13 @@ fn run(args: &Args, context: &Context) -> anyhow::Result<RenderReport> {
     let gaussians = args.input.file()?;
     context.input("gaussians", &gaussians)?;
     let model = Model::load(&gaussians, args.look.antialias)?;
+    let projection = (files.exr, args.look.projection);
+    let objects = args.objects.load(&gaussians, &model, projection, context)?;
+    let matte = args.look.options(&model, false);
     context.stop_if_dry_run()?;
 
     let mut writer = FrameWriter::new(&output, files, args.format.depth_range);
+    writer.attributes = objects.attributes();
     let progress = context.progress("rendering", frames.len() as u64);
     let before = context.elapsed_seconds();
     let cpu = || context.cpu_seconds().unwrap_or(f64::NAN);
@@ -108,9 +117,12 @@ fn run(args: &Args, context: &Context) -> anyhow::Result<RenderReport> {
     for frame in &frames {
         context.check_interrupted()?;
         let start = cpu();
-        let rendering = args.look.render(&model, frame, &args.size, writer.needs_aovs());
+        if !objects.write_mask(&output, &model, frame, &matte)? {
+            let rendering = args.look.render(&model, frame, &args.size, writer.needs_aovs());
+            let mattes = objects.channels(&model, frame, &matte);
+            writer.write_with(&frame.name, &rendering, mattes)?;
+        }
         cpu_seconds += cpu() - start;
-        writer.write(&frame.name, &rendering)?;
         progress.inc(1);
     }
     drop(progress);

@@ -1,0 +1,213 @@
+//! All views of a scene prepared together: nodes are the superpixels of all views.
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use crate::diffusion::{Graph, Link};
+use crate::plane::SupportPlane;
+use crate::strength::{across_border, across_views};
+use crate::view_data::{SUPERPIXEL_PX, Segment, ViewData};
+
+/// Each superpixel is linked to what it meets in this many other views, the nearest by direction.
+const LINKED_VIEWS: usize = 6;
+/// Weight of a link between views, in superpixel sides of border.
+const VIEW_LINK: f32 = 1.0;
+/// A place is the same in another view when its depth agrees within this many superpixel sides.
+const SAME_DEPTH: f32 = 0.5;
+
+/// The prepared views of a scene and the regions that they agree on.
+#[derive(Clone, Debug)]
+pub struct SceneIndex {
+    /// Which views of the capture these are.
+    pub capture_views: Vec<usize>,
+    /// Prepared views.
+    pub views: Vec<ViewData>,
+    /// First node of each view, and their number.
+    pub(crate) offsets: Vec<u32>,
+    /// Strength of the borders of each view, in the order of [`ViewData::borders`].
+    pub(crate) strengths: Vec<Vec<f32>>,
+    /// What things stand on, where it is a plane.
+    pub plane: Option<SupportPlane>,
+    pub(crate) graph: Graph,
+    /// Number of Gaussians.
+    pub(crate) gaussians: usize,
+    /// Contribution of each Gaussian to all views, pixels.
+    pub(crate) totals: Vec<f32>,
+}
+
+impl SceneIndex {
+    /// Joins prepared views of `gaussians` Gaussians; `capture_views` says which they are.
+    pub fn new(capture_views: Vec<usize>, views: Vec<ViewData>, gaussians: usize) -> Self {
+        let mut offsets = vec![0u32];
+        for view in &views {
+            offsets.push(offsets[offsets.len() - 1] + view.segments.len() as u32);
+        }
+        let segments: Vec<&Segment> = views.iter().flat_map(|v| &v.segments).collect();
+        let cameras: Vec<_> = views.iter().map(|v| v.camera_from_world.center_in_world()).collect();
+        let plane = SupportPlane::find(&segments, &cameras);
+        let strengths: Vec<Vec<f32>> = views
+            .par_iter()
+            .map(|view| {
+                let of = |b: &crate::view_data::Border| {
+                    across_border(view, b.segments, b.at_px, plane.as_ref())
+                };
+                view.borders.iter().map(of).collect()
+            })
+            .collect();
+        let mut links: Vec<Link> = (0..views.len())
+            .into_par_iter()
+            .flat_map_iter(|v| links_of_view(&views, &offsets, v, plane.as_ref()))
+            .collect();
+        for (v, view) in views.iter().enumerate() {
+            for (border, &strength) in view.borders.iter().zip(&strengths[v]) {
+                let nodes = border.segments.map(|s| s + offsets[v]);
+                links.push(Link {
+                    nodes,
+                    weight: border.length_px / SUPERPIXEL_PX as f32,
+                    strength,
+                });
+            }
+        }
+        let graph = Graph::new(segments.len(), &links);
+        let mut totals = vec![0.0f32; gaussians];
+        for view in &views {
+            for (&i, &w) in view.votes.gaussians.iter().zip(&view.votes.weights) {
+                totals[i as usize] += w;
+            }
+        }
+        Self { capture_views, views, offsets, strengths, plane, graph, gaussians, totals }
+    }
+
+    /// Number of superpixels of all views.
+    pub fn nodes(&self) -> usize {
+        self.offsets[self.views.len()] as usize
+    }
+
+    /// Node range of a view.
+    pub(crate) fn range(&self, view: usize) -> std::ops::Range<usize> {
+        self.offsets[view] as usize..self.offsets[view + 1] as usize
+    }
+
+    pub(crate) fn segment(&self, node: u32) -> &Segment {
+        let view = self.offsets.partition_point(|&o| o <= node) - 1;
+        &self.views[view].segments[(node - self.offsets[view]) as usize]
+    }
+
+    /// In how many prepared views each Gaussian is seen, by a tenth of a pixel or more.
+    pub fn visibility_counts(&self) -> Vec<f64> {
+        let mut counts = vec![0.0; self.gaussians];
+        for view in &self.views {
+            let mut sums = vec![0.0f32; self.gaussians];
+            for (&i, &w) in view.votes.gaussians.iter().zip(&view.votes.weights) {
+                sums[i as usize] += w;
+            }
+            for (count, sum) in counts.iter_mut().zip(sums) {
+                *count += if sum >= 0.1 { 1.0 } else { 0.0 };
+            }
+        }
+        counts
+    }
+
+    /// Share of each superpixel of a prepared view that a picture of its working size covers, 0 to 1.
+    ///
+    /// # Panics
+    /// When the picture has another number of pixels.
+    pub fn from_pixels(&self, view: usize, mask: &[f32]) -> Vec<f32> {
+        let view = &self.views[view];
+        assert_eq!(mask.len(), view.labels.len(), "one value per pixel");
+        let mut sums = vec![0.0f32; view.segments.len()];
+        for (&label, m) in view.labels.iter().zip(mask) {
+            sums[label as usize] += m;
+        }
+        sums.iter().zip(&view.segments).map(|(sum, s)| sum / s.area_px).collect()
+    }
+
+    /// Area of a node in superpixels of nominal size.
+    pub(crate) fn area(&self, node: u32) -> f32 {
+        self.segment(node).area_px / (SUPERPIXEL_PX * SUPERPIXEL_PX) as f32
+    }
+
+    /// The superpixels that show a world point, one per view that sees it.
+    pub(crate) fn nodes_at(&self, point: Vec3) -> Vec<u32> {
+        (0..self.views.len())
+            .filter_map(|v| seen_at(&self.views[v], point, 0.0).map(|s| s + self.offsets[v]))
+            .collect()
+    }
+
+    /// The share of each Gaussian's contribution that lies where `mask` (`[nodes]`, 0 to 1) is, 0 to
+    /// 1; NaN where no view shows it.
+    pub(crate) fn lift(&self, mask: &[f32]) -> Vec<f32> {
+        let mut inside = vec![0.0f32; self.gaussians];
+        for (v, view) in self.views.iter().enumerate() {
+            for (s, &m) in mask[self.range(v)].iter().enumerate() {
+                if m > 0.0 {
+                    for (i, w) in view.votes.of(s) {
+                        inside[i as usize] += m * w;
+                    }
+                }
+            }
+        }
+        inside.iter().zip(&self.totals).map(|(a, b)| a / b).collect()
+    }
+
+    /// The share of each superpixel that Gaussians make up, weighted by `belongs`; the mask of a
+    /// selection, rendered.
+    pub(crate) fn rendered(&self, belongs: impl Fn(usize) -> f32 + Sync) -> Vec<f32> {
+        self.views
+            .par_iter()
+            .flat_map_iter(|view| {
+                let of = |s: usize| {
+                    let (mut inside, mut all) = (0.0f32, 0.0f32);
+                    for (i, w) in view.votes.of(s) {
+                        inside += belongs(i as usize) * w;
+                        all += w;
+                    }
+                    if all > 0.0 { inside / all } else { 0.0 }
+                };
+                (0..view.segments.len()).map(of).collect::<Vec<f32>>()
+            })
+            .collect()
+    }
+}
+
+/// The superpixel of a view that shows a point. `slack` is how far it may be off, world units, beyond
+/// half a superpixel.
+fn seen_at(view: &ViewData, point: Vec3, slack: f32) -> Option<u32> {
+    let ([x, y], z) = view.project(point)?;
+    let segment = view.segment_at(x, y)?;
+    let depth = view.depth[y as usize * view.camera.width + x as usize];
+    let width = view.segments[segment as usize].width;
+    ((depth - z as f32).abs() <= SAME_DEPTH * width.max(slack) && width > 0.0).then_some(segment)
+}
+
+fn links_of_view(
+    views: &[ViewData],
+    offsets: &[u32],
+    from: usize,
+    plane: Option<&SupportPlane>,
+) -> Vec<Link> {
+    let forward = |v: &ViewData| v.camera_from_world.rotation.inverse() * glam::DVec3::Z;
+    let here = forward(&views[from]);
+    let center = views[from].camera_from_world.center_in_world();
+    let mut others: Vec<(f64, usize)> = (0..views.len())
+        .filter(|&v| v != from)
+        .map(|v| {
+            let apart = views[v].camera_from_world.center_in_world().distance(center);
+            (apart * (2.0 - forward(&views[v]).dot(here)), v)
+        })
+        .collect();
+    others.sort_by(|a, b| a.0.total_cmp(&b.0));
+    others.truncate(LINKED_VIEWS);
+    let mut links = Vec::new();
+    for (s, segment) in views[from].segments.iter().enumerate().filter(|(_, s)| s.width > 0.0) {
+        for &(_, to) in &others {
+            let Some(t) = seen_at(&views[to], Vec3::from(segment.point), segment.width) else {
+                continue;
+            };
+            let strength = across_views(segment, &views[to].segments[t as usize], plane);
+            let nodes = [offsets[from] + s as u32, offsets[to] + t];
+            links.push(Link { nodes, weight: VIEW_LINK, strength });
+        }
+    }
+    links
+}

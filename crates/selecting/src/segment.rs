@@ -1,0 +1,155 @@
+//! From a prompt to masks of all views: regions, then rounds of lifting and cutting.
+
+use crate::diffusion::{Mark, probabilities, sweep};
+use crate::index::SceneIndex;
+use crate::max_flow::MaxFlow;
+
+/// What a prompt says about superpixels.
+#[derive(Clone, Debug, Default)]
+pub struct Seeds {
+    /// Per positive click or stroke: the superpixels that it hits, the clicked one first.
+    pub positive: Vec<Vec<u32>>,
+    /// Likewise for negative ones.
+    pub negative: Vec<Vec<u32>>,
+    /// Superpixels outside a rectangle around the object.
+    pub outside: Vec<u32>,
+    /// Superpixels inside a rectangle around the object, per rectangle.
+    pub boxes: Vec<Vec<u32>>,
+}
+
+/// Rounds of lifting, rendering and cutting, and the weight of smoothness.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SegmentOptions {
+    /// Rounds; the issue of each is cut again along the edges of every view.
+    pub rounds: usize,
+    /// Cost of a cut along one superpixel side without any edge, against certainty of one superpixel.
+    pub smoothness: f32,
+}
+
+impl Default for SegmentOptions {
+    fn default() -> Self {
+        Self { rounds: 3, smoothness: 1.0 }
+    }
+}
+
+/// Regions smaller than this many superpixels are noise.
+const LEAST_AREA: f32 = 8.0;
+/// Superpixels in the middle of a box that a walk starts from.
+const BOX_SEEDS: usize = 5;
+/// A part is at most this share of its whole.
+const PART_SHARE: f32 = 0.6;
+/// The set of least `conductance * area^AREA_POWER` is meant: two objects that nothing joins are together
+/// as good a set as each, and then the smaller one is wanted.
+const AREA_POWER: f32 = 0.4;
+
+/// Where a walk starts and ends.
+pub(crate) fn marks(index: &SceneIndex, seeds: &Seeds) -> Vec<Mark> {
+    let mut marks = vec![Mark::Free; index.nodes()];
+    let leaf = seeds.positive.first().or(seeds.boxes.first()).and_then(|s| s.first());
+    let on_plane = |n: u32| {
+        let s = index.segment(n);
+        s.width > 0.0 && index.plane.is_some_and(|p| p.membership(s.point.into(), s.width) > 0.5)
+    };
+    let is_support = leaf.is_some_and(|&n| on_plane(n));
+    for n in 0..index.nodes() as u32 {
+        // Nothing drawn is nobody's.
+        if index.segment(n).width == 0.0 || on_plane(n) != is_support {
+            marks[n as usize] = Mark::Negative;
+        }
+    }
+    seeds.outside.iter().for_each(|&n| marks[n as usize] = Mark::Negative);
+    // The middle of a box is on the object more often than not; a few of it are enough to start from.
+    let middle = seeds.boxes.iter().flat_map(|inside| inside.iter().take(BOX_SEEDS));
+    let positive = seeds.positive.iter().flatten();
+    positive.chain(middle).for_each(|&n| marks[n as usize] = Mark::Positive);
+    seeds.negative.iter().flatten().for_each(|&n| marks[n as usize] = Mark::Negative);
+    marks
+}
+
+/// Masks of the regions that a prompt can mean and their scores, the largest first.
+pub(crate) fn nested_regions(
+    index: &SceneIndex,
+    seeds: &Seeds,
+    count: usize,
+) -> Vec<(Vec<f32>, f32)> {
+    let marks = marks(index, seeds);
+    let probabilities = probabilities(&index.graph, &marks);
+    let chain = sweep(index, &probabilities, &marks);
+    let mut out = Vec::new();
+    let mut most = f32::INFINITY;
+    while out.len() < count {
+        let cost = |s: &(u32, f32, f32)| s.2 * s.1.powf(AREA_POWER);
+        let usable = chain.iter().enumerate().filter(|(_, s)| s.1 >= LEAST_AREA && s.1 <= most);
+        let best = usable.min_by(|a, b| cost(a.1).total_cmp(&cost(b.1)));
+        let Some((k, &(_, area, conductance))) = best else { break };
+        let mut mask = vec![0.0; index.nodes()];
+        chain[..=k].iter().for_each(|s| mask[s.0 as usize] = 1.0);
+        out.push((mask, 1.0 - conductance));
+        most = PART_SHARE * area;
+    }
+    out
+}
+
+/// Lifts, renders and cuts again until the views agree.
+pub(crate) fn rounds(
+    index: &SceneIndex,
+    mut mask: Vec<f32>,
+    seeds: &Seeds,
+    options: &SegmentOptions,
+) -> Vec<f32> {
+    for _ in 0..options.rounds {
+        let lifted = index.lift(&mask);
+        let rendered = index.rendered(|i| if lifted[i] > 0.5 { 1.0 } else { 0.0 });
+        mask = cut(index, &rendered, seeds, options);
+    }
+    mask
+}
+
+/// The cheapest masks near `wanted` (`[nodes]`, 0 to 1): each superpixel wants to be what it was
+/// rendered as, and neighbours that nothing parts want to be alike.
+pub(crate) fn cut(
+    index: &SceneIndex,
+    wanted: &[f32],
+    seeds: &Seeds,
+    options: &SegmentOptions,
+) -> Vec<f32> {
+    /// Capacities are whole numbers.
+    const UNIT: f32 = 1000.0;
+    /// More than any sum of others.
+    const CERTAIN: i64 = 1 << 40;
+    use rayon::prelude::*;
+
+    let side = crate::view_data::SUPERPIXEL_PX as f32;
+    let mut fixed = vec![0i8; index.nodes()];
+    seeds.outside.iter().for_each(|&n| fixed[n as usize] = -1);
+    seeds.positive.iter().flatten().for_each(|&n| fixed[n as usize] = 1);
+    seeds.negative.iter().flatten().for_each(|&n| fixed[n as usize] = -1);
+    (0..index.views.len())
+        .into_par_iter()
+        .flat_map_iter(|v| {
+            let view = &index.views[v];
+            let first = index.range(v).start;
+            let mut graph = MaxFlow::new(view.segments.len());
+            for (s, segment) in view.segments.iter().enumerate() {
+                let share = wanted[first + s].clamp(0.02, 0.98);
+                let certainty = (segment.area_px / (side * side)).min(2.0);
+                let logit = (share / (1.0 - share)).ln() * certainty;
+                match fixed[first + s] {
+                    1 => graph.add_terminal(s, CERTAIN, 0),
+                    -1 => graph.add_terminal(s, 0, CERTAIN),
+                    _ if logit > 0.0 => graph.add_terminal(s, (logit * UNIT) as i64, 0),
+                    _ => graph.add_terminal(s, 0, (-logit * UNIT) as i64),
+                }
+            }
+            for (border, strength) in view.borders.iter().zip(&index.strengths[v]) {
+                let cost = options.smoothness * border.length_px / side * (-4.0 * strength).exp();
+                let [a, b] = border.segments.map(|s| s as usize);
+                let cost = (cost * UNIT) as i64;
+                graph.add_edge(a, b, cost, cost);
+            }
+            graph.solve();
+            let side = |s: usize| if graph.is_source_side(s) { 1.0 } else { 0.0 };
+            (0..view.segments.len()).map(side).collect::<Vec<f32>>()
+        })
+        .collect()
+}

@@ -1,0 +1,241 @@
+//! What prompts are about: Gaussians and, for prompts in pixels, the views of a capture.
+
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+
+use glam::DVec3;
+use motes_formats::images::read_image;
+use motes_formats::selection::BoundGaussians;
+use motes_math::resample;
+use motes_raster::{Antialias, RenderOptions};
+use motes_scene::{Capture, Gaussians, ImageF32, Pinhole, Pose, Split};
+use rayon::prelude::*;
+
+use crate::cache::ViewCache;
+use crate::error::SelectError;
+use crate::index::SceneIndex;
+use crate::plane::SupportPlane;
+use crate::view_data::ViewData;
+
+/// Longest side of the pictures that prompts are answered on, pixels: more is slower, and finer than the
+/// Gaussians of most scenes.
+pub const WORKING_PX: usize = 640;
+/// Views that are prepared; they are spread over all of them.
+pub const MOST_VIEWS: usize = 24;
+
+/// Gaussians and, for prompts in pixels, views.
+#[derive(Debug)]
+pub struct SelectSource<'a> {
+    /// What is selected from.
+    pub gaussians: &'a Gaussians,
+    /// How they are drawn.
+    pub options: RenderOptions,
+    capture: Option<(&'a Capture, PathBuf)>,
+    bound: Option<BoundGaussians>,
+    cache: Option<PathBuf>,
+    index: OnceLock<SceneIndex>,
+}
+
+impl<'a> SelectSource<'a> {
+    /// Gaussians without views: shapes, properties and files can select.
+    pub fn new(gaussians: &'a Gaussians, antialias: Antialias) -> Self {
+        let options = RenderOptions { antialias, ..RenderOptions::default() };
+        Self { gaussians, options, capture: None, bound: None, cache: None, index: OnceLock::new() }
+    }
+
+    /// Adds the views of a capture; `path` is its document, photos lie beside it.
+    #[must_use]
+    pub fn with_capture(mut self, capture: &'a Capture, path: &Path) -> Self {
+        self.capture = Some((capture, path.parent().unwrap_or(Path::new("")).to_owned()));
+        self
+    }
+
+    /// Says which file the Gaussians are, so that selections of it can be read and views cached.
+    #[must_use]
+    pub fn bound_to(mut self, gaussians: BoundGaussians) -> Self {
+        self.bound = Some(gaussians);
+        self
+    }
+
+    /// Keeps prepared views in a folder. Needs [`Self::bound_to`].
+    #[must_use]
+    pub fn with_cache(mut self, folder: &Path) -> Self {
+        self.cache = Some(folder.to_owned());
+        self
+    }
+
+    /// The file of the Gaussians, when it was said.
+    pub fn bound(&self) -> Option<&BoundGaussians> {
+        self.bound.as_ref()
+    }
+
+    /// The capture.
+    ///
+    /// # Errors
+    /// When there is none; `what` needs it.
+    pub fn capture(&self, what: &'static str) -> Result<&'a Capture, SelectError> {
+        self.capture.as_ref().map(|c| c.0).ok_or(SelectError::NoCapture(what))
+    }
+
+    /// A view by its name, with or without its suffix.
+    ///
+    /// # Errors
+    /// When there is no capture or no such view, or more than one.
+    pub fn view_named(&self, name: &str) -> Result<usize, SelectError> {
+        let capture = self.capture("a prompt in pixels")?;
+        let stem = |name: &str| match name.rsplit_once('.') {
+            Some((stem, _)) if !stem.is_empty() => stem.to_owned(),
+            _ => name.to_owned(),
+        };
+        let of_stem = || {
+            let mut found =
+                (0..capture.views.len()).filter(|&i| stem(&capture.views[i].name) == name);
+            found.next().filter(|_| found.next().is_none())
+        };
+        capture.view_named(name).or_else(of_stem).ok_or_else(|| {
+            let names = capture.views.iter().take(4).map(|v| format!("\"{}\"", v.name));
+            let mut known = names.collect::<Vec<_>>().join(", ");
+            if capture.views.len() > 4 {
+                known.push_str(", ...");
+            }
+            SelectError::NoSuchView { name: name.into(), count: capture.views.len(), known }
+        })
+    }
+
+    /// The camera of a view as it was taken.
+    ///
+    /// # Errors
+    /// When it has distortion, or there is no capture.
+    pub fn camera(&self, view: usize) -> Result<Pinhole, SelectError> {
+        let capture = self.capture("a view")?;
+        let view = &capture.views[view];
+        let camera = capture.cameras[view.camera].as_pinhole();
+        camera.ok_or_else(|| SelectError::NotPinhole(view.name.clone()))
+    }
+
+    /// Views that are prepared: training views spread by farthest points, or any where there are none.
+    pub fn prepared_views(&self) -> Result<Vec<usize>, SelectError> {
+        let capture = self.capture("a prompt in pixels")?;
+        let mut views = capture.views_of(Split::Train);
+        if views.is_empty() {
+            views = (0..capture.views.len()).collect();
+        }
+        let center = |v: usize| capture.views[v].camera_from_world.center_in_world();
+        let mut chosen: Vec<usize> = views.iter().copied().take(1).collect();
+        let mut nearest = vec![f64::INFINITY; views.len()];
+        while chosen.len() < MOST_VIEWS.min(views.len()) {
+            let last: DVec3 = center(chosen[chosen.len() - 1]);
+            for (near, &v) in nearest.iter_mut().zip(&views) {
+                *near = near.min(if chosen.contains(&v) { -1.0 } else { center(v).distance(last) });
+            }
+            let far =
+                (0..views.len()).max_by(|&a, &b| nearest[a].total_cmp(&nearest[b]).then(b.cmp(&a)));
+            let Some(far) = far.filter(|&k| nearest[k] >= 0.0) else { break };
+            chosen.push(views[far]);
+        }
+        chosen.sort_unstable();
+        Ok(chosen)
+    }
+
+    /// All views prepared together; computed on the first call.
+    ///
+    /// # Errors
+    /// When there is no capture, a camera has distortion or a photo cannot be read.
+    pub fn index(&self) -> Result<&SceneIndex, SelectError> {
+        if let Some(index) = self.index.get() {
+            return Ok(index);
+        }
+        let chosen = self.prepared_views()?;
+        let views: Result<Vec<ViewData>, SelectError> =
+            chosen.par_iter().map(|&view| self.prepare(view)).collect();
+        let index = SceneIndex::new(chosen, views?, self.gaussians.len());
+        Ok(self.index.get_or_init(|| index))
+    }
+
+    /// The plane that was found, if views were prepared at all.
+    pub(crate) fn found_plane(&self) -> Option<SupportPlane> {
+        self.index.get().and_then(|index| index.plane)
+    }
+
+    /// A camera at the working size.
+    fn working(camera: &Pinhole) -> Pinhole {
+        let longest = camera.width.max(camera.height);
+        if longest <= WORKING_PX {
+            return *camera;
+        }
+        let side = |px: usize| (px * WORKING_PX).div_ceil(longest).max(1);
+        camera.resized(side(camera.width), side(camera.height))
+    }
+
+    /// A photo at the size of a camera. A capture may be moved without its photos: then there is none,
+    /// and the rendering stands in for it.
+    fn photo(file: &Path, camera: &Pinhole) -> Result<Option<ImageF32>, SelectError> {
+        match file.exists() {
+            true => Ok(Some(fitted(&read_image(file)?.to_f32(), camera))),
+            false => Ok(None),
+        }
+    }
+
+    /// Camera at the working size, pose and photo of a view, or its rendering where there is none.
+    pub(crate) fn picture(&self, view: usize) -> Result<(Pinhole, Pose, ImageF32), SelectError> {
+        let camera = Self::working(&self.camera(view)?);
+        let Some((capture, folder)) = &self.capture else {
+            return Err(SelectError::NoCapture("a picture"));
+        };
+        let view = &capture.views[view];
+        let pose = view.camera_from_world;
+        let picture = match Self::photo(&folder.join(&view.image), &camera)? {
+            Some(photo) => photo,
+            None => motes_raster::render(self.gaussians, &camera, &pose, &self.options).color,
+        };
+        Ok((camera, pose, picture))
+    }
+
+    /// Prepares a view, or finds it in the cache.
+    pub(crate) fn prepare(&self, view: usize) -> Result<ViewData, SelectError> {
+        let (capture, folder) = match &self.capture {
+            Some((capture, folder)) => (*capture, folder),
+            None => return Err(SelectError::NoCapture("a prompt in pixels")),
+        };
+        let camera = Self::working(&self.camera(view)?);
+        let view = &capture.views[view];
+        let photo_file = folder.join(&view.image);
+        let cache = match (&self.cache, &self.bound) {
+            (Some(cache), Some(bound)) => Some(ViewCache::new(
+                cache,
+                &bound.sha256,
+                &camera,
+                &view.camera_from_world,
+                self.options.antialias,
+                &photo_file,
+            )),
+            _ => None,
+        };
+        if let Some(found) = cache.as_ref().and_then(|c| c.read(self.gaussians.len())) {
+            return Ok(found);
+        }
+        let photo = Self::photo(&photo_file, &camera)?;
+        let (g, pose) = (self.gaussians, &view.camera_from_world);
+        let data = ViewData::new(g, &camera, pose, photo.as_ref(), &self.options);
+        if let Some(cache) = cache {
+            cache.write(&data)?;
+        }
+        Ok(data)
+    }
+}
+
+/// A photo of three channels at the size of a camera.
+fn fitted(photo: &ImageF32, camera: &Pinhole) -> ImageF32 {
+    let channel = |c: usize| c.min(photo.channels - 1);
+    let channels = if photo.channels < 3 { [0, 0, 0] } else { [0, channel(1), channel(2)] };
+    let data = photo.data.chunks_exact(photo.channels);
+    let data = data.flat_map(|p| channels.map(|c| p[c])).collect();
+    let rgb = ImageF32::from_data(photo.width, photo.height, 3, data);
+    if (rgb.width, rgb.height) == (camera.width, camera.height) {
+        return rgb;
+    }
+    let size = (rgb.width, rgb.height, 3);
+    let new_size = (camera.width, camera.height);
+    let data = resample::resize(&rgb.data, size, new_size, resample::Filter::Triangle);
+    ImageF32::from_data(camera.width, camera.height, 3, data)
+}

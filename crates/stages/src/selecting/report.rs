@@ -1,0 +1,91 @@
+//! What the stage `segment-select` says when it is done.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+use motes_formats::selection::{BoxDocument, PlaneDocument};
+use motes_selecting::{SelectSource, notes};
+use serde::Serialize;
+
+use super::Answer;
+
+/// One of the nested answers.
+#[derive(Clone, Debug, Serialize)]
+pub struct CandidateReport {
+    /// `whole`, `part` or `subpart`.
+    pub name: &'static str,
+    /// Gaussians.
+    pub count: usize,
+    /// How little holds it to the rest, 0 to 1.
+    pub score: f32,
+    /// Intersection over union of the rendered selection and the masks of the views.
+    pub agreement: f32,
+    /// Share inside the masks from which a Gaussian belongs.
+    pub threshold: f32,
+}
+
+/// The report.
+#[derive(Clone, Debug, Serialize)]
+pub struct SelectReport {
+    /// Where the selection is.
+    pub output: PathBuf,
+    /// Gaussians that belong.
+    pub count: usize,
+    /// Gaussians in all.
+    pub gaussians: usize,
+    /// Bounds of all but the outermost selected centres, world.
+    pub object_box: Option<BoxDocument>,
+    /// What it stands on, where one was found.
+    pub support_plane: Option<PlaneDocument>,
+    /// Answers to a prompt, the whole object first.
+    pub candidates: Vec<CandidateReport>,
+    /// Seconds for the views: made, or read from the cache.
+    pub seconds_prepare: f64,
+    /// Seconds for the answer.
+    pub seconds_answer: f64,
+}
+
+impl SelectReport {
+    /// Of an answer.
+    pub fn new(source: &SelectSource<'_>, answer: &Answer, output: &Path) -> Self {
+        let notes = notes(source, &answer.selection, &[]);
+        let names = ["whole", "part", "subpart"];
+        let candidate = |(name, p): (&'static str, &motes_selecting::Proposal)| CandidateReport {
+            name,
+            count: p.selection.count(),
+            score: p.score,
+            agreement: p.agreement,
+            threshold: p.threshold,
+        };
+        Self {
+            output: output.to_owned(),
+            count: answer.selection.count(),
+            gaussians: answer.selection.len(),
+            object_box: notes.object_box,
+            support_plane: notes.support_plane,
+            candidates: names.into_iter().zip(&answer.proposals).map(candidate).collect(),
+            seconds_prepare: 0.0,
+            seconds_answer: 0.0,
+        }
+    }
+}
+
+impl fmt::Display for SelectReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let share = 100.0 * self.count as f64 / self.gaussians.max(1) as f64;
+        let Self { count, gaussians, .. } = self;
+        writeln!(f, "{count} of {gaussians} Gaussians ({share:.1} %): {}", self.output.display())?;
+        if let Some(BoxDocument { min, max }) = self.object_box {
+            let size = [0, 1, 2].map(|k| max[k] - min[k]);
+            writeln!(f, "from {min:.3?} to {max:.3?}, size {size:.3?}")?;
+        }
+        for c in &self.candidates {
+            writeln!(
+                f,
+                "{}: {} Gaussians, score {:.4}, views agree to {:.3}",
+                c.name, c.count, c.score, c.agreement
+            )?;
+        }
+        write!(f, "views {:.2} s, answer {:.2} s", self.seconds_prepare, self.seconds_answer)
+    }
+}

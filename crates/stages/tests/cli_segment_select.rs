@@ -1,0 +1,157 @@
+//! The stage `segment-select` as a program, and `render` with what it writes.
+#![expect(clippy::unwrap_used, reason = "a test that cannot prepare its files has failed")]
+
+mod toy_scene;
+
+use std::process::{Command, Output};
+
+use glam::DVec3;
+use motes_formats::exr_aov::open_exr;
+use motes_formats::images::read_image;
+use motes_formats::ply::read_gaussians;
+use motes_scene::ColumnValues;
+use serde_json::Value;
+use toy_scene::{ToyScene, toy_scene};
+
+fn run(toy: &ToyScene, program: &str, arguments: &[&str]) -> Output {
+    Command::new(program)
+        .args(arguments)
+        .arg("--no-provenance")
+        .current_dir(toy.folder.path())
+        .output()
+        .unwrap()
+}
+
+fn select(toy: &ToyScene, arguments: &[&str]) -> Output {
+    let all =
+        [&["--scene", "scene", "--capture", "capture.json", "-o", "s.json"], arguments].concat();
+    run(toy, env!("CARGO_BIN_EXE_segment-select"), &all)
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// A pixel on the middle of the box's top, as a click on a view.
+fn click(toy: &ToyScene, view: usize) -> String {
+    let view = &toy.capture.views[view];
+    let camera = toy.capture.cameras[view.camera].as_pinhole().unwrap();
+    let p = view.camera_from_world.transform_point(DVec3::new(0.0, 0.0, 0.6));
+    let (x, y) = (camera.fx * p.x / p.z + camera.cx, camera.fy * p.y / p.z + camera.cy);
+    let stem = view.name.rsplit_once('.').map_or(view.name.as_str(), |n| n.0);
+    format!("{stem},{x},{y}")
+}
+
+#[test]
+fn a_click_becomes_a_selection_overlays_labels_masks_and_mattes() {
+    let toy = toy_scene();
+    let click = click(&toy, 1);
+    let arguments = [
+        "--click",
+        &click,
+        "--overlay",
+        "seen",
+        "--cache",
+        "kept",
+        "-O",
+        "labelled.ply",
+        "--label",
+        "7",
+        "--candidates",
+        "2",
+    ];
+    let done = select(&toy, &arguments);
+    assert_eq!(done.status.code(), Some(0), "{}", stderr(&done));
+    let read = |name: &str| -> Value {
+        serde_json::from_slice(&std::fs::read(toy.path(name)).unwrap()).unwrap()
+    };
+    let document = read("s.json");
+    assert_eq!(document["format"], "motes/selection");
+    // The box has 500 of 2804 Gaussians; its lowest rows may go either way.
+    let count = document["count"].as_u64().unwrap();
+    assert!((400..=560).contains(&count), "{count}");
+    let top = document["object_box"]["max"][2].as_f64().unwrap();
+    assert!((top - 0.6).abs() < 0.03, "{top}");
+    assert!(document["support_plane"]["normal"][2].as_f64().unwrap() > 0.99);
+    assert!(read("s.part.json")["count"].as_u64().unwrap() < count);
+    assert!(std::fs::read_dir(toy.path("seen")).unwrap().count() >= 3);
+    let labelled = read_gaussians(&toy.path("labelled.ply")).unwrap();
+    let column = labelled.extra.iter().find(|c| c.name == "object_id").unwrap();
+    let ColumnValues::U32(labels) = &column.values else { panic!("{column:?}") };
+    assert_eq!(labels.iter().filter(|&&l| l == 7).count() as u64, count);
+
+    // The same prompt again is answered from the cache, with the same bytes.
+    let first = std::fs::read(toy.path("s.json")).unwrap();
+    let again = select(&toy, &["--click", &click, "--cache", "kept", "-w"]);
+    assert_eq!(again.status.code(), Some(0), "{}", stderr(&again));
+    assert_eq!(std::fs::read(toy.path("s.json")).unwrap(), first);
+
+    let render = |arguments: &[&str]| {
+        let view = toy.capture.views[1].name.clone();
+        let all = [&["--capture", "capture.json", "--view", &view], arguments].concat();
+        run(&toy, env!("CARGO_BIN_EXE_render"), &all)
+    };
+    let plain = ["--gaussians", "scene/gaussians.ply"];
+    let mask = render(&[&plain[..], &["--selection", "s.json", "--mask", "-o", "masks"]].concat());
+    assert_eq!(mask.status.code(), Some(0), "{}", stderr(&mask));
+    let name = std::fs::read_dir(toy.path("masks")).unwrap().next().unwrap().unwrap().path();
+    let mask = read_image(&name).unwrap();
+    let white = mask.data.iter().step_by(mask.channels).filter(|&&v| v > 200).count();
+    assert!(white > 50 && white < mask.pixel_count() / 2, "{white}");
+
+    let flags = [
+        "--gaussians",
+        "labelled.ply",
+        "--object-ids",
+        "object_id",
+        "--format",
+        "exr",
+        "-o",
+        "exr",
+    ];
+    let exr = render(&flags);
+    assert_eq!(exr.status.code(), Some(0), "{}", stderr(&exr));
+    let name = std::fs::read_dir(toy.path("exr")).unwrap().next().unwrap().unwrap().path();
+    let image = open_exr(&name).unwrap();
+    let manifest = image.attributes.iter().find(|a| a.0.ends_with("/manifest")).unwrap().1;
+    let manifest: Value = serde_json::from_str(manifest).unwrap();
+    let id = u32::from_str_radix(manifest["object_id_7"].as_str().unwrap(), 16).unwrap();
+    let ids = image.channel("CryptoObject00.R").unwrap().to_f32();
+    let coverage = image.channel("CryptoObject00.G").unwrap().to_f32();
+    let covered = ids.iter().zip(&coverage).filter(|(i, c)| i.to_bits() == id && **c > 0.8).count();
+    assert!(covered.abs_diff(white) <= white / 10, "{covered} {white}");
+
+    // The labelled file is another file: the selection of the first does not belong to it.
+    let line = ["--gaussians", "labelled.ply", "--selection", "s.json", "--mask", "-o", "stale"];
+    let stale = render(&line);
+    assert_eq!(stale.status.code(), Some(3));
+    assert!(stderr(&stale).contains("stale"), "{}", stderr(&stale));
+}
+
+#[test]
+fn bad_prompts_are_refused_and_leave_nothing() {
+    let toy = toy_scene();
+    let name = toy.capture.views[0].name.clone();
+    for (arguments, code, part) in [
+        (vec!["--click".to_owned(), "nowhere,3,3".into()], 3, "no view named \"nowhere\""),
+        (vec!["--click".into(), format!("{name},3,100000")], 3, "outside view"),
+        (vec!["--click".into(), format!("{name},3,3,-")], 3, "does not say what to select"),
+        (vec!["--click".into(), "v,1".into()], 2, "VIEW,X,Y"),
+        (vec!["--select".into(), "property=z,gt,1e9".into()], 3, "nothing is selected"),
+        (vec!["--select".into(), "sphere=0,0,0".into()], 2, "RADIUS"),
+        (vec!["--select".into(), "property=zz,gt,1".into()], 3, "no property \"zz\""),
+        (vec!["--mask".into(), format!("{name}=none.png")], 3, "none.png"),
+        (
+            vec!["--candidates".into(), "3".into(), "--select".into(), "all".into()],
+            2,
+            "--candidates",
+        ),
+        (vec![], 2, "nothing was asked for"),
+    ] {
+        let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+        let done = select(&toy, &arguments);
+        assert_eq!(done.status.code(), Some(code), "{arguments:?}: {}", stderr(&done));
+        assert!(stderr(&done).contains(part), "{arguments:?}: {}", stderr(&done));
+        assert!(!toy.path("s.json").exists(), "{arguments:?}");
+    }
+}
