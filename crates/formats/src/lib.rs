@@ -11,6 +11,7 @@ pub mod capture;
 pub mod colmap;
 pub mod decomposition;
 pub mod documents;
+pub mod edit_plan;
 pub mod environment;
 pub mod error;
 pub mod exr_aov;

@@ -90,12 +90,7 @@ pub fn parse_document<T: Document>(bytes: &[u8], name: &Path) -> Result<Parsed<T
     }
     let opening: Opening =
         serde_json::from_slice(bytes).map_err(|error| json_error(name, &error))?;
-    if opening.format != Some(Value::from(T::FORMAT)) {
-        let found = opening.format.map_or("is missing".into(), |found| format!("is {found}"));
-        let cause = format!("the key \"format\" {found}, this is no {} document", T::FORMAT);
-        return Err(FormatError::invalid(name, "format", cause));
-    }
-    let minor = check_version::<T>(opening.version.as_ref(), name)?;
+    let minor = check_opening::<T>(opening.format.as_ref(), opening.version.as_ref(), name)?;
     let mut unknown = Vec::new();
     let mut deserializer = serde_json::Deserializer::from_slice(bytes);
     let document: T = serde_ignored::deserialize(&mut deserializer, |key| {
@@ -115,6 +110,20 @@ pub fn parse_document<T: Document>(bytes: &[u8], name: &Path) -> Result<Parsed<T
         ));
     }
     Ok(Parsed { document, warnings })
+}
+
+/// The minor version, when the two opening keys are those of `T`.
+pub(crate) fn check_opening<T: Document>(
+    format: Option<&Value>,
+    version: Option<&Value>,
+    name: &Path,
+) -> Result<u32> {
+    if format.and_then(Value::as_str) != Some(T::FORMAT) {
+        let found = format.map_or("is missing".into(), |found| format!("is {found}"));
+        let cause = format!("the key \"format\" {found}, this is no {} document", T::FORMAT);
+        return Err(FormatError::invalid(name, "format", cause));
+    }
+    check_version::<T>(version, name)
 }
 
 /// The minor version, when the major one is ours.
@@ -165,13 +174,15 @@ pub fn all_schemas() -> Vec<(String, Value)> {
         schema::<crate::capture::CaptureDocument>(),
         schema::<crate::camera_path::CameraPathDocument>(),
         schema::<crate::decomposition::DecompositionDocument>(),
+        schema::<crate::edit_plan::EditPlanDocument>(),
         schema::<crate::metrics::MetricsDocument>(),
         schema::<crate::run_record::RunRecord>(),
         schema::<crate::selection::SelectionDocument>(),
     ]
 }
 
-fn schema<T: Document>() -> (String, Value) {
+/// The JSON Schema of a document and the name of its schema file.
+pub fn schema<T: Document>() -> (String, Value) {
     let name = T::FORMAT.trim_start_matches("motes/");
     let mut schema = schema_for!(T).to_value();
     schema["$id"] = Value::from(format!("{}-v{}", T::FORMAT, T::MAJOR));

@@ -1,0 +1,93 @@
+use std::path::Path;
+
+use super::*;
+use crate::documents::to_pretty_json;
+
+fn plan(ops: &str) -> String {
+    format!(r#"{{"format": "motes/edit-plan", "version": "1.0", "ops": [{ops}]}}"#)
+}
+
+fn error(ops: &str) -> String {
+    parse_edit_plan(plan(ops).as_bytes(), Path::new("plan.json")).unwrap_err().to_string()
+}
+
+#[test]
+fn a_plan_survives() {
+    let text = plan(
+        r#"{"op": "select", "id": "ball", "sphere": {"center": [0, 1, 2], "radius": 0.5}},
+           {"op": "transform", "target": "ball", "translate": [0.02, 0.34, 0], "pivot": "base"},
+           {"op": "transform", "rotate_axis": {"axis": [0, 0, 2], "deg": 30}, "pivot": [1, 2, 3]},
+           {"op": "set_material", "name": "brass", "roughness": 0.2},
+           {"op": "delete", "target": "ball", "fill": "plane"},
+           {"op": "drop_nan"}, {"op": "undo", "steps": 2}"#,
+    );
+    let parsed = parse_edit_plan(text.as_bytes(), Path::new("plan.json")).unwrap();
+    assert_eq!((parsed.document.ops.len(), parsed.warnings.len()), (7, 0));
+    let written = to_pretty_json(&parsed.document);
+    let again = parse_edit_plan(written.as_bytes(), Path::new("plan.json")).unwrap();
+    assert_eq!(again.document, parsed.document);
+    assert_eq!(to_pretty_json(&again.document), written);
+    // The derived reader agrees with the one that knows places.
+    let derived: EditPlanDocument = serde_json::from_str(&written).unwrap();
+    assert_eq!(derived, parsed.document);
+}
+
+#[test]
+fn every_mistake_has_a_pointer() {
+    let select = r#"{"op": "select", "id": "a", "ids": [1]}"#;
+    for (ops, place) in [
+        (r#"{"op": "explode"}"#, "/ops/0/op"),
+        (r#"{"target": "all"}"#, "/ops/0/op"),
+        (r#"7"#, "/ops/0"),
+        (r#"{"op": "transform", "scale": 0}"#, "/ops/0/scale"),
+        (r#"{"op": "transform", "scale": -1}"#, "/ops/0/scale"),
+        (r#"{"op": "transform", "scale": NaN}"#, "/ops/0/scale line 1"),
+        (r#"{"op": "transform", "scale": 1e999}"#, "/ops/0/scale line 1"),
+        (r#"{"op": "transform", "translate": [0, "NaN", 0]}"#, "/ops/0/translate/1"),
+        (r#"{"op": "transform", "translate": [0, 1]}"#, "/ops/0/translate"),
+        (r#"{"op": "transform", "rotate_quaternion": [0, 0, 0, 0]}"#, "/ops/0/rotate_quaternion"),
+        (r#"{"op": "transform", "translat": [0, 1, 2]}"#, "/ops/0"),
+        (r#"{"op": "delete", "target": "a"}"#, "/ops/0/target"),
+        (r#"{"op": "select", "ids": []}"#, "/ops/0/ids"),
+        (r#"{"op": "select"}"#, "/ops/0"),
+        (r#"{"op": "duplicate", "translate": [1, 0, 0], "count": 1000000000}"#, "/ops/0/count"),
+        (r#"{"op": "recolor", "rgb_linear": [0, 2, 0]}"#, "/ops/0/rgb_linear/1"),
+        (r#"{"op": "set_material"}"#, "/ops/0"),
+        (r#"{"op": "set_material", "roughness": 1.5}"#, "/ops/0/roughness"),
+        (r#"{"op": "undo"}"#, "/ops/0/steps"),
+        (r#"{"op": "crop"}"#, "/ops/0"),
+        (r#"{"op": "stylize", "editor": "prog {input}"}"#, "/ops/0/editor"),
+        (&format!("{select}, {select}"), "/ops/1/id"),
+        (&format!(r#"{{"op": "delete", "target": "a"}}, {select}"#), "/ops/0/target"),
+        (
+            r#"{"op": "duplicate", "translate": [0, 0, 1], "target": "b", "as": "b"}"#,
+            "/ops/0/target",
+        ),
+    ] {
+        let text = error(ops);
+        assert!(text.contains(&format!("({place}")), "{ops}: {text}");
+    }
+    assert!(error(r#"{"op": "explode"}"#).contains("help: the operations are select, transform"));
+    assert!(error(&format!(r#"{{"op": "delete", "target": "a"}}, {select}"#)).contains("later"));
+}
+
+#[test]
+fn too_many_operations_are_refused() {
+    let many = vec![r#"{"op":"drop_nan"}"#; MAX_OPS + 1].join(",");
+    assert!(error(&many).contains("(/ops/10000)"), "{}", &error(&many)[..200]);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("huge.json");
+    // A billion operations are some 20 GB: a sparse file of that size is refused unread.
+    let file = std::fs::File::create(&path).unwrap();
+    file.set_len(20 << 30).unwrap();
+    let text = read_edit_plan(&path).unwrap_err().to_string();
+    assert!(text.contains("(/ops)") && text.contains("help: split the plan"), "{text}");
+}
+
+#[test]
+fn the_schema_describes_every_operation() {
+    let schema = schemars::schema_for!(EditPlanDocument).to_value().to_string();
+    for name in OP_NAMES {
+        assert!(schema.contains(&format!("\"const\":\"{name}\"")), "{name}");
+    }
+}
