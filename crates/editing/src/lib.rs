@@ -1,10 +1,16 @@
 //! Editing: plans of operations on splats and decomposed scenes, and the light that follows them.
 //!
-//! [`EditState`] is what a plan works on: the Gaussians that are there now and the history of each.
+//! - [`EditState`] is what a plan works on: the Gaussians that are there now and the history of each.
+//! - [`ops`] has one function per operation, on the state alone.
+//! - [`plan`] applies `edit-plan.json`.
+//! - [`reshade`] makes the light follow.
 
+pub mod ops;
+pub mod plan;
 pub mod reshade;
 mod similarity;
 mod state;
+mod symmetric;
 
 pub use similarity::Similarity;
 pub use state::{AT_REST, EditState, Fill, Hole, Origin, SCENE, SceneChange, SceneParts, Source};

@@ -59,10 +59,10 @@ pub enum Fill {
     Patch,
 }
 
-/// A deletion, for what is to be filled.
+/// A place that Gaussians left, by a deletion or a move, for what is to be filled.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Hole {
-    /// The Gaussians that went.
+    /// The Gaussians that went, as they were then.
     pub removed: Vec<Origin>,
     /// With what.
     pub fill: Fill,
@@ -96,7 +96,7 @@ pub struct EditState {
     pub sources: Vec<Source>,
     /// Motions that Gaussians underwent; the first is the identity.
     pub motions: Vec<Similarity>,
-    /// Deletions with what is to be filled, in order.
+    /// Places that were left, in order.
     pub holes: Vec<Hole>,
     /// Named sets, one confidence per present Gaussian.
     pub selections: BTreeMap<String, Selection>,
@@ -111,7 +111,8 @@ pub struct EditState {
 /// What light has to follow: the difference between the sources and what is there now.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SceneChange {
-    /// Rows of the scene that are gone, ascending.
+    /// Rows of the scene whose place is empty now, ascending: deleted or moved away. Rows that were merged
+    /// with others are not among them.
     pub removed: Vec<u32>,
     /// Present rows that are elsewhere than in the scene, or were not part of it: moved, duplicated, inserted, made.
     pub placed: Vec<u32>,
@@ -185,10 +186,15 @@ impl EditState {
         }
     }
 
-    /// Removes the Gaussians of `rows` (ascending) and remembers what is to be filled.
-    pub fn remove(&mut self, rows: &[u32], fill: Fill) {
+    /// Notes that the Gaussians of `rows` leave their place, which is to be filled.
+    pub fn vacate(&mut self, rows: &[u32], fill: Fill) {
         let removed = rows.iter().map(|&r| self.origins[r as usize]).collect();
         self.holes.push(Hole { removed, fill });
+    }
+
+    /// Removes the Gaussians of `rows` (ascending) and notes that their place is to be filled.
+    pub fn remove(&mut self, rows: &[u32], fill: Fill) {
+        self.vacate(rows, fill);
         let mut gone = rows.iter().copied().peekable();
         let kept: Vec<u32> =
             (0..self.len() as u32).filter(|row| gone.next_if_eq(row).is_none()).collect();
@@ -243,28 +249,40 @@ impl EditState {
             .first()
             .and_then(|s| s.gaussians.as_ref())
             .map_or(0, |gaussians| gaussians.len());
-        let mut missing = vec![true; rows_of_scene];
+        let (mut at_home, mut left) = (vec![false; rows_of_scene], vec![false; rows_of_scene]);
+        let row_of_scene = |origin: &Origin| {
+            (origin.source == SCENE && (origin.row as usize) < rows_of_scene)
+                .then_some(origin.row as usize)
+        };
         let mut change = SceneChange::default();
         for (i, origin) in self.origins.iter().enumerate() {
-            let at_home = origin.source == SCENE
-                && (origin.row as usize) < missing.len()
-                && self.motions[origin.motion as usize].is_identity();
-            if at_home {
-                missing[origin.row as usize] = false;
-            } else {
-                change.placed.push(i as u32);
+            let moved = !self.motions[origin.motion as usize].is_identity();
+            match row_of_scene(origin) {
+                Some(row) if !moved => at_home[row] = true,
+                row => {
+                    change.placed.push(i as u32);
+                    row.into_iter().for_each(|row| left[row] = true);
+                }
             }
             if self.material_changed[i] {
                 change.material.push(i as u32);
             }
         }
-        change.removed = (0..missing.len() as u32).filter(|&r| missing[r as usize]).collect();
-        change.environment = self.parts.as_ref().is_some_and(|parts| parts.environment_changed);
         for hole in &self.holes {
-            let of_scene = hole.removed.iter().filter(|o| o.source == SCENE);
-            let rows: Vec<u32> =
-                of_scene.map(|o| o.row).filter(|r| *r != Origin::NEW_ROW).collect();
-            if hole.fill != Fill::None && !rows.is_empty() {
+            hole.removed.iter().filter_map(row_of_scene).for_each(|row| left[row] = true);
+        }
+        let empty = |r: &u32| left[*r as usize] && !at_home[*r as usize];
+        change.removed = (0..rows_of_scene as u32).filter(empty).collect();
+        change.environment = self.parts.as_ref().is_some_and(|parts| parts.environment_changed);
+        for hole in self.holes.iter().filter(|hole| hole.fill != Fill::None) {
+            let rows: Vec<u32> = hole
+                .removed
+                .iter()
+                .filter_map(row_of_scene)
+                .map(|row| row as u32)
+                .filter(empty)
+                .collect();
+            if !rows.is_empty() {
                 change.holes.push((rows, hole.fill));
             }
         }
@@ -300,13 +318,16 @@ mod tests {
         let step = Similarity::translation(DVec3::X);
         state.note_motion(&[4, 5], &step);
         state.note_motion(&[5], &step);
-        state.remove(&[0, 4], Fill::Plane);
-        assert_eq!(state.selections["s"].rows(), [3], "row 5 moved up");
+        // Merged away, not removed: its place is not empty.
+        state.gather(&[0, 2, 3, 4, 5]);
+        assert!(state.change().removed.iter().all(|r| *r != 1));
+        state.remove(&[0, 3], Fill::Plane);
+        assert_eq!(state.selections["s"].rows(), [2], "row 5 moved up");
         let change = state.change();
         assert_eq!(change.removed, [0, 4, 5]);
-        assert_eq!(change.placed, [3]);
+        assert_eq!(change.placed, [2]);
         assert_eq!(change.holes, [(vec![0, 4], Fill::Plane)]);
-        let motion = state.motions[state.origins[3].motion as usize];
+        let motion = state.motions[state.origins[2].motion as usize];
         assert_eq!(motion.translation, DVec3::X * 2.0);
     }
 

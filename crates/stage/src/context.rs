@@ -33,9 +33,12 @@ pub(crate) struct State {
 }
 
 /// Returned by [`Context::stop_if_dry_run`]; ends the stage with exit code 0.
-#[derive(Debug, thiserror::Error)]
+#[derive(Debug, Default, thiserror::Error)]
 #[error("dry run: nothing was done")]
-pub(crate) struct DryRun;
+pub(crate) struct DryRun {
+    /// What would come of it, as text and as JSON.
+    pub(crate) report: Option<(String, serde_json::Value)>,
+}
 
 impl Context {
     pub(crate) fn new(program: String, common: CommonArgs) -> Self {
@@ -212,7 +215,27 @@ impl Context {
     /// # Errors
     /// In a dry run, one that ends the stage with exit code 0.
     pub fn stop_if_dry_run(&self) -> anyhow::Result<()> {
-        if self.common.dry_run { Err(DryRun.into()) } else { Ok(()) }
+        if self.common.dry_run { Err(DryRun::default().into()) } else { Ok(()) }
+    }
+
+    /// As [`Self::stop_if_dry_run`], for a stage that did all its work in memory: says what would come of it.
+    ///
+    /// # Errors
+    /// In a dry run, one that ends the stage with exit code 0.
+    pub fn stop_if_dry_run_with<R: serde::Serialize + std::fmt::Display>(
+        &self,
+        report: &R,
+    ) -> anyhow::Result<()> {
+        if !self.common.dry_run {
+            return Ok(());
+        }
+        let value = serde_json::to_value(report)?;
+        Err(DryRun { report: Some((report.to_string(), value)) }.into())
+    }
+
+    /// Whether no run record is wanted, nor what only it needs.
+    pub fn skips_provenance(&self) -> bool {
+        self.common.no_provenance
     }
 
     /// Whether nothing may be written.

@@ -69,5 +69,5 @@ pub use context::Context;
 pub use error::{Explanation, OrBadInput, StageError};
 pub use exit_status::ExitStatus;
 pub use progress::Progress;
-pub use run::{INVOKED_AS_VARIABLE, main};
+pub use run::{INVOKED_AS_VARIABLE, main, main_with_schema};
 pub use stdout::Stdout;

@@ -56,6 +56,22 @@ where
     status.into()
 }
 
+/// [`main`] for a stage that reads a document of its own: `--print-schema` anywhere on the line prints its JSON Schema.
+pub fn main_with_schema<A, R>(
+    run: fn(&A, &Context) -> anyhow::Result<R>,
+    schema: fn() -> String,
+) -> ExitCode
+where
+    A: Parser + Serialize + HasCommon,
+    R: Serialize + Display,
+{
+    if std::env::args_os().skip(1).any(|argument| argument == "--print-schema") {
+        let program = format!("motes {}", A::command().get_name());
+        return print_or_fail(&program, &schema()).into();
+    }
+    main(run)
+}
+
 fn command<A: Parser>(program: &str) -> clap::Command {
     let command = A::command().version(VERSION.as_str()).max_term_width(100);
     // Only our own dispatcher's name is believed: the variable is inherited by child processes.
@@ -87,7 +103,10 @@ where
     let context = Context::new(program.to_owned(), common);
     match run(&args, &context) {
         Ok(report) => finish(&args, &report, &context, arguments),
-        Err(error) if error.is::<DryRun>() => dry_run_done(&context),
+        Err(error) if error.is::<DryRun>() => {
+            let report = error.downcast::<DryRun>().ok().and_then(|done| done.report);
+            dry_run_done(&context, report)
+        }
         Err(_) if stdout::reader_is_gone() => ExitStatus::Done,
         Err(error) => {
             context.remove_empty_folders();
@@ -191,12 +210,20 @@ fn show<R: Serialize + Display>(report: &R, context: &Context) -> Result<(), Exi
     Ok(())
 }
 
-fn dry_run_done(context: &Context) -> ExitStatus {
+fn dry_run_done(context: &Context, report: Option<(String, Value)>) -> ExitStatus {
     let outputs = context.lock().outputs.clone();
     if context.common.json {
         let outputs: Vec<_> = outputs.iter().map(|path| path.to_string_lossy()).collect();
-        let plan: Value = json!({ "dry_run": true, "outputs": outputs });
+        let mut plan: Value = json!({ "dry_run": true, "outputs": outputs });
+        if let Some((_, report)) = report {
+            plan["report"] = report;
+        }
         return print_or_fail(&context.program, &format!("{plan}\n"));
+    }
+    if let Some((text, _)) = report
+        && !context.common.quiet
+    {
+        log::print(text.trim_end());
     }
     for path in outputs {
         log::print(&format!("{}: would write {}", context.program, path.display()));

@@ -5,6 +5,7 @@
 //! crate) and nothing here computes.
 
 pub mod decomposing;
+pub mod edit;
 pub mod relight;
 pub mod selecting;
 pub mod training;

@@ -41,6 +41,7 @@ fn line_of(stage: &str) -> (&'static [&'static str], &'static str) {
         "decompose" => {
             (&["--capture", "capture.json", "--gaussians", "g.ply", "-o", "parts"], "parts")
         }
+        "edit" => (&["--gaussians", "g.ply", "--order", "-o", "edited.ply"], "edited.ply"),
         "relight" => (&["--scene", "scene", "-o", "baked.ply"], "baked.ply"),
         "segment-select" => {
             (&["--gaussians", "g.ply", "--select", "all", "-o", "picked.json"], "picked.json")

@@ -7,6 +7,7 @@ use super::ops::{InsertOp, OpDocument, SelectOp, SetMaterialOp, StylizeOp, Trans
 use super::values::{BoxDocument, ColorModeDocument, PivotDocument, SphereDocument};
 use super::{EditPlanDocument, MAX_OPS};
 use crate::error::{FormatError, Result, quoted};
+use crate::selectors::{SelectStep, Selector};
 
 /// Copies that one operation may make, and steps that one may undo.
 const MAX_COUNT: u64 = 10_000;
@@ -175,17 +176,33 @@ fn check_values(op: &OpDocument) -> std::result::Result<(), Fault> {
 }
 
 fn check_select(op: &SelectOp) -> std::result::Result<(), Fault> {
-    let given = [op.file.is_some(), op.ids.is_some(), op.r#box.is_some(), op.sphere.is_some()];
-    if given.iter().filter(|g| **g).count() != 1 {
-        let cause = "exactly one of \"file\", \"ids\", \"box\" and \"sphere\" is needed";
-        return Err((String::new(), cause.into(), None));
+    if op.steps.is_empty() {
+        return Err(("/steps".into(), "nothing is selected: there are no steps".into(), None));
     }
-    op.r#box.as_ref().map_or(Ok(()), check_box)?;
-    op.sphere.as_ref().map_or(Ok(()), check_sphere)?;
-    match &op.ids {
-        Some(ids) if ids.is_empty() => Err(("/ids".into(), "no Gaussian is named".into(), None)),
-        _ => Ok(()),
+    for (i, step) in op.steps.iter().enumerate() {
+        let SelectStep::Select(step) = step else { continue };
+        let at = |key: &str| format!("/steps/{i}/{key}");
+        match &step.selector {
+            Selector::Sphere { center, radius } => {
+                finite(&at("center"), center)?;
+                positive(&at("radius"), *radius)?;
+            }
+            Selector::Box { center, half_size, rotation } => {
+                finite(&at("center"), center)?;
+                finite(&at("half_size"), half_size)?;
+                direction(&at("rotation"), rotation)?;
+            }
+            Selector::HalfSpace { normal, point } => {
+                direction(&at("normal"), normal)?;
+                finite(&at("point"), point)?;
+            }
+            Selector::Ids { ids } if ids.is_empty() => {
+                return Err((at("ids"), "no Gaussian is named".into(), None));
+            }
+            _ => {}
+        }
     }
+    Ok(())
 }
 
 fn check_transform(op: &TransformOp) -> std::result::Result<(), Fault> {

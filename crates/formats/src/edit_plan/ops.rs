@@ -12,6 +12,7 @@ use super::values::{
     FillDocument, FitDocument, KeepDocument, OrderDocument, PivotDocument, SphereDocument,
 };
 use crate::decomposition::ConventionDocument;
+use crate::selectors::SelectStep;
 
 macro_rules! operations {
     ($($(#[$doc:meta])* $variant:ident($document:ident) = $name:literal,)*) => {
@@ -99,24 +100,19 @@ operations! {
 }
 
 /// Choose Gaussians, and give the choice a name.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SelectOp {
     /// Name for later operations. Without one the choice can be used until the next.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub id: Option<String>,
-    /// A `selection.json` of these Gaussians.
+    /// The selection that the steps start from. Default: the one made last, none before the first.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub file: Option<String>,
-    /// Rows of the Gaussians as they are now.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub ids: Option<Vec<u32>>,
-    /// Centres in a box.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub r#box: Option<BoxDocument>,
-    /// Centres in a ball.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub sphere: Option<SphereDocument>,
+    pub from: Option<String>,
+    /// What `segment-select` takes: selectors (`by`), each combined with what was chosen before it (`combine`: `set`,
+    /// `add`, `subtract`, `intersect`), and changes of the choice (`post`).
+    #[schemars(length(min = 1))]
+    pub steps: Vec<SelectStep>,
 }
 
 /// Move, rotate and scale about a pivot.
@@ -565,8 +561,10 @@ impl OpDocument {
             Self::Measure(op) => &op.target,
             Self::Render(op) => &op.target,
             Self::Stylize(op) => &op.target,
-            Self::Select(_)
-            | Self::Insert(_)
+            Self::Select(op) => {
+                return op.from.as_deref().map(|from| ("from", from)).into_iter().collect();
+            }
+            Self::Insert(_)
             | Self::SetEnvironment(_)
             | Self::Crop(_)
             | Self::DropNan(_)

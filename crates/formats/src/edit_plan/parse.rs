@@ -9,6 +9,7 @@ use super::pointer::{escaped, offset, pointer_at};
 use super::{EditPlanDocument, MAX_OPS, MAX_PLAN_BYTES, OP_NAMES, OpDocument, check_plan};
 use crate::documents::{Parsed, check_opening};
 use crate::error::{FormatError, Result, quoted};
+use crate::selectors::{PostDocument, SelectStep, SelectorStep};
 
 /// Reads and checks a plan.
 ///
@@ -126,9 +127,14 @@ pub fn parse_op(value: Value, pointer: &str, name: &Path) -> Result<OpDocument> 
                 .with_remedy(known_ops()));
         }
     };
+    let steps = keys.get("steps").cloned();
     match OpDocument::from_keys(&op, keys) {
         Some(Ok(op)) => Ok(op),
         Some(Err((path, cause))) => {
+            let cause = match (op.as_str(), steps) {
+                ("select", Some(steps)) => step_mistake(&steps).unwrap_or(cause),
+                _ => cause,
+            };
             Err(FormatError::invalid(name, format!("{pointer}{}", pointer_of(&path)), cause)
                 .with_remedy("edit --print-schema describes every operation"))
         }
@@ -137,6 +143,20 @@ pub fn parse_op(value: Value, pointer: &str, name: &Path) -> Result<OpDocument> 
             Err(FormatError::invalid(name, at_op, cause).with_remedy(known_ops()))
         }
     }
+}
+
+/// What is wrong with the first broken step: the union of both kinds of steps only says that it is
+/// neither.
+fn step_mistake(steps: &Value) -> Option<String> {
+    let broken = steps
+        .as_array()?
+        .iter()
+        .find(|step| serde_json::from_value::<SelectStep>((*step).clone()).is_err())?;
+    let error = match broken.get("post") {
+        Some(_) => serde_json::from_value::<PostDocument>(broken.clone()).err()?,
+        None => serde_json::from_value::<SelectorStep>(broken.clone()).err()?,
+    };
+    Some(error.to_string())
 }
 
 fn known_ops() -> String {

@@ -14,7 +14,7 @@ fn error(ops: &str) -> String {
 #[test]
 fn a_plan_survives() {
     let text = plan(
-        r#"{"op": "select", "id": "ball", "sphere": {"center": [0, 1, 2], "radius": 0.5}},
+        r#"{"op": "select", "id": "ball", "steps": [{"by": "sphere", "center": [0, 1, 2], "radius": 0.5}, {"post": "grow", "distance": 0.1}]},
            {"op": "transform", "target": "ball", "translate": [0.02, 0.34, 0], "pivot": "base"},
            {"op": "transform", "rotate_axis": {"axis": [0, 0, 2], "deg": 30}, "pivot": [1, 2, 3]},
            {"op": "set_material", "name": "brass", "roughness": 0.2},
@@ -34,7 +34,7 @@ fn a_plan_survives() {
 
 #[test]
 fn every_mistake_has_a_pointer() {
-    let select = r#"{"op": "select", "id": "a", "ids": [1]}"#;
+    let select = r#"{"op": "select", "id": "a", "steps": [{"by": "ids", "ids": [1]}]}"#;
     for (ops, place) in [
         (r#"{"op": "explode"}"#, "/ops/0/op"),
         (r#"{"target": "all"}"#, "/ops/0/op"),
@@ -48,7 +48,13 @@ fn every_mistake_has_a_pointer() {
         (r#"{"op": "transform", "rotate_quaternion": [0, 0, 0, 0]}"#, "/ops/0/rotate_quaternion"),
         (r#"{"op": "transform", "translat": [0, 1, 2]}"#, "/ops/0"),
         (r#"{"op": "delete", "target": "a"}"#, "/ops/0/target"),
-        (r#"{"op": "select", "ids": []}"#, "/ops/0/ids"),
+        (r#"{"op": "select", "steps": [{"by": "ids", "ids": []}]}"#, "/ops/0/steps/0/ids"),
+        (r#"{"op": "select", "steps": [{"by": "all"}, {"by": "magic"}]}"#, "/ops/0/steps/1"),
+        (
+            r#"{"op": "select", "steps": [{"by": "sphere", "center": [0, 0, 0], "radius": 0}]}"#,
+            "/ops/0/steps/0/radius",
+        ),
+        (r#"{"op": "select", "from": "x", "steps": [{"post": "invert"}]}"#, "/ops/0/from"),
         (r#"{"op": "select"}"#, "/ops/0"),
         (r#"{"op": "duplicate", "translate": [1, 0, 0], "count": 1000000000}"#, "/ops/0/count"),
         (r#"{"op": "recolor", "rgb_linear": [0, 2, 0]}"#, "/ops/0/rgb_linear/1"),
@@ -67,6 +73,8 @@ fn every_mistake_has_a_pointer() {
         let text = error(ops);
         assert!(text.contains(&format!("({place}")), "{ops}: {text}");
     }
+    let text = error(r#"{"op": "select", "steps": [{"by": "magic"}]}"#);
+    assert!(text.contains("unknown variant `magic`"), "{text}");
     assert!(error(r#"{"op": "explode"}"#).contains("help: the operations are select, transform"));
     assert!(error(&format!(r#"{{"op": "delete", "target": "a"}}, {select}"#)).contains("later"));
 }

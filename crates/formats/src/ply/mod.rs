@@ -7,6 +7,7 @@
 
 mod gaussians;
 mod header;
+mod mesh;
 mod plan;
 mod points;
 mod rows;
@@ -23,6 +24,7 @@ use motes_scene::ExposureResponse;
 use crate::error::{FormatError, Result};
 
 pub use gaussians::{GaussianFile, open_gaussians, read_gaussians, read_gaussians_from};
+pub use mesh::{has_faces, read_mesh};
 pub use points::{read_points, read_points_from, write_points, write_points_to};
 pub use surface::{read_surface, read_surface_from, write_surface, write_surface_to};
 pub use write::{PlyWriteOptions, write_gaussians, write_gaussians_to};

@@ -15,3 +15,4 @@ pub use pictures::{PictureJob, write_pictures};
 pub use products::{write_baked, write_scene};
 pub use report::{Outcome, Product, RelightReport};
 pub use scene::LoadedScene;
+pub(crate) use scene::convention;

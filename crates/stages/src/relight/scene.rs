@@ -72,7 +72,7 @@ impl LoadedScene {
 }
 
 /// Axes of a map as the library names them.
-pub(super) fn convention(document: ConventionDocument) -> Convention {
+pub(crate) fn convention(document: ConventionDocument) -> Convention {
     match document {
         ConventionDocument::Openexr => Convention::OpenExr,
         ConventionDocument::Blender => Convention::Blender,

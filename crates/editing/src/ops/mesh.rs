@@ -1,0 +1,182 @@
+//! Gaussians on the surface of a mesh.
+//!
+//! Points are spread by area: the i-th of `n` lies where the cumulated area is `(i + 1/2) / n` of all, at
+//! barycentric coordinates from the R2 sequence (Roberts 2018), so that neither clumps nor gaps arise. Each carries a flat
+//! Gaussian as wide as the spacing of the points.
+
+use glam::{DQuat, DVec3, Vec3};
+use motes_math::sh::SH_C0;
+use motes_math::srgb;
+use motes_scene::{Gaussians, Materials, Surface};
+
+/// Standard deviation over the spacing of the points: neighbours overlap without a gap.
+const WIDTH: f64 = 0.7;
+/// Thickness over width.
+const THINNESS: f64 = 0.05;
+/// Opacity 0.982.
+const OPACITY_LOGIT: f32 = 4.0;
+/// Spacing over the diagonal, when no number is given.
+const SPACING: f64 = 1.0 / 120.0;
+/// Numbers when none is given.
+const DEFAULT_COUNT: std::ops::RangeInclusive<f64> = 2_000.0..=200_000.0;
+/// Reflectance of a mesh that does not say.
+const GREY: [f32; 3] = [0.5; 3];
+
+/// Gaussians of degree 0 with material columns on a mesh; shown colours are the encoded base colors. A mesh without
+/// area gives none.
+pub fn gaussians_on(mesh: &Surface, count: Option<usize>) -> Gaussians {
+    let corner = |t: &[u32; 3], k: usize| Vec3::from(mesh.vertices[t[k] as usize]).as_dvec3();
+    let mut total = 0.0;
+    let cumulated: Vec<f64> = mesh
+        .triangles
+        .iter()
+        .map(|t| {
+            let area =
+                0.5 * (corner(t, 1) - corner(t, 0)).cross(corner(t, 2) - corner(t, 0)).length();
+            total += if area.is_finite() { area } else { 0.0 };
+            total
+        })
+        .collect();
+    let mut gaussians = Gaussians::empty(0);
+    let mut materials = Materials::default();
+    if !(total > 0.0) {
+        materials.attach(&mut gaussians);
+        return gaussians;
+    }
+    let n = count.unwrap_or_else(|| default_count(mesh, total));
+    let width = WIDTH * (total / n as f64).sqrt();
+    let (long, thin) = (width.ln() as f32, (width * THINNESS).ln() as f32);
+    for i in 0..n {
+        let area = (i as f64 + 0.5) / n as f64 * total;
+        let t = cumulated.partition_point(|sum| *sum < area).min(cumulated.len() - 1);
+        let triangle = &mesh.triangles[t];
+        let [u, v] = barycentrics(i);
+        let weights = [1.0 - u - v, u, v];
+        let mixed = |values: &[[f32; 3]]| {
+            (0..3)
+                .map(|k| Vec3::from(values[triangle[k] as usize]).as_dvec3() * weights[k])
+                .sum::<DVec3>()
+        };
+        let mean = |values: &[f32]| {
+            (0..3).map(|k| f64::from(values[triangle[k] as usize]) * weights[k]).sum::<f64>() as f32
+        };
+        let face = (corner(triangle, 1) - corner(triangle, 0))
+            .cross(corner(triangle, 2) - corner(triangle, 0))
+            .normalize_or(DVec3::Z);
+        let q = DQuat::from_rotation_arc(DVec3::Z, face);
+        let base = match mesh.has_materials() {
+            true => mixed(&mesh.base_color_linear).as_vec3().to_array(),
+            false => GREY,
+        };
+        gaussians.means.push(mixed(&mesh.vertices).as_vec3().to_array());
+        gaussians.rotations.push([q.w, q.x, q.y, q.z].map(|v| v as f32));
+        gaussians.log_scales.push([long, long, thin]);
+        gaussians.opacity_logits.push(OPACITY_LOGIT);
+        gaussians.sh.extend(base.map(|v| (srgb::encode(v) - 0.5) / SH_C0 as f32));
+        materials.normals.push(mixed(&mesh.normals).normalize_or(face).as_vec3().to_array());
+        materials.base_color_linear.push(base);
+        materials.roughness.push(if mesh.has_materials() { mean(&mesh.roughness) } else { 0.6 });
+        materials.metallic.push(if mesh.has_materials() { mean(&mesh.metallic) } else { 0.0 });
+        materials.visibility.push(1.0);
+        materials.observations.push(0);
+    }
+    materials.attach(&mut gaussians);
+    gaussians
+}
+
+fn default_count(mesh: &Surface, area: f64) -> usize {
+    let points = mesh.vertices.iter().map(|v| Vec3::from(*v).as_dvec3());
+    let (low, high) =
+        points.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)));
+    let spacing = SPACING * (high - low).length();
+    (area / (spacing * spacing)).clamp(*DEFAULT_COUNT.start(), *DEFAULT_COUNT.end()) as usize
+}
+
+/// The i-th point of the R2 sequence, folded into the triangle.
+fn barycentrics(i: usize) -> [f64; 2] {
+    /// Reciprocals of the plastic number and its square.
+    const STEP: [f64; 2] = [0.754_877_666_246_693, 0.569_840_290_998_053_3];
+    let [u, v] = STEP.map(|s| (0.5 + s * i as f64).fract());
+    if u + v > 1.0 { [1.0 - u, 1.0 - v] } else { [u, v] }
+}
+
+/// A surface for rays to meet where an asset brings none: a square per opaque Gaussian, in the plane of its two longer
+/// axes. It casts shadows; it is not smooth enough to be looked at.
+pub fn surface_of(gaussians: &Gaussians, materials: &Materials) -> Surface {
+    /// Half the side over the standard deviation: the square has the area of the disc that is more opaque than
+    /// half its peak.
+    const HALF_SIDE: f64 = 1.04;
+    let mut surface = Surface::default();
+    for row in 0..gaussians.len() {
+        // Fainter ones do not block half of the light.
+        if !(gaussians.opacity_logits[row] > 0.0) {
+            continue;
+        }
+        let mut axes = [0, 1, 2];
+        let scales = gaussians.log_scales[row].map(|s| f64::from(s).exp());
+        axes.sort_by(|a, b| scales[*b].total_cmp(&scales[*a]));
+        let [w, x, y, z] = gaussians.rotations[row].map(f64::from);
+        let q = DQuat::from_xyzw(x, y, z, w).normalize();
+        let center = DVec3::from_array(gaussians.means[row].map(f64::from));
+        let normal = Vec3::from(materials.normals[row]).as_dvec3();
+        let u = q * DVec3::AXES[axes[0]] * (HALF_SIDE * scales[axes[0]]);
+        let mut v = q * DVec3::AXES[axes[1]] * (HALF_SIDE * scales[axes[1]]);
+        if u.cross(v).dot(normal) < 0.0 {
+            v = -v;
+        }
+        if !(center + u + v).is_finite() {
+            continue;
+        }
+        let first = surface.vertices.len() as u32;
+        for corner in [-u - v, u - v, u + v, -u + v] {
+            surface.vertices.push((center + corner).as_vec3().to_array());
+            surface.normals.push(materials.normals[row]);
+            surface.base_color_linear.push(materials.base_color_linear[row]);
+            surface.roughness.push(materials.roughness[row]);
+            surface.metallic.push(materials.metallic[row]);
+        }
+        surface.triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
+    }
+    surface
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn square() -> Surface {
+        Surface {
+            vertices: vec![[0.0; 3], [2.0, 0.0, 0.0], [2.0, 2.0, 0.0], [0.0, 2.0, 0.0]],
+            normals: vec![[0.0, 0.0, 1.0]; 4],
+            triangles: vec![[0, 1, 2], [0, 2, 3]],
+            base_color_linear: vec![[0.2, 0.4, 0.6]; 4],
+            roughness: vec![0.3; 4],
+            metallic: vec![1.0; 4],
+        }
+    }
+
+    #[test]
+    fn points_cover_the_square_evenly() {
+        let gaussians = gaussians_on(&square(), Some(400));
+        assert!(gaussians.is_consistent() && gaussians.len() == 400);
+        let mut cells = [0; 16];
+        for [x, y, z] in &gaussians.means {
+            assert!((0.0..=2.0).contains(x) && (0.0..=2.0).contains(y) && *z == 0.0);
+            cells[(x * 2.0) as usize % 4 + 4 * ((y * 2.0) as usize % 4)] += 1;
+        }
+        assert!(cells.iter().all(|n| (15..=35).contains(n)), "{cells:?}");
+        let materials = Materials::of(&gaussians).unwrap();
+        assert_eq!((materials.metallic[7], materials.normals[7]), (1.0, [0.0, 0.0, 1.0]));
+        assert!(gaussians_on(&Surface::default(), None).is_empty());
+    }
+
+    #[test]
+    fn squares_have_about_the_area_that_blocks_light() {
+        let gaussians = gaussians_on(&square(), Some(400));
+        let surface = surface_of(&gaussians, &Materials::of(&gaussians).unwrap());
+        assert!(surface.is_consistent() && surface.triangles.len() == 800);
+        let side = Vec3::from(surface.vertices[0]).distance(Vec3::from(surface.vertices[1]));
+        // 1.46 spacings: neighbouring squares overlap, so no light leaks.
+        assert!((side - 2.0 * 1.04 * 0.7 * 0.1).abs() < 1e-3, "{side}");
+    }
+}

@@ -1,0 +1,599 @@
+//! Operations one after another.
+
+use std::collections::BTreeMap;
+
+use glam::{DQuat, DVec3, EulerRot};
+use motes_formats::edit_plan::{
+    AlignDocument, ColorChangeDocument, ColorModeDocument, CropOp, DecimateOp, DuplicateOp,
+    EditPlanDocument, EditRecord, FillDocument, FitDocument, InsertOp, KeepDocument, OpDocument,
+    PivotDocument, PivotName, RenderOp, SetMaterialOp, SkipRecord, StepRecord, SwapOp, TransformOp,
+    op_pointer,
+};
+use motes_scene::Selection;
+
+use super::asset::{AssetRequest, load_asset};
+use super::light::set_environment;
+use super::prepare::{Prepared, absolute};
+use super::preview::{Preview, orbit_camera, picture, whole_extent};
+use super::select::select;
+use super::{EditError, Resources};
+use crate::ops::color::{ColorChange, ColorMode};
+use crate::ops::insert::{AssetSize, InsertNotes, insert};
+use crate::ops::material::{MaterialChange, MaterialOutcome, set_material};
+use crate::ops::materials::material_named;
+use crate::ops::measure::{Extent, mean_color_linear};
+use crate::ops::{
+    clean, clusters, decimate, delete, duplicate, floaters, ground, order, transform,
+};
+use crate::{EditState, Fill, Similarity};
+
+/// More Gaussians than a file can hold, or than a mistake should make.
+const MAX_GAUSSIANS: usize = 200_000_000;
+/// Key of selections without a name.
+const UNNAMED: &str = "";
+
+/// What came of a plan.
+#[derive(Clone, Debug, Default)]
+pub struct Edited {
+    /// The plan as it was executed: files by absolute path.
+    pub executed: Vec<OpDocument>,
+    /// What was applied and what was not.
+    pub record: EditRecord,
+    /// Pictures that the plan asked for.
+    pub previews: Vec<Preview>,
+}
+
+/// What came of an operation.
+enum Outcome {
+    Applied(u64, BTreeMap<String, Option<f64>>),
+    Skipped(String),
+}
+
+fn applied(gaussians: usize) -> Result<Outcome, EditError> {
+    Ok(Outcome::Applied(gaussians as u64, BTreeMap::new()))
+}
+
+fn skipped(why: &str) -> Result<Outcome, EditError> {
+    Ok(Outcome::Skipped(why.to_owned()))
+}
+
+/// Applies a plan that was [prepared](super::prepare).
+///
+/// # Errors
+/// A target is empty, a selection is stale, a file is broken, or the user asked to stop.
+pub fn run_plan(
+    plan: &EditPlanDocument,
+    prepared: &Prepared,
+    state: &mut EditState,
+    resources: &Resources<'_>,
+) -> Result<Edited, EditError> {
+    if let Some(up) = plan.up_in_world {
+        state.up_in_world = DVec3::from_array(up).normalize_or(DVec3::Z);
+    }
+    let mut run = Run { resources, warnings: Vec::new(), previews: Vec::new() };
+    let mut record = EditRecord::default();
+    for (taken, by) in &prepared.undone {
+        let (at, op) = (op_pointer(*taken), plan.ops[*taken].name().into());
+        record.skipped.push(SkipRecord {
+            at,
+            op,
+            why: format!("taken back by {}", op_pointer(*by)),
+        });
+    }
+    for &i in &prepared.effective {
+        if (resources.stopped)() {
+            return Err(EditError::Stopped);
+        }
+        let (at, op) = (op_pointer(i), plan.ops[i].name().to_owned());
+        match run.apply(&plan.ops[i], state, &at)? {
+            Outcome::Applied(gaussians, numbers) => {
+                let total = state.len() as u64;
+                record.applied.push(StepRecord { at, op, gaussians, total, numbers });
+            }
+            Outcome::Skipped(why) => record.skipped.push(SkipRecord { at, op, why }),
+        }
+    }
+    record.warnings = run.warnings;
+    let executed = plan.ops.iter().map(|op| absolute(op, resources.folder)).collect();
+    Ok(Edited { executed, record, previews: run.previews })
+}
+
+struct Run<'a> {
+    resources: &'a Resources<'a>,
+    warnings: Vec<String>,
+    previews: Vec<Preview>,
+}
+
+impl Run<'_> {
+    fn warn(&mut self, at: &str, text: impl AsRef<str>) {
+        self.warnings.push(format!("{} ({at})", text.as_ref()));
+    }
+
+    fn apply(
+        &mut self,
+        op: &OpDocument,
+        state: &mut EditState,
+        at: &str,
+    ) -> Result<Outcome, EditError> {
+        match op {
+            OpDocument::Select(op) => {
+                let selection = select(state, op, self.resources, at)?;
+                let count = selection.count();
+                if count == 0 {
+                    return Err(EditError::plan(format!("{at}/steps"), "the selection is empty"));
+                }
+                keep(state, op.id.as_deref(), selection);
+                applied(count)
+            }
+            OpDocument::Transform(op) => self.transform(op, state, at),
+            OpDocument::Duplicate(op) => self.duplicate(op, state, at),
+            OpDocument::Delete(op) => {
+                if op.target.is_none() && state.current.is_none() {
+                    return Err(EditError::plan(format!("{at}/target"), "nothing was selected")
+                        .remedy(
+                            "select first: a whole scene is not deleted by leaving something out",
+                        ));
+                }
+                let rows = rows_of(state, op.target.as_deref(), at)?;
+                delete::delete(state, &rows, fill(op.fill));
+                self.unlit(state, at, "the place that was uncovered keeps its old light");
+                applied(rows.len())
+            }
+            OpDocument::Extract(op) => {
+                let rows = rows_of(state, op.target.as_deref(), at)?;
+                let others = delete::other_rows(&rows, state.len());
+                state.remove(&others, Fill::None);
+                applied(rows.len())
+            }
+            OpDocument::Insert(op) => self.insert(op, state, at),
+            OpDocument::Swap(op) => self.swap(op, state, at),
+            OpDocument::Recolor(op) => {
+                let base_color = Some(color(op.mode, op.rgb_linear));
+                let change = MaterialChange { base_color, ..MaterialChange::default() };
+                let rows = rows_of(state, op.target.as_deref(), at)?;
+                set_material(state, &rows, &change);
+                applied(rows.len())
+            }
+            OpDocument::SetMaterial(op) => self.set_material(op, state, at),
+            OpDocument::SetEnvironment(op) => match &mut state.parts {
+                None => skipped("a plain splat has its light in its colours: decompose it first"),
+                Some(parts) => {
+                    set_environment(parts, op, state.up_in_world, self.resources, at)?;
+                    applied(state.len())
+                }
+            },
+            OpDocument::ShadowCatcher(op) => {
+                let rows = match &op.target {
+                    Some(target) => rows_of(state, Some(target), at)?,
+                    None => ground::find_ground(&state.gaussians, state.up_in_world)
+                        .map(|found| ground::rows_on(&state.gaussians, &found))
+                        .unwrap_or_default(),
+                };
+                if rows.is_empty() {
+                    return Err(EditError::plan(at, "there is no ground for shadows to fall on")
+                        .remedy("select what catches shadows and name it as \"target\""));
+                }
+                ground::mark_catcher(state, &rows);
+                applied(rows.len())
+            }
+            OpDocument::Crop(op) => self.crop(op, state, at),
+            OpDocument::RemoveFloaters(op) => {
+                let rows = rows_of(state, op.target.as_deref(), at)?;
+                let found = floaters::floaters(state, &rows, op.neighbours as usize, op.deviations);
+                self.remove_found(state, &found, "nothing hangs far from the others", at)
+            }
+            OpDocument::KeepLargest(op) => {
+                let rows = rows_of(state, op.target.as_deref(), at)?;
+                let found = clusters::outside_largest(state, &rows, op.reach);
+                self.remove_found(state, &found, "all of it is one cluster", at)
+            }
+            OpDocument::DropNan(_) => match clean::drop_nan(state) {
+                0 => skipped("all values are numbers"),
+                n => applied(n),
+            },
+            OpDocument::Decimate(op) => self.decimate(op, state, at),
+            OpDocument::Order(_) => {
+                order::morton_order(state);
+                applied(state.len())
+            }
+            OpDocument::ShReduce(op) => match clean::sh_reduce(state, op.degree) {
+                true => applied(state.len()),
+                false => skipped("there are no bands above this degree"),
+            },
+            OpDocument::Measure(op) => measure(state, op.target.as_deref(), at),
+            OpDocument::Render(op) => self.render(op, state, at),
+            OpDocument::Stylize(_) => skipped("stylize is applied by the stage"),
+            OpDocument::Undo(_) => skipped("undo was resolved before"),
+        }
+    }
+
+    /// Says on a plain splat that light does not follow.
+    fn unlit(&mut self, state: &EditState, at: &str, what: &str) {
+        if state.parts.is_none() {
+            self.warn(at, format!("a plain splat has its light in its colours: {what}"));
+        }
+    }
+
+    fn transform(
+        &mut self,
+        op: &TransformOp,
+        state: &mut EditState,
+        at: &str,
+    ) -> Result<Outcome, EditError> {
+        let rows = rows_of(state, op.target.as_deref(), at)?;
+        let rotation = rotation_of(op);
+        let scale = op.scale.unwrap_or(1.0);
+        let about_pivot = rotation != DQuat::IDENTITY || scale != 1.0;
+        let pivot = match op.pivot.unwrap_or_default() {
+            _ if !about_pivot => DVec3::ZERO,
+            PivotDocument::Point(p) => DVec3::from_array(p),
+            PivotDocument::Named(PivotName::Origin) => DVec3::ZERO,
+            PivotDocument::Named(PivotName::Centroid) => extent_of(state, &rows, at)?.centroid,
+            PivotDocument::Named(PivotName::Base) => extent_of(state, &rows, at)?.base(),
+        };
+        let shift = DVec3::from_array(op.translate.unwrap_or_default());
+        let motion = Similarity::about(pivot, rotation, scale, shift);
+        if motion.is_identity() {
+            return skipped("nothing would move");
+        }
+        if rows.len() < state.len() {
+            state.vacate(&rows, fill(op.fill));
+            self.unlit(state, at, "shadows stay where they were");
+        }
+        transform::transform(state, &rows, &motion);
+        applied(rows.len())
+    }
+
+    fn duplicate(
+        &mut self,
+        op: &DuplicateOp,
+        state: &mut EditState,
+        at: &str,
+    ) -> Result<Outcome, EditError> {
+        let rows = rows_of(state, op.target.as_deref(), at)?;
+        let copies = rows.len().saturating_mul(op.count as usize);
+        if state.len().saturating_add(copies) > MAX_GAUSSIANS {
+            let cause = format!("{copies} copies are more than {MAX_GAUSSIANS} Gaussians");
+            return Err(EditError::plan(format!("{at}/count"), cause));
+        }
+        let step = DVec3::from_array(op.translate);
+        let selection = duplicate::duplicate(state, &rows, step, op.count as usize);
+        keep(state, op.name.as_deref(), selection);
+        self.unlit(state, at, "the copies cast no shadow");
+        applied(copies)
+    }
+
+    fn insert(
+        &mut self,
+        op: &InsertOp,
+        state: &mut EditState,
+        at: &str,
+    ) -> Result<Outcome, EditError> {
+        let path = self.resources.file(&op.file);
+        let asset = load_asset(
+            &AssetRequest {
+                path: &path,
+                name: &op.file,
+                up: op.up,
+                count: op.gaussians,
+                material: op.material.as_deref(),
+            },
+            at,
+        )?;
+        let size = match op.height {
+            Some(height) => AssetSize::Height(height),
+            None => AssetSize::Factor(op.scale.unwrap_or(1.0)),
+        };
+        let placement = match op.align {
+            AlignDocument::None => {
+                let turn = DQuat::from_axis_angle(state.up_in_world, op.rotate_deg.to_radians());
+                let shift = DVec3::from_array(op.at.unwrap_or_default());
+                let scale = match (size, asset.extent()) {
+                    (AssetSize::Factor(factor), _) => factor,
+                    (AssetSize::Height(height), Some(extent)) => height / extent.height(),
+                    _ => 1.0,
+                };
+                Some(Similarity::about(DVec3::ZERO, turn, scale, shift))
+                    .filter(|_| scale.is_finite())
+            }
+            AlignDocument::Ground => {
+                let to = op.at.map_or_else(|| self.free_ground(state, at), DVec3::from_array);
+                asset.placement(to, state.up_in_world, op.rotate_deg, size)
+            }
+        };
+        let placement = placement.ok_or_else(|| flat(at))?;
+        let (selection, notes) = insert(state, asset, &placement);
+        self.tell(&notes, state, at);
+        let n = selection.count();
+        keep(state, op.name.as_deref(), selection);
+        applied(n)
+    }
+
+    /// On the ground below the middle of the scene.
+    fn free_ground(&mut self, state: &EditState, at: &str) -> DVec3 {
+        let up = state.up_in_world;
+        let middle = whole_extent(&state.gaussians, up).map_or(DVec3::ZERO, |e| e.base());
+        match ground::find_ground(&state.gaussians, up) {
+            Some(found) => middle + up * (found.height - middle.dot(up)),
+            None => {
+                self.warn(at, "no ground was found: it stands at the bottom of the scene");
+                middle
+            }
+        }
+    }
+
+    fn swap(&mut self, op: &SwapOp, state: &mut EditState, at: &str) -> Result<Outcome, EditError> {
+        let rows = rows_of(state, op.target.as_deref(), at)?;
+        let old = extent_of(state, &rows, at)?;
+        let path = self.resources.file(&op.file);
+        let asset = load_asset(
+            &AssetRequest {
+                path: &path,
+                name: &op.file,
+                up: op.up,
+                count: op.gaussians,
+                material: op.material.as_deref(),
+            },
+            at,
+        )?;
+        let size = match op.fit {
+            FitDocument::Height => AssetSize::Height(old.height()),
+            FitDocument::Footprint => AssetSize::Footprint(old.footprint()),
+            FitDocument::None => AssetSize::Factor(1.0),
+        };
+        let placement = asset
+            .placement(old.base(), state.up_in_world, op.rotate_deg, size)
+            .ok_or_else(|| flat(at))?;
+        delete::delete(state, &rows, fill(op.fill));
+        let (selection, notes) = insert(state, asset, &placement);
+        self.tell(&notes, state, at);
+        let n = selection.count();
+        keep(state, op.name.as_deref(), selection);
+        applied(n)
+    }
+
+    fn tell(&mut self, notes: &InsertNotes, state: &EditState, at: &str) {
+        if notes.guessed_material {
+            self.warn(
+                at,
+                "what was inserted has no material: its colours are taken for base colors",
+            );
+        }
+        if notes.guessed_surface {
+            self.warn(
+                at,
+                "what was inserted has no surface: squares stand for it, which cast its shadow",
+            );
+        }
+        if !notes.filled_columns.is_empty() {
+            let names = notes.filled_columns.join(", ");
+            self.warn(at, format!("columns that only one side has are zero on the other: {names}"));
+        }
+        self.unlit(state, at, "what was inserted keeps its own and casts no shadow");
+    }
+
+    fn set_material(
+        &mut self,
+        op: &SetMaterialOp,
+        state: &mut EditState,
+        at: &str,
+    ) -> Result<Outcome, EditError> {
+        let rows = rows_of(state, op.target.as_deref(), at)?;
+        let mut change = MaterialChange::default();
+        if let Some(material) = op.name.as_deref().and_then(material_named) {
+            let rgb_linear = material.base_color_linear;
+            change.base_color = Some(ColorChange { mode: ColorMode::Replace, rgb_linear });
+            (change.roughness, change.metallic) =
+                (Some(material.roughness), Some(material.metallic));
+        }
+        if let Some(ColorChangeDocument { mode, rgb_linear }) = op.base_color {
+            change.base_color = Some(color(mode, rgb_linear));
+        }
+        change.roughness = op.roughness.map(|v| v as f32).or(change.roughness);
+        change.metallic = op.metallic.map(|v| v as f32).or(change.metallic);
+        match set_material(state, &rows, &change) {
+            MaterialOutcome::Columns => applied(rows.len()),
+            MaterialOutcome::Shown if change.base_color.is_none() => {
+                skipped("a plain splat has no roughness and no metallic: decompose it first")
+            }
+            MaterialOutcome::Shown => {
+                self.unlit(state, at, "only the colour changed, not how it reflects");
+                applied(rows.len())
+            }
+        }
+    }
+
+    fn crop(&mut self, op: &CropOp, state: &mut EditState, at: &str) -> Result<Outcome, EditError> {
+        let inside = match (&op.r#box, &op.sphere) {
+            (Some(b), _) => {
+                delete::rows_in_box(state, DVec3::from_array(b.min), DVec3::from_array(b.max))
+            }
+            (_, Some(s)) => delete::rows_in_sphere(state, DVec3::from_array(s.center), s.radius),
+            _ => Vec::new(),
+        };
+        let outside = delete::other_rows(&inside, state.len());
+        let (kept, gone) = match op.keep {
+            KeepDocument::Inside => (inside, outside),
+            KeepDocument::Outside => (outside, inside),
+        };
+        if kept.is_empty() {
+            return Err(EditError::plan(at, "nothing would be left")
+                .remedy("the report of \"measure\" says where the Gaussians are"));
+        }
+        self.remove_found(state, &gone, "nothing lies on the side that goes", at)
+    }
+
+    fn remove_found(
+        &mut self,
+        state: &mut EditState,
+        rows: &[u32],
+        none: &str,
+        _at: &str,
+    ) -> Result<Outcome, EditError> {
+        if rows.is_empty() {
+            return skipped(none);
+        }
+        state.remove(rows, Fill::None);
+        applied(rows.len())
+    }
+
+    fn decimate(
+        &mut self,
+        op: &DecimateOp,
+        state: &mut EditState,
+        at: &str,
+    ) -> Result<Outcome, EditError> {
+        let rows = rows_of(state, op.target.as_deref(), at)?;
+        if op.count >= rows.len() as u64 {
+            return skipped("there are no more than that");
+        }
+        let left = decimate::decimate(state, &rows, op.count as usize);
+        if left as u64 > op.count {
+            self.warn(at, format!("{left} are left: the others have values that are no numbers"));
+        }
+        applied(rows.len() - left)
+    }
+
+    fn render(&mut self, op: &RenderOp, state: &EditState, at: &str) -> Result<Outcome, EditError> {
+        let size = op.size as usize;
+        let camera = match (&op.view, self.resources.capture) {
+            (Some(_), None) => {
+                let cause = "a view of a capture needs a capture";
+                return Err(EditError::plan(format!("{at}/view"), cause).remedy("give --capture"));
+            }
+            (Some(name), Some((capture, _))) => {
+                let stem = |n: &str| n.rsplit_once('.').map_or(n.to_owned(), |(s, _)| s.to_owned());
+                let found =
+                    capture.views.iter().find(|v| v.name == *name || stem(&v.name) == *name);
+                let view = found.ok_or_else(|| {
+                    EditError::plan(format!("{at}/view"), format!("there is no view \"{name}\""))
+                })?;
+                let full = capture.cameras[view.camera].as_pinhole().ok_or_else(|| {
+                    EditError::plan(format!("{at}/view"), "the camera of this view is no pinhole")
+                })?;
+                let factor = size as f64 / full.width.max(full.height) as f64;
+                let side = |n: usize| ((n as f64 * factor).round() as usize).max(1);
+                (full.resized(side(full.width), side(full.height)), view.camera_from_world)
+            }
+            (None, _) => {
+                let extent = match (&op.target, &state.current) {
+                    (None, None) => whole_extent(&state.gaussians, state.up_in_world),
+                    (target, _) => {
+                        let rows = rows_of(state, target.as_deref(), at)?;
+                        Some(extent_of(state, &rows, at)?)
+                    }
+                };
+                extent
+                    .and_then(|e| orbit_camera(&e, op.azimuth_deg, op.elevation_deg, size))
+                    .ok_or_else(|| EditError::plan(at, "there is nothing to look at"))?
+            }
+        };
+        let image = picture(&state.gaussians, self.resources.antialias, &camera.0, &camera.1);
+        let number = self.previews.len();
+        let file = op.file.clone().unwrap_or_else(|| format!("preview-{number:03}.png"));
+        let plain = !file.contains(['/', '\\']) && file.to_ascii_lowercase().ends_with(".png");
+        if !plain || self.previews.iter().any(|p| p.file == file) {
+            let cause = format!("\"{file}\" is no new name of a PNG file without folders");
+            return Err(EditError::plan(format!("{at}/file"), cause));
+        }
+        self.previews.push(Preview { file, image });
+        applied(state.len())
+    }
+}
+
+/// Makes a selection the current one; without a name it lives until the next.
+fn keep(state: &mut EditState, name: Option<&str>, selection: Selection) {
+    let name = name.unwrap_or(UNNAMED).to_owned();
+    state.selections.insert(name.clone(), selection);
+    state.current = Some(name);
+}
+
+/// The rows that an operation is about; never none.
+fn rows_of(state: &EditState, target: Option<&str>, at: &str) -> Result<Vec<u32>, EditError> {
+    let rows = match target.or(state.current.as_deref()) {
+        None | Some("all") => (0..state.len() as u32).collect(),
+        Some(name) => state.selections.get(name).map(Selection::rows).unwrap_or_default(),
+    };
+    if rows.is_empty() {
+        let cause = match target {
+            Some(name) => format!("the selection \"{name}\" is empty now"),
+            None => "nothing is selected any more".to_owned(),
+        };
+        return Err(EditError::plan(format!("{at}/target"), cause)
+            .remedy("what was selected is gone: select again"));
+    }
+    Ok(rows)
+}
+
+fn extent_of(state: &EditState, rows: &[u32], at: &str) -> Result<Extent, EditError> {
+    Extent::of(&state.gaussians, rows, state.up_in_world).ok_or_else(|| {
+        EditError::plan(format!("{at}/target"), "no centre of the target is a number")
+            .remedy("drop_nan comes first")
+    })
+}
+
+fn flat(at: &str) -> EditError {
+    EditError::plan(format!("{at}/file"), "it has no height, so it cannot be scaled to one")
+        .remedy("give \"up\", or another \"fit\"")
+}
+
+fn fill(document: FillDocument) -> Fill {
+    match document {
+        FillDocument::None => Fill::None,
+        FillDocument::Plane => Fill::Plane,
+        FillDocument::Patch => Fill::Patch,
+    }
+}
+
+fn color(mode: ColorModeDocument, rgb_linear: [f64; 3]) -> ColorChange {
+    let mode = match mode {
+        ColorModeDocument::Tint => ColorMode::Tint,
+        ColorModeDocument::Gain => ColorMode::Gain,
+        ColorModeDocument::Replace => ColorMode::Replace,
+    };
+    ColorChange { mode, rgb_linear: rgb_linear.map(|v| v as f32) }
+}
+
+fn rotation_of(op: &TransformOp) -> DQuat {
+    if let Some(rotation) = &op.rotate_axis {
+        let axis = DVec3::from_array(rotation.axis).normalize_or(DVec3::Z);
+        return DQuat::from_axis_angle(axis, rotation.deg.to_radians());
+    }
+    if let Some([x, y, z]) = op.rotate_euler_deg.map(|e| e.map(f64::to_radians)) {
+        // About the world's x first: the rightmost factor acts first.
+        return DQuat::from_euler(EulerRot::ZYX, z, y, x);
+    }
+    match op.rotate_quaternion {
+        Some([w, x, y, z]) => DQuat::from_xyzw(x, y, z, w).normalize(),
+        None => DQuat::IDENTITY,
+    }
+}
+
+fn measure(state: &EditState, target: Option<&str>, at: &str) -> Result<Outcome, EditError> {
+    let rows = rows_of(state, target, at)?;
+    let mut numbers = BTreeMap::new();
+    let mut put = |name: &str, value: f64| {
+        numbers.insert(name.to_owned(), Some(value).filter(|v| v.is_finite()));
+    };
+    if let Some(extent) = Extent::of(&state.gaussians, &rows, state.up_in_world) {
+        let base = extent.base();
+        for (name, p) in [
+            ("min", extent.min),
+            ("max", extent.max),
+            ("centroid", extent.centroid),
+            ("base", base),
+        ] {
+            for (axis, value) in ["x", "y", "z"].into_iter().zip(p.to_array()) {
+                put(&format!("{name}_{axis}"), value);
+            }
+        }
+        put("height", extent.height());
+        put("footprint", extent.footprint());
+    }
+    if let Some(color) = mean_color_linear(&state.gaussians, &rows) {
+        for (channel, value) in ["r", "g", "b"].into_iter().zip(color) {
+            put(&format!("mean_linear_{channel}"), value);
+        }
+    }
+    Ok(Outcome::Applied(rows.len() as u64, numbers))
+}

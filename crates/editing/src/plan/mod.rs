@@ -1,0 +1,17 @@
+//! A plan, applied to a state.
+//!
+//! [`prepare`] checks what needs no Gaussians: files, names, which operations an `undo` takes back. [`run_plan`] applies the rest in
+//! order. Nothing is written here: pictures and the record are returned.
+
+mod apply;
+mod asset;
+mod context;
+mod light;
+mod prepare;
+mod preview;
+mod select;
+
+pub use apply::{Edited, run_plan};
+pub use context::{EditError, Resources};
+pub use prepare::{Prepared, prepare};
+pub use preview::{Preview, orbit_camera, picture, whole_extent};

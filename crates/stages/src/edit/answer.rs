@@ -1,0 +1,64 @@
+//! What an edit answers.
+
+use std::fmt;
+use std::path::PathBuf;
+
+use motes_editing::reshade::ReshadeReport;
+use motes_formats::edit_plan::{SkipRecord, StepRecord};
+use serde::Serialize;
+
+/// What an edit answers: also of a dry run, which writes nothing.
+#[derive(Clone, Debug, Serialize)]
+pub struct EditAnswer {
+    /// The splat or scene folder.
+    pub output: PathBuf,
+    /// The plan as executed.
+    pub log: PathBuf,
+    /// Gaussians before.
+    pub gaussians_before: usize,
+    /// Gaussians after.
+    pub gaussians: usize,
+    /// Operations that changed something or answered.
+    pub applied: Vec<StepRecord>,
+    /// Operations that did not, and why.
+    pub skipped: Vec<SkipRecord>,
+    /// What may be wrong.
+    pub warnings: Vec<String>,
+    /// Pictures that were written.
+    pub thumbnails: Vec<PathBuf>,
+    /// What light did; null where it had nothing to follow.
+    pub light: Option<ReshadeReport>,
+    /// Of all threads.
+    pub cpu_seconds: Option<f64>,
+}
+
+impl fmt::Display for EditAnswer {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (before, after) = (self.gaussians_before, self.gaussians);
+        writeln!(f, "{before} Gaussians became {after}: {}", self.output.display())?;
+        for step in &self.applied {
+            writeln!(
+                f,
+                "  {:<8} {:<16} {:>9} of {}",
+                step.at, step.op, step.gaussians, step.total
+            )?;
+            for (name, value) in &step.numbers {
+                match value {
+                    Some(value) => writeln!(f, "    {name} {value:.6}")?,
+                    None => writeln!(f, "    {name} -")?,
+                }
+            }
+        }
+        for skip in &self.skipped {
+            writeln!(f, "  {:<8} {:<16} skipped: {}", skip.at, skip.op, skip.why)?;
+        }
+        if let Some(light) = &self.light {
+            let (scaled, shaded, filled) = (light.scaled, light.shaded, light.filled);
+            writeln!(
+                f,
+                "light: {scaled} Gaussians scaled, {shaded} shaded anew, {filled} fill holes"
+            )?;
+        }
+        Ok(())
+    }
+}

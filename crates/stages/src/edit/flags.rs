@@ -1,0 +1,329 @@
+//! Operations as flags, in the order of the command line.
+//!
+//! Every operation is a flag whose value is its most important key, or all of its keys as a JSON object. `--pivot` and `--fill`
+//! hold for all operations that know them. `--op` takes a whole operation, which is also how `--dump-config` spells
+//! what was given, so that the order survives.
+
+use std::path::Path;
+
+use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
+use motes_formats::edit_plan::{OpDocument, parse_op};
+use motes_formats::selectors::parse_step;
+use serde::ser::SerializeMap as _;
+use serde::{Serialize, Serializer};
+use serde_json::{Map, Value, json};
+
+/// What the value of a flag is when it is no JSON object.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Short {
+    /// Text for a key.
+    Text(&'static str),
+    /// A number for a key.
+    Number(&'static str),
+    /// Numbers for a key, separated by commas.
+    Numbers(&'static str, usize),
+    /// `X,Y,Z,DEG` for `rotate_axis`.
+    AxisAngle,
+    /// A step of a selection.
+    Step,
+    /// A `selection.json`.
+    SelectionFile,
+    /// `X0,Y0,Z0,X1,Y1,Z1` for `box`.
+    Box,
+    /// None: the flag stands alone, or has a JSON object.
+    Nothing,
+}
+
+struct OpFlag {
+    flag: &'static str,
+    op: &'static str,
+    short: Short,
+    value_name: &'static str,
+    help: &'static str,
+}
+
+macro_rules! flags {
+    ($($flag:literal => $op:literal, $short:expr, $value:literal, $help:literal;)*) => {
+        const FLAGS: &[OpFlag] = &[
+            $(OpFlag { flag: $flag, op: $op, short: $short, value_name: $value, help: $help },)*
+        ];
+    };
+}
+
+flags! {
+    "selection" => "select", Short::SelectionFile, "FILE", "Select what a selection.json of these Gaussians says";
+    "select" => "select", Short::Step, "STEP", "Select: [COMBINE:]KIND[=VALUES] as segment-select takes it, or JSON";
+    "translate" => "transform", Short::Numbers("translate", 3), "X,Y,Z", "Move, world units";
+    "rotate-axis" => "transform", Short::AxisAngle, "X,Y,Z,DEG", "Rotate about an axis through the pivot";
+    "rotate-euler" => "transform", Short::Numbers("rotate_euler_deg", 3), "X,Y,Z", "Rotate about x, then y, then z, degrees";
+    "rotate-quaternion" => "transform", Short::Numbers("rotate_quaternion", 4), "W,X,Y,Z", "Rotate by a quaternion";
+    "scale" => "transform", Short::Number("scale"), "FACTOR", "Scale about the pivot";
+    "transform" => "transform", Short::Nothing, "JSON", "Move, rotate and scale at once";
+    "duplicate" => "duplicate", Short::Numbers("translate", 3), "X,Y,Z", "Copy, shifted";
+    "delete" => "delete", Short::Nothing, "JSON", "Take the selection away";
+    "extract" => "extract", Short::Nothing, "JSON", "Keep the selection alone";
+    "insert" => "insert", Short::Text("file"), "FILE", "Add a splat, a scene folder or a mesh, standing on the ground";
+    "merge" => "insert", Short::Text("file"), "FILE", "Add a splat, a scene folder or a mesh at its own coordinates";
+    "swap" => "swap", Short::Text("file"), "FILE", "Put a splat, a scene folder or a mesh where the selection is";
+    "recolor" => "recolor", Short::Numbers("rgb_linear", 3), "R,G,B", "Color the selection, linear 0 to 1";
+    "set-material" => "set_material", Short::Text("name"), "NAME", "Make the selection of a material, such as brass";
+    "set-environment" => "set_environment", Short::Text("file"), "FILE", "Light a decomposed scene with another map";
+    "shadow-catcher" => "shadow_catcher", Short::Nothing, "JSON", "Mark the ground as what shadows fall on";
+    "crop" => "crop", Short::Box, "X0,Y0,Z0,X1,Y1,Z1", "Keep what is inside a box";
+    "remove-floaters" => "remove_floaters", Short::Nothing, "JSON", "Remove Gaussians that hang far from all others";
+    "keep-largest" => "keep_largest", Short::Nothing, "JSON", "Keep the largest cluster";
+    "drop-nan" => "drop_nan", Short::Nothing, "JSON", "Remove Gaussians with values that are no numbers";
+    "decimate" => "decimate", Short::Number("count"), "COUNT", "Merge neighbours until so many are left";
+    "order" => "order", Short::Text("by"), "morton", "Sort along a Z curve";
+    "sh-reduce" => "sh_reduce", Short::Number("degree"), "DEGREE", "Drop bands of spherical harmonics above a degree";
+    "measure" => "measure", Short::Nothing, "JSON", "Report where the selection is and how large";
+    "preview" => "render", Short::Text("file"), "NAME.png", "Write a picture into the folder of thumbnails";
+    "stylize" => "stylize", Short::Text("prompt"), "PROMPT", "Edit pictures with --editor and fit to them";
+    "undo" => "undo", Short::Number("steps"), "STEPS", "Take back operations before this one";
+}
+
+/// Values for `--pivot` and `--fill`, and the operations that know them.
+const PIVOT_OPS: &[&str] = &["transform"];
+const FILL_OPS: &[&str] = &["delete", "transform", "swap"];
+
+/// The operations of a command line.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct OpFlags {
+    /// In order.
+    pub ops: Vec<OpDocument>,
+}
+
+impl Serialize for OpFlags {
+    /// As the flag `--op` takes them.
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(Some(1))?;
+        let text = |op| serde_json::to_string(op).unwrap_or_default();
+        map.serialize_entry("op", &self.ops.iter().map(text).collect::<Vec<_>>())?;
+        map.end()
+    }
+}
+
+impl Args for OpFlags {
+    fn augment_args(command: Command) -> Command {
+        let heading = "Operations, in the order of the command line";
+        let mut command = command.next_help_heading(heading);
+        for flag in FLAGS {
+            let optional = matches!(flag.short, Short::Nothing)
+                || matches!(flag.flag, "order" | "undo" | "preview");
+            let mut arg = Arg::new(flag.flag)
+                .long(flag.flag)
+                .value_name(flag.value_name)
+                .help(flag.help)
+                .action(ArgAction::Append)
+                .allow_hyphen_values(!optional);
+            if optional {
+                arg = arg.num_args(0..=1).default_missing_value("");
+            }
+            command = command.arg(arg);
+        }
+        let one = |name: &'static str, value: &'static str, help: &'static str| {
+            Arg::new(name).long(name).value_name(value).help(help).allow_hyphen_values(true)
+        };
+        command
+            .arg(
+                one("op", "JSON", "An operation of a plan, with all its keys")
+                    .action(ArgAction::Append),
+            )
+            .arg(one(
+                "pivot",
+                "PIVOT",
+                "What rotation and scale leave in place: origin, centroid (default), base or X,Y,Z",
+            ))
+            .arg(one(
+                "fill",
+                "FILL",
+                "What fills the place that becomes visible: none (default), plane or patch",
+            ))
+            .arg(one(
+                "editor",
+                "COMMAND",
+                "Command line of --stylize: {input}, {output} and {prompt} are replaced",
+            ))
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
+}
+
+impl FromArgMatches for OpFlags {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        let invalid =
+            |text: String| clap::Error::raw(clap::error::ErrorKind::InvalidValue, text + "\n");
+        let single = |name| matches.get_one::<String>(name).map(String::as_str);
+        let fill = single("fill").map(|fill| json!(fill));
+        let editor = single("editor").map(|editor| json!(editor));
+        let pivot = match single("pivot") {
+            Some(text) if text.contains(',') => {
+                Some(json!(numbers("--pivot", text, 3).map_err(invalid)?))
+            }
+            name => name.map(|name| json!(name)),
+        };
+        let mut found: Vec<(usize, Value)> = Vec::new();
+        for flag in FLAGS {
+            for (at, text) in occurrences(matches, flag.flag) {
+                let mut keys = keys_of(flag, text).map_err(invalid)?;
+                for (key, value, ops) in [
+                    ("pivot", &pivot, PIVOT_OPS),
+                    ("fill", &fill, FILL_OPS),
+                    ("editor", &editor, &["stylize"]),
+                ] {
+                    if let Some(value) = value
+                        && ops.contains(&flag.op)
+                    {
+                        keys.entry(key).or_insert_with(|| value.clone());
+                    }
+                }
+                keys.insert("op".into(), json!(flag.op));
+                found.push((at, Value::Object(keys)));
+            }
+        }
+        for (at, text) in occurrences(matches, "op") {
+            let value = serde_json::from_str(text)
+                .map_err(|error| invalid(format!("--op is not JSON: {error}")))?;
+            found.push((at, value));
+        }
+        found.sort_by_key(|(at, _)| *at);
+        let parse = |(i, (_, value)): (usize, (usize, Value))| {
+            parse_op(value, &format!("/ops/{i}"), Path::new("the command line"))
+        };
+        let ops = found.into_iter().enumerate().map(parse).collect::<Result<_, _>>();
+        Ok(Self { ops: ops.map_err(|error| invalid(error.to_string()))? })
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        *self = Self::from_arg_matches(matches)?;
+        Ok(())
+    }
+}
+
+/// Places on the command line and values of a flag.
+fn occurrences<'m>(matches: &'m ArgMatches, flag: &str) -> Vec<(usize, &'m str)> {
+    let values = matches.get_many::<String>(flag).into_iter().flatten();
+    let indices = matches.indices_of(flag).into_iter().flatten();
+    indices.zip(values.map(String::as_str)).collect()
+}
+
+fn keys_of(flag: &OpFlag, text: &str) -> Result<Map<String, Value>, String> {
+    let name = format!("--{}", flag.flag);
+    let mut keys = Map::new();
+    if text.trim_start().starts_with('{') {
+        let value: Value = serde_json::from_str(text)
+            .map_err(|error| format!("the value of {name} is not JSON: {error}"))?;
+        if let Value::Object(given) = value {
+            keys = given;
+        }
+    } else if !text.is_empty() {
+        let (key, value) = match flag.short {
+            Short::Text(key) => (key, json!(text)),
+            Short::Number(key) => {
+                let number = match text.trim().parse::<u64>() {
+                    Ok(whole) => json!(whole),
+                    Err(_) => json!(number(&name, text)?),
+                };
+                (key, number)
+            }
+            Short::Numbers(key, n) => (key, json!(numbers(&name, text, n)?)),
+            Short::AxisAngle => {
+                let v = numbers(&name, text, 4)?;
+                ("rotate_axis", json!({ "axis": v[..3], "deg": v[3] }))
+            }
+            Short::Box => {
+                let v = numbers(&name, text, 6)?;
+                ("box", json!({ "min": v[..3], "max": v[3..] }))
+            }
+            Short::Step => ("steps", json!([parse_step(text)?])),
+            Short::SelectionFile => ("steps", json!([{ "by": "file", "path": text }])),
+            Short::Nothing => {
+                return Err(format!("{name} takes no value but a JSON object: {text}"));
+            }
+        };
+        keys.insert(key.into(), value);
+    }
+    if flag.flag == "merge" {
+        keys.entry("align").or_insert_with(|| json!("none"));
+    }
+    Ok(keys)
+}
+
+fn number(flag: &str, text: &str) -> Result<f64, String> {
+    let number = text.trim().parse().ok().filter(|v: &f64| v.is_finite());
+    number.ok_or_else(|| format!("{flag}: \"{text}\" is no finite number"))
+}
+
+fn numbers(flag: &str, text: &str, n: usize) -> Result<Vec<f64>, String> {
+    let found = text.split(',').map(|part| number(flag, part)).collect::<Result<Vec<_>, _>>()?;
+    if found.len() == n {
+        return Ok(found);
+    }
+    Err(format!("{flag} takes {n} numbers, separated by commas: {text}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+    use motes_formats::edit_plan::OP_NAMES;
+
+    use super::*;
+
+    #[derive(Parser, Debug)]
+    struct Line {
+        #[command(flatten)]
+        flags: OpFlags,
+        #[arg(short)]
+        output: Option<String>,
+    }
+
+    fn line(text: &str) -> Result<Vec<OpDocument>, clap::Error> {
+        let words = std::iter::once("edit").chain(text.split_whitespace());
+        Line::try_parse_from(words).map(|line| line.flags.ops)
+    }
+
+    fn names(ops: &[OpDocument]) -> Vec<&str> {
+        ops.iter().map(OpDocument::name).collect()
+    }
+
+    #[test]
+    fn flags_keep_their_order() {
+        let ops = line("--scale 2 --selection s.json --translate -0.02,0.34,0 --delete --fill plane --scale 0.5 -o x").unwrap();
+        assert_eq!(names(&ops), ["transform", "select", "transform", "delete", "transform"]);
+        let json = serde_json::to_value(&ops).unwrap();
+        assert_eq!(json[2]["translate"], json!([-0.02, 0.34, 0.0]));
+        assert_eq!((&json[3]["fill"], &json[4]["scale"]), (&json!("plane"), &json!(0.5)));
+    }
+
+    #[test]
+    fn what_is_dumped_reads_back() {
+        let ops = line("--select sphere=0,0,1,0.5 --rotate-axis 0,0,1,30 --pivot base --set-material {\"roughness\":0.5} --merge a.ply --undo").unwrap();
+        let dumped = serde_json::to_value(OpFlags { ops: ops.clone() }).unwrap();
+        let mut words = vec!["edit".to_owned()];
+        for op in dumped["op"].as_array().unwrap() {
+            words.push(format!("--op={}", op.as_str().unwrap()));
+        }
+        assert_eq!(Line::try_parse_from(words).unwrap().flags.ops, ops);
+        assert_eq!(names(&ops), ["select", "transform", "set_material", "insert", "undo"]);
+    }
+
+    #[test]
+    fn every_operation_has_a_flag_and_mistakes_are_named() {
+        for op in OP_NAMES {
+            assert!(FLAGS.iter().any(|flag| flag.op == *op), "{op}");
+        }
+        for (text, says) in [
+            ("--scale NaN", "is no finite number"),
+            ("--translate 1,2", "takes 3 numbers"),
+            ("--delete ball", "takes no value"),
+            ("--op {\"op\":\"explode\"}", "there is no operation"),
+            ("--set-material {\"ruffness\":1}", "ruffness"),
+            ("--select magic=1", "magic"),
+        ] {
+            let error = line(text).unwrap_err().to_string();
+            assert!(error.contains(says), "{text}: {error}");
+        }
+    }
+}

@@ -1,0 +1,102 @@
+//! What is edited: a splat, or a scene folder.
+
+use std::path::{Path, PathBuf};
+
+use glam::DVec3;
+use motes_editing::{EditState, SceneParts};
+use motes_formats::decomposition::{Decomposition, LobesDocument, read_decomposition};
+use motes_formats::environment::read_environment;
+use motes_formats::ply::{GaussianFile, PlyWriteOptions, RenderMode, open_gaussians, read_surface};
+use motes_raster::Antialias;
+use motes_scene::camera_path::mean_up;
+use motes_scene::{Capture, Materials};
+use motes_shading::brdf::Lobes;
+use motes_stage::{Context, StageError};
+
+use crate::relight::convention;
+
+/// What was read.
+pub(super) struct Input {
+    pub(super) state: EditState,
+    /// File of the Gaussians, which selections are bound to.
+    pub(super) gaussians: PathBuf,
+    pub(super) decomposition: Option<Decomposition>,
+    /// How the Gaussians want to be drawn and what their header said.
+    pub(super) write_options: PlyWriteOptions,
+    pub(super) antialias: Antialias,
+}
+
+impl Input {
+    /// Reads a splat.
+    pub(super) fn splat(
+        path: &Path,
+        capture: Option<&Capture>,
+        context: &Context,
+    ) -> anyhow::Result<Self> {
+        context.input("gaussians", path)?;
+        let (file, write_options, antialias) = file(path)?;
+        let name = path.display().to_string();
+        let state = EditState::new(&name, file.gaussians, None, None, up_of(capture));
+        Ok(Self {
+            state,
+            gaussians: path.to_owned(),
+            decomposition: None,
+            write_options,
+            antialias,
+        })
+    }
+
+    /// Reads a scene folder.
+    pub(super) fn scene(folder: &Path, context: &Context) -> anyhow::Result<Self> {
+        context.input("scene", folder)?;
+        let decomposition = read_decomposition(folder)?;
+        decomposition.warnings.iter().for_each(|text| context.warn(text));
+        let (file, write_options, antialias) = file(&decomposition.gaussians)?;
+        if let Err(column) = Materials::of(&file.gaussians) {
+            let shown = decomposition.gaussians.display();
+            let text =
+                format!("the Gaussians have no column \"{column}\" of the right type: {shown}");
+            return Err(StageError::bad_input(text)
+                .help("the stage decompose makes scene folders with all columns")
+                .into());
+        }
+        let surface = read_surface(&decomposition.surface)?;
+        let document = &decomposition.document;
+        let parts = SceneParts {
+            environment: read_environment(&decomposition.environment)?,
+            convention: convention(document.environment_convention),
+            environment_changed: false,
+            lobes: match document.lobes {
+                LobesDocument::Lambert => Lobes::Lambert,
+                LobesDocument::Principled => Lobes::Principled,
+                LobesDocument::Burley => Lobes::Burley,
+            },
+            indirect: document.indirect,
+        };
+        let name = folder.display().to_string();
+        let up = DVec3::from_array(document.up_in_world);
+        let state = EditState::new(&name, file.gaussians, Some(surface), Some(parts), up);
+        let gaussians = decomposition.gaussians.clone();
+        Ok(Self { state, gaussians, decomposition: Some(decomposition), write_options, antialias })
+    }
+}
+
+fn file(path: &Path) -> anyhow::Result<(GaussianFile, PlyWriteOptions, Antialias)> {
+    let file = open_gaussians(path)?;
+    let write_options = PlyWriteOptions {
+        render_mode: file.render_mode,
+        exposure_response: file.exposure_response,
+        comments: Vec::new(),
+    };
+    let antialias = match file.render_mode {
+        Some(RenderMode::Mip) => Antialias::Mip,
+        _ => Antialias::Classic,
+    };
+    Ok((file, write_options, antialias))
+}
+
+/// Up in the pictures when there are any.
+fn up_of(capture: Option<&Capture>) -> DVec3 {
+    let poses = |c: &Capture| c.views.iter().map(|v| v.camera_from_world).collect::<Vec<_>>();
+    capture.and_then(|c| mean_up(&poses(c))).unwrap_or(DVec3::Z)
+}

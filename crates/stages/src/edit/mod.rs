@@ -1,0 +1,11 @@
+//! The files around an edit: a splat or a scene folder in, the same kind out, a plan from a file or from flags.
+
+mod answer;
+mod flags;
+mod input;
+mod output;
+mod session;
+
+pub use answer::EditAnswer;
+pub use flags::OpFlags;
+pub use session::{EditJob, ReshadeFlags, run_edit};

@@ -1,0 +1,239 @@
+//! One edit: plan in, files and an answer out.
+
+use std::cell::OnceCell;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use motes_editing::EditState;
+use motes_editing::plan::{
+    EditError, Edited, Preview, Resources, orbit_camera, picture, prepare, run_plan, whole_extent,
+};
+use motes_editing::reshade::{ReshadeOptions, ReshadeReport, reshade};
+use motes_formats::FormatError;
+use motes_formats::capture::read_capture;
+use motes_formats::documents::Document as _;
+use motes_formats::edit_plan::{EditPlanDocument, check_plan, read_edit_plan};
+use motes_formats::selection::BoundGaussians;
+use motes_scene::{Capture, Pinhole, Pose, Surface};
+use motes_stage::{Context, OrBadInput as _, StageError};
+use serde::Serialize;
+
+use super::answer::EditAnswer;
+use super::flags::OpFlags;
+use super::input::Input;
+use super::output::{log_path, write_log, write_previews, write_scene};
+
+/// Longer side of thumbnails, pixels.
+const THUMBNAIL: usize = 480;
+
+/// How light follows an edit of a decomposed scene.
+#[derive(Args, Clone, Debug, Serialize)]
+#[command(next_help_heading = "Light")]
+pub struct ReshadeFlags {
+    /// Leave shadows and light of a decomposed scene as they were
+    #[arg(long)]
+    pub no_reshade: bool,
+
+    /// Directions towards the light per Gaussian that light is traced along, 1 to 65536
+    #[arg(long, value_name = "N", default_value_t = 64,
+        value_parser = clap::value_parser!(u32).range(1..=65_536))]
+    pub reshade_samples: u32,
+}
+
+/// What is to be edited, and how.
+pub struct EditJob<'a> {
+    /// A scene folder, or
+    pub scene: Option<&'a Path>,
+    /// a splat.
+    pub gaussians: Option<&'a Path>,
+    /// Cameras and photos.
+    pub capture: Option<&'a Path>,
+    /// A plan; operations of flags follow it.
+    pub plan: Option<&'a Path>,
+    /// Operations of flags.
+    pub flags: &'a OpFlags,
+    /// How light follows.
+    pub reshade: &'a ReshadeFlags,
+    /// In place of the plan's.
+    pub seed: Option<u64>,
+    /// Folder of pictures.
+    pub thumbnails: Option<&'a Path>,
+    /// The splat or scene folder to write.
+    pub output: &'a Path,
+}
+
+/// Edits and writes. Everything is computed before the first file is written.
+///
+/// # Errors
+/// When a plan does not fit, a file is missing or malformed, a file cannot be written, or the user interrupts.
+pub fn run_edit(job: &EditJob<'_>, context: &Context) -> anyhow::Result<EditAnswer> {
+    let output = context.output(job.output)?;
+    let log = log_path(&output, job.scene.is_some());
+    let log = if job.scene.is_some() { log } else { context.output(log)? };
+    let thumbnails = job.thumbnails.map(|folder| context.output(folder)).transpose()?;
+    let (plan, name) = plan_of(job, context)?;
+    let folder = name.parent().filter(|p| job.plan.is_some() && !p.as_os_str().is_empty());
+    let folder = folder.unwrap_or(Path::new("."));
+    let failed = |error| stage_error(error, &name);
+    let prepared = prepare(&plan, folder).map_err(failed)?;
+    let capture = job.capture.map(|path| load_capture(path, context)).transpose()?;
+    let mut input = match (job.scene, job.gaussians) {
+        (Some(scene), _) => Input::scene(scene, context)?,
+        (None, Some(gaussians)) => Input::splat(gaussians, capture.as_ref(), context)?,
+        (None, None) => return Err(StageError::usage("--scene or --gaussians is needed").into()),
+    };
+    let count = input.state.len();
+    let bound = OnceCell::new();
+    let bound = || match bound.get() {
+        Some(found) => Ok(BoundGaussians::clone(found)),
+        None => {
+            let found = BoundGaussians::of_file(&input.gaussians, count)?;
+            Ok(bound.get_or_init(|| found).clone())
+        }
+    };
+    let resources = Resources {
+        plan: &name,
+        folder,
+        bound: &bound,
+        capture: capture.as_ref().zip(job.capture),
+        antialias: input.antialias,
+        stopped: &|| context.interrupted(),
+    };
+    let camera = thumbnails.as_ref().and_then(|_| thumbnail_camera(&input.state, capture.as_ref()));
+    let snap = |state: &EditState, file: &str| {
+        let (camera, pose) = camera?;
+        let image = picture(&state.gaussians, resources.antialias, &camera, &pose);
+        Some(Preview { file: file.into(), image })
+    };
+    let before = snap(&input.state, "before.png");
+    let Edited { executed, mut record, mut previews } =
+        run_plan(&plan, &prepared, &mut input.state, &resources).map_err(failed)?;
+    context.check_interrupted()?;
+    let (surface, light) =
+        follow_light(&mut input.state, job.reshade, plan.seed, &mut record.warnings)?;
+    previews.extend(before.into_iter().chain(snap(&input.state, "after.png")));
+    if thumbnails.is_none() && !previews.is_empty() {
+        context.warn("pictures were not written: give --thumbnails");
+    }
+    record.warnings.iter().for_each(|text| context.warn(text));
+    record.made_by = concat!("motes edit ", env!("CARGO_PKG_VERSION")).into();
+    if !context.skips_provenance() {
+        record.gaussians_sha256 = bound()?.sha256;
+    }
+    let mut answer = EditAnswer {
+        output: output.clone(),
+        log: log.clone(),
+        gaussians_before: count,
+        gaussians: input.state.len(),
+        applied: record.applied.clone(),
+        skipped: record.skipped.clone(),
+        warnings: record.warnings.clone(),
+        thumbnails: Vec::new(),
+        light,
+        cpu_seconds: None,
+    };
+    context.stop_if_dry_run_with(&answer)?;
+    let executed = EditPlanDocument { ops: executed, record: Some(record), ..plan };
+    if let Some(folder) = &thumbnails {
+        answer.thumbnails = write_previews(folder, &previews)?;
+    }
+    match (&input.decomposition, &input.state.parts) {
+        (Some(decomposition), Some(parts)) => {
+            let document = &decomposition.document;
+            let options = &input.write_options;
+            write_scene(&output, &input.state, parts, &surface, document, options, &executed)?;
+        }
+        _ => {
+            let gaussians = &input.state.gaussians;
+            motes_formats::ply::write_gaussians(&output, gaussians, &input.write_options)?;
+            write_log(&log, &executed)?;
+        }
+    }
+    answer.cpu_seconds = context.cpu_seconds();
+    Ok(answer)
+}
+
+/// Makes the light follow what was changed, and returns the surface as it is now.
+fn follow_light(
+    state: &mut EditState,
+    options: &ReshadeFlags,
+    seed: u64,
+    warnings: &mut Vec<String>,
+) -> anyhow::Result<(Surface, Option<ReshadeReport>)> {
+    let unchanged = state.parts.is_none() || state.change().is_empty();
+    if unchanged || options.no_reshade {
+        if !unchanged {
+            warnings
+                .push("--no-reshade: the light does not follow, shadows stay as they were".into());
+        }
+        let surface = state.sources.first().and_then(|s| s.surface.as_deref()).cloned();
+        return Ok((surface.unwrap_or_default(), None));
+    }
+    let options = ReshadeOptions { samples: options.reshade_samples, seed, ..Default::default() };
+    let (surface, report) = reshade(state, &options).or_bad_input()?;
+    warnings.extend(report.warnings.iter().cloned());
+    Ok((surface, Some(report)))
+}
+
+/// The plan of the file and of the flags, and what errors call it.
+fn plan_of(job: &EditJob<'_>, context: &Context) -> anyhow::Result<(EditPlanDocument, PathBuf)> {
+    let (mut plan, name) = match job.plan {
+        Some(path) => {
+            context.input("plan", path)?;
+            let parsed = read_edit_plan(path)?;
+            parsed.warnings.iter().for_each(|text| context.warn(text));
+            (parsed.document, path.to_owned())
+        }
+        None => (EditPlanDocument::new(0, Vec::new()), PathBuf::from("the command line")),
+    };
+    plan.seed = job.seed.unwrap_or(plan.seed);
+    plan.record = None;
+    plan.version = EditPlanDocument::version();
+    if !job.flags.ops.is_empty() {
+        plan.ops.extend(job.flags.ops.iter().cloned());
+        check_plan(&plan, &name)?;
+    }
+    if plan.ops.is_empty() {
+        return Err(StageError::usage("there is nothing to do")
+            .help("give --plan, or operations as flags: --help lists them")
+            .into());
+    }
+    Ok((plan, name))
+}
+
+fn load_capture(path: &Path, context: &Context) -> anyhow::Result<Capture> {
+    context.input("capture", path)?;
+    Ok(read_capture(path)?)
+}
+
+/// The first view of the capture, or a camera beside the scene.
+fn thumbnail_camera(state: &EditState, capture: Option<&Capture>) -> Option<(Pinhole, Pose)> {
+    let of_view = |capture: &Capture| {
+        let view = capture.views.first()?;
+        let full = capture.cameras[view.camera].as_pinhole()?;
+        let factor = THUMBNAIL as f64 / full.width.max(full.height) as f64;
+        let side = |n: usize| ((n as f64 * factor).round() as usize).max(1);
+        Some((full.resized(side(full.width), side(full.height)), view.camera_from_world))
+    };
+    capture.and_then(of_view).or_else(|| {
+        let extent = whole_extent(&state.gaussians, state.up_in_world)?;
+        orbit_camera(&extent, 30.0, 25.0, THUMBNAIL)
+    })
+}
+
+/// A plan that does not fit is bad input, named with its place.
+fn stage_error(error: EditError, plan: &Path) -> anyhow::Error {
+    match error {
+        EditError::Plan { at, cause, remedy } => {
+            let error = FormatError::invalid(plan, at, cause);
+            match remedy {
+                Some(remedy) => error.with_remedy(remedy).into(),
+                None => error.into(),
+            }
+        }
+        EditError::File { at, source } => {
+            anyhow::Error::from(source).context(format!("{at} of {}", plan.display()))
+        }
+        EditError::Stopped => StageError::interrupted("interrupted").into(),
+    }
+}
