@@ -140,3 +140,41 @@ def decompositions():
         lambda c: c.update(version="2.0"))
     bad("a-capture", "this is no motes/decomposition document",
         lambda c: c.update(format="motes/capture"))
+
+
+def edit_plan():
+    return {"format": "motes/edit-plan", "version": "1.0", "seed": 7, "ops": [
+        {"op": "select", "id": "a", "steps": [
+            {"combine": "set", "by": "sphere", "center": [0.0, 1.0, 2.0], "radius": 0.5},
+            {"post": "invert"}]},
+        {"op": "transform", "target": "a", "translate": [0.5, 0.0, -1.25], "pivot": "base", "fill": "plane"},
+        {"op": "duplicate", "as": "b", "translate": [1.0, 0.0, 0.0], "count": 3},
+        {"op": "set_material", "target": "b", "name": "brass", "roughness": 0.25},
+        {"op": "delete", "target": "a", "fill": "none"},
+        {"op": "undo", "steps": 1}]}
+
+
+def edit_plans():
+    p = "edit-plan"
+    valid(p, "plain.json", json.dumps(edit_plan()))
+    valid(p, "nothing.json", changed(edit_plan, lambda d: d.update(ops=[])))
+    valid(p, "log.json", changed(edit_plan, lambda d: d.update(record={
+        "made_by": "motes edit 0.1.0", "gaussians_sha256": "0" * 64,
+        "applied": [{"at": "/ops/0", "op": "select", "gaussians": 5, "total": 9,
+                     "numbers": {"height": 0.5, "none": None}}],
+        "skipped": [{"at": "/ops/4", "op": "delete", "why": "taken back by /ops/5"}],
+        "warnings": []})))
+
+    def bad(name, expect, change):
+        invalid(p, name + ".json", expect, changed(edit_plan, change))
+    bad("scale-zero", "0 is no number above 0 (/ops/1/scale)", lambda d: d["ops"][1].update(scale=0))
+    bad("op-unknown", "(/ops/4/op)", lambda d: d["ops"][4].update(op="explode"))
+    bad("key-unknown", "unknown field `rotate`", lambda d: d["ops"][1].update(rotate=3))
+    bad("later", "is made by a later operation (/ops/1/target)", lambda d: d["ops"][1].update(target="b"))
+    bad("itself", "refers to itself (/ops/2/target)", lambda d: d["ops"][2].update(target="b"))
+    bad("copies-1e9", "1000000000 is not from 1 to 10000 (/ops/2/count)", lambda d: d["ops"][2].update(count=10**9))
+    bad("undo-9", "9 steps cannot be undone, 5 were done (/ops/5/steps)", lambda d: d["ops"][5].update(steps=9))
+    bad("version-2", "version 2.0 of motes/edit-plan is not known", lambda d: d.update(version="2.0"))
+    bad("a-capture", "this is no motes/edit-plan document", lambda d: d.update(format="motes/capture"))
+    text = json.dumps(edit_plan()).replace("-1.25", "NaN")
+    invalid(p, "nan.json", "(/ops/1/translate/2 line 1", text)

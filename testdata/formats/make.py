@@ -16,7 +16,7 @@ sys.dont_write_bytecode = True
 
 from cases import HERE  # noqa: E402
 from capture_cases import captures  # noqa: E402
-from document_cases import camera_paths, decompositions, metrics_files, run_records  # noqa: E402
+from document_cases import camera_paths, decompositions, edit_plans, metrics_files, run_records  # noqa: E402
 from image_cases import environments, exrs, images, tensor_files  # noqa: E402
 from ply_cases import gaussians_invalid, gaussians_valid, points, surfaces  # noqa: E402
 
@@ -26,7 +26,7 @@ def main():
         path = os.path.join(HERE, name)
         if os.path.isdir(path):
             shutil.rmtree(path)
-    for part in (gaussians_valid, gaussians_invalid, points, captures, camera_paths, metrics_files,
+    for part in (gaussians_valid, gaussians_invalid, points, captures, camera_paths, edit_plans, metrics_files,
                  run_records, images, exrs, tensor_files, surfaces, decompositions, environments):
         part()
 

@@ -4,12 +4,14 @@
 //! - [`ops`] has one function per operation, on the state alone.
 //! - [`plan`] applies `edit-plan.json`.
 //! - [`reshade`] makes the light follow.
+//! - [`stylize`] fits the scene to pictures that a program edited.
 
 pub mod ops;
 pub mod plan;
 pub mod reshade;
 mod similarity;
 mod state;
+pub mod stylize;
 mod symmetric;
 
 pub use similarity::Similarity;

@@ -16,6 +16,7 @@ use super::light::set_environment;
 use super::prepare::{Prepared, absolute};
 use super::preview::{Preview, orbit_camera, picture, whole_extent};
 use super::select::select;
+use super::style::apply_style;
 use super::{EditError, Resources};
 use crate::ops::color::{ColorChange, ColorMode};
 use crate::ops::insert::{AssetSize, InsertNotes, insert};
@@ -70,7 +71,8 @@ pub fn run_plan(
     if let Some(up) = plan.up_in_world {
         state.up_in_world = DVec3::from_array(up).normalize_or(DVec3::Z);
     }
-    let mut run = Run { resources, warnings: Vec::new(), previews: Vec::new() };
+    let seed = plan.seed;
+    let mut run = Run { resources, seed, warnings: Vec::new(), previews: Vec::new() };
     let mut record = EditRecord::default();
     for (taken, by) in &prepared.undone {
         let (at, op) = (op_pointer(*taken), plan.ops[*taken].name().into());
@@ -100,6 +102,7 @@ pub fn run_plan(
 
 struct Run<'a> {
     resources: &'a Resources<'a>,
+    seed: u64,
     warnings: Vec<String>,
     previews: Vec<Preview>,
 }
@@ -202,7 +205,17 @@ impl Run<'_> {
             },
             OpDocument::Measure(op) => measure(state, op.target.as_deref(), at),
             OpDocument::Render(op) => self.render(op, state, at),
-            OpDocument::Stylize(_) => skipped("stylize is applied by the stage"),
+            OpDocument::Stylize(op) => {
+                let rows = rows_of(state, op.target.as_deref(), at)?;
+                let numbers = apply_style(state, &rows, op, self.seed, self.resources, at)?;
+                if state.parts.is_some() {
+                    self.warn(
+                        at,
+                        "colours changed, base colors did not: relighting shows the old ones",
+                    );
+                }
+                Ok(Outcome::Applied(rows.len() as u64, numbers))
+            }
             OpDocument::Undo(_) => skipped("undo was resolved before"),
         }
     }

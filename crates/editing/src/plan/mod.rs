@@ -10,6 +10,7 @@ mod light;
 mod prepare;
 mod preview;
 mod select;
+mod style;
 
 pub use apply::{Edited, run_plan};
 pub use context::{EditError, Resources};

@@ -1,0 +1,279 @@
+//! The stage `edit` as a program: plans, flags, replay, dry runs, and what a failure leaves alone.
+#![expect(clippy::unwrap_used, reason = "a test that cannot prepare its files has failed")]
+
+mod toy_scene;
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use motes_formats::decomposition::read_decomposition;
+use motes_formats::edit_plan::read_edit_plan;
+use motes_formats::images::read_image;
+use motes_formats::ply::{read_gaussians, read_surface};
+use motes_formats::selection::{
+    BoundGaussians, SelectionDocument, SelectionNotes, write_selection,
+};
+use motes_scene::Selection;
+use serde_json::{Value, json};
+use toy_scene::{ToyScene, toy_scene};
+
+/// The box of the toy scene, without the floor.
+const BOX_STEP: &str = "box=-0.35,-0.35,0.01,0.35,0.35,0.7";
+
+fn edit(toy: &ToyScene, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_edit"))
+        .args(arguments)
+        .current_dir(toy.folder.path())
+        .output()
+        .unwrap()
+}
+
+fn text(done: &Output) -> String {
+    String::from_utf8_lossy(&done.stderr).into_owned()
+}
+
+#[track_caller]
+fn assert_code(done: &Output, code: i32) {
+    assert_eq!(done.status.code(), Some(code), "{}", text(done));
+}
+
+#[track_caller]
+fn answer(done: &Output) -> Value {
+    assert_code(done, 0);
+    serde_json::from_slice(&done.stdout).unwrap()
+}
+
+fn put_plan(toy: &ToyScene, name: &str, ops: &Value) {
+    let plan = json!({ "format": "motes/edit-plan", "version": "1.0", "seed": 3, "ops": ops });
+    std::fs::write(toy.path(name), plan.to_string()).unwrap();
+}
+
+/// Name and bytes of every file below a folder.
+fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let mut found = BTreeMap::new();
+    let mut folders = vec![folder.to_owned()];
+    while let Some(at) = folders.pop() {
+        for entry in std::fs::read_dir(at).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+            } else {
+                let name = path.strip_prefix(folder).unwrap().display().to_string();
+                found.insert(name, std::fs::read(&path).unwrap());
+            }
+        }
+    }
+    found
+}
+
+const SCENE: [&str; 3] = ["--scene", "scene", "--no-provenance"];
+const QUICK: [&str; 2] = ["--reshade-samples", "4"];
+
+#[test]
+fn a_log_replays_to_the_same_bytes() {
+    let toy = toy_scene();
+    let ops = json!([
+        { "op": "select", "id": "box", "steps": [{ "by": "box", "center": [0.0, 0.0, 0.36], "half_size": [0.35, 0.35, 0.35] }] },
+        { "op": "transform", "translate": [0.9, 0.2, 0.0], "rotate_axis": { "axis": [0, 0, 1], "deg": 20 }, "fill": "plane" },
+        { "op": "duplicate", "target": "box", "translate": [-1.6, -0.9, 0.0], "as": "twin" },
+        { "op": "recolor", "target": "twin", "rgb_linear": [0.6, 0.1, 0.1] },
+        { "op": "remove_floaters" }, { "op": "undo" },
+        { "op": "measure", "target": "twin" },
+    ]);
+    put_plan(&toy, "plan.json", &ops);
+    let line =
+        [&SCENE[..], &QUICK, &["--plan", "plan.json", "-o", "first", "--json", "-q"]].concat();
+    let said = answer(&edit(&toy, &line));
+    assert_eq!(said["applied"].as_array().unwrap().len(), 5, "{said}");
+    assert_eq!(said["skipped"][0]["at"], "/ops/4", "{said}");
+    assert!(said["applied"][4]["numbers"]["height"].as_f64().unwrap() > 0.4, "{said}");
+    let line =
+        [&SCENE[..], &QUICK, &["--plan", "first/edit-log.json", "-o", "second", "-q", "-j", "1"]];
+    assert_code(&edit(&toy, &line.concat()), 0);
+    let (first, second) = (files(&toy.path("first")), files(&toy.path("second")));
+    let names: Vec<&String> = first.keys().collect();
+    assert_eq!(names.len(), 5, "{names:?}");
+    for (name, bytes) in &first {
+        assert!(second.get(name) == Some(bytes), "{name} differs");
+    }
+    // What was written is a scene folder: it can be edited again.
+    let document = read_decomposition(&toy.path("first")).unwrap().document;
+    let gaussians = read_gaussians(&toy.path("first/gaussians.ply")).unwrap();
+    assert_eq!(document.counts.gaussians, gaussians.len() as u64);
+    let line = ["--scene", "first", "--no-provenance", "--order", "-o", "third", "-q"];
+    assert_code(&edit(&toy, &line), 0);
+}
+
+#[test]
+fn bad_plans_fail_with_a_pointer_and_lose_nothing() {
+    let toy = toy_scene();
+    let stale = BoundGaussians { sha256: "0".repeat(64), count: 4, name: "other.ply".into() };
+    let stale = SelectionDocument::new(&Selection::all(4), stale, SelectionNotes::default());
+    write_selection(&toy.path("stale.json"), &stale).unwrap();
+    // An old product is there, and stays.
+    let old = [&SCENE[..], &["--order", "-o", "out", "-q"]].concat();
+    assert_code(&edit(&toy, &old), 0);
+    let select = json!({ "op": "select", "id": "a", "steps": [{ "by": "all" }] });
+    let nothing = json!({ "op": "select", "steps": [{ "by": "sphere", "center": [99, 0, 0], "radius": 0.1 }] });
+    let file = json!({ "op": "select", "steps": [{ "by": "file", "path": "stale.json" }] });
+    let missing = json!({ "op": "insert", "file": "no.ply" });
+    let before = files(toy.folder.path());
+    for (ops, place) in [
+        (json!([{ "op": "explode" }]), "/ops/0/op"),
+        (json!([{ "op": "transform", "scale": 0 }]), "/ops/0/scale"),
+        (json!([{ "op": "delete" }]), "/ops/0/target"),
+        (json!([{ "op": "delete", "target": "a" }, select]), "/ops/0/target"),
+        (
+            json!([select, { "op": "delete", "target": "a" }, { "op": "measure", "target": "a" }]),
+            "/ops/2/target",
+        ),
+        (json!([nothing]), "/ops/0/steps"),
+        (json!([{ "op": "drop_nan" }, file]), "/ops/1/steps/0"),
+        (json!([missing]), "/ops/0/file"),
+        (json!([{ "op": "set_material", "name": "mithril" }]), "/ops/0/name"),
+        (
+            json!([{ "op": "select", "steps": [{ "by": "ids", "ids": [4_000_000] }] }]),
+            "/ops/0/steps/0/ids",
+        ),
+        (json!([{ "op": "render", "view": "no such view" }]), "/ops/0/view"),
+        (
+            json!([{ "op": "duplicate", "translate": [1, 0, 0], "count": 1_000_000_000u64 }]),
+            "/ops/0/count",
+        ),
+    ] {
+        put_plan(&toy, "plan.json", &ops);
+        let line = [&SCENE[..], &["--plan", "plan.json", "-o", "out", "-w"]].concat();
+        let done = edit(&toy, &line);
+        assert_code(&done, 3);
+        assert!(text(&done).contains(place), "{ops}: {}", text(&done));
+    }
+    let plan = r#"{"format": "motes/edit-plan", "version": "1.0", "ops": [{"op": "transform", "translate": [0, NaN, 0]}]}"#;
+    std::fs::write(toy.path("plan.json"), plan).unwrap();
+    let done = edit(&toy, &[&SCENE[..], &["--plan", "plan.json", "-o", "new"]].concat());
+    assert_code(&done, 3);
+    assert!(text(&done).contains("/ops/0/translate/1"), "{}", text(&done));
+    std::fs::remove_file(toy.path("plan.json")).unwrap();
+    assert!(files(toy.folder.path()) == before, "files changed");
+}
+
+#[test]
+fn a_dry_run_answers_and_writes_nothing() {
+    let toy = toy_scene();
+    let before = files(toy.folder.path());
+    let line = [
+        &SCENE[..],
+        &QUICK,
+        &[
+            "--select",
+            BOX_STEP,
+            "--delete",
+            "--thumbnails",
+            "shots",
+            "-o",
+            "out",
+            "--dry-run",
+            "--json",
+        ],
+    ]
+    .concat();
+    let said = answer(&edit(&toy, &line));
+    assert_eq!(said["dry_run"], true);
+    let (was, is) = (&said["report"]["gaussians_before"], &said["report"]["gaussians"]);
+    assert!(was.as_u64() > is.as_u64(), "{said}");
+    assert_eq!(said["report"]["applied"][1]["op"], "delete");
+    assert!(files(toy.folder.path()) == before, "files appeared");
+}
+
+#[test]
+fn flags_are_applied_in_their_order() {
+    let toy = toy_scene();
+    let base = ["--gaussians", "scene/gaussians.ply", "--no-provenance", "-q", "--pivot", "origin"];
+    let mean = |name: &str, flags: &[&str]| {
+        assert_code(&edit(&toy, &[&base[..], flags, &["-o", name]].concat()), 0);
+        read_gaussians(&toy.path(name)).unwrap().means[7]
+    };
+    let at = mean("a.ply", &["--translate", "1,0,0", "--measure"]);
+    let scaled_last = mean("b.ply", &["--translate", "1,0,0", "--scale", "2"]);
+    let scaled_first = mean("c.ply", &["--scale", "2", "--translate", "1,0,0"]);
+    assert!((scaled_last[0] - 2.0 * at[0]).abs() < 1e-5, "{scaled_last:?} {at:?}");
+    assert!(
+        (scaled_last[0] - scaled_first[0] - 1.0).abs() < 1e-5,
+        "{scaled_last:?} {scaled_first:?}"
+    );
+    let plan = read_edit_plan(&toy.path("b.ply.edit-log.json")).unwrap().document;
+    assert_eq!(plan.ops.iter().map(|op| op.name()).collect::<Vec<_>>(), ["transform"; 2]);
+}
+
+#[test]
+fn meshes_and_splats_are_inserted_and_swapped() {
+    let toy = toy_scene();
+    let pyramid = "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\n\
+        element face 5\nproperty list uchar int vertex_indices\nend_header\n\
+        -1 -1 0\n1 -1 0\n1 1 0\n-1 1 0\n0 0 3\n4 3 2 1 0\n3 0 1 4\n3 1 2 4\n3 2 3 4\n3 3 0 4\n";
+    std::fs::write(toy.path("pyramid.ply"), pyramid).unwrap();
+    let line = [
+        &SCENE[..],
+        &QUICK,
+        &[
+            "--select",
+            BOX_STEP,
+            "--fill",
+            "plane",
+            "--swap",
+            "{\"file\":\"pyramid.ply\",\"material\":\"gold\",\"gaussians\":3000,\"as\":\"p\"}",
+        ],
+        &["--measure", "--thumbnails", "shots", "-o", "out", "--json", "-q"],
+    ]
+    .concat();
+    let said = answer(&edit(&toy, &line));
+    let numbers = &said["applied"][2]["numbers"];
+    // As tall as the box was above the plane of the selection, standing where it stood.
+    assert!((numbers["height"].as_f64().unwrap() - 0.57).abs() < 0.04, "{numbers}");
+    assert!(numbers["base_z"].as_f64().unwrap().abs() < 0.06, "{numbers}");
+    assert!(said["light"]["shaded"].as_u64().unwrap() >= 3000, "{said}");
+    let surface = read_surface(&toy.path("out/surface.ply")).unwrap();
+    assert!(surface.metallic.iter().any(|m| *m == 1.0), "its surface came along");
+    for picture in ["before.png", "after.png"] {
+        assert_eq!(read_image(&toy.path("shots").join(picture)).unwrap().width, 480);
+    }
+    assert_ne!(
+        read_image(&toy.path("shots/before.png")).unwrap(),
+        read_image(&toy.path("shots/after.png")).unwrap()
+    );
+}
+
+#[test]
+fn a_plain_splat_warns_where_light_would_follow() {
+    let toy = toy_scene();
+    let line = [
+        "--gaussians",
+        "scene/gaussians.ply",
+        "--select",
+        BOX_STEP,
+        "--translate",
+        "1,0,0",
+        "--set-environment",
+        "scene/environment.exr",
+        "-o",
+        "moved.ply",
+        "--no-provenance",
+        "--json",
+    ];
+    let done = edit(&toy, &line);
+    let said = answer(&done);
+    assert!(text(&done).contains("shadows stay where they were (/ops/1)"), "{}", text(&done));
+    assert_eq!(said["skipped"][0]["op"], "set_environment");
+    assert_eq!(said["light"], Value::Null);
+}
+
+#[test]
+fn the_schema_is_printed() {
+    let toy = toy_scene();
+    let done = edit(&toy, &["--print-schema"]);
+    let schema = answer(&done);
+    let committed = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../../docs/formats/schema/edit-plan-v1.schema.json");
+    let committed: Value = serde_json::from_slice(&std::fs::read(committed).unwrap()).unwrap();
+    assert_eq!(schema, committed);
+}
