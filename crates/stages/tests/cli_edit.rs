@@ -265,6 +265,25 @@ fn a_plain_splat_warns_where_light_would_follow() {
     assert!(text(&done).contains("shadows stay where they were (/ops/1)"), "{}", text(&done));
     assert_eq!(said["skipped"][0]["op"], "set_environment");
     assert_eq!(said["light"], Value::Null);
+    // The fallback is part of the plan, so that the log has it.
+    let line = [
+        "--gaussians",
+        "scene/gaussians.ply",
+        "--select",
+        BOX_STEP,
+        "--translate",
+        "1,0,0",
+        "--shadow",
+        "ratio",
+        "-o",
+        "ratio.ply",
+        "--no-provenance",
+    ];
+    let done = edit(&toy, &line);
+    assert_code(&done, 0);
+    assert!(!text(&done).contains("shadows stay"), "{}", text(&done));
+    let log = std::fs::read_to_string(toy.path("ratio.ply.edit-log.json")).unwrap();
+    assert!(log.contains("\"shadow\": \"ratio\""), "{log}");
 }
 
 #[test]

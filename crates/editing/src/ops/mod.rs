@@ -14,4 +14,5 @@ pub mod materials;
 pub mod measure;
 pub mod mesh;
 pub mod order;
+pub mod ratio_shadow;
 pub mod transform;

@@ -6,8 +6,8 @@ use glam::{DQuat, DVec3, EulerRot};
 use motes_formats::edit_plan::{
     AlignDocument, ColorChangeDocument, ColorModeDocument, CropOp, DecimateOp, DuplicateOp,
     EditPlanDocument, EditRecord, FillDocument, FitDocument, InsertOp, KeepDocument, OpDocument,
-    PivotDocument, PivotName, RenderOp, SetMaterialOp, SkipRecord, StepRecord, SwapOp, TransformOp,
-    op_pointer,
+    PivotDocument, PivotName, RenderOp, SetMaterialOp, ShadowDocument, SkipRecord, StepRecord,
+    SwapOp, TransformOp, op_pointer,
 };
 use motes_scene::Selection;
 
@@ -23,6 +23,7 @@ use crate::ops::insert::{AssetSize, InsertNotes, insert};
 use crate::ops::material::{MaterialChange, MaterialOutcome, set_material};
 use crate::ops::materials::material_named;
 use crate::ops::measure::{Extent, mean_color_linear};
+use crate::ops::ratio_shadow::RatioShadow;
 use crate::ops::{
     clean, clusters, decimate, delete, duplicate, floaters, ground, order, transform,
 };
@@ -72,7 +73,8 @@ pub fn run_plan(
         state.up_in_world = DVec3::from_array(up).normalize_or(DVec3::Z);
     }
     let seed = plan.seed;
-    let mut run = Run { resources, seed, warnings: Vec::new(), previews: Vec::new() };
+    let ratio_shadow = plan.shadow == ShadowDocument::Ratio && state.parts.is_none();
+    let mut run = Run { resources, seed, ratio_shadow, warnings: Vec::new(), previews: Vec::new() };
     let mut record = EditRecord::default();
     for (taken, by) in &prepared.undone {
         let (at, op) = (op_pointer(*taken), plan.ops[*taken].name().into());
@@ -103,6 +105,8 @@ pub fn run_plan(
 struct Run<'a> {
     resources: &'a Resources<'a>,
     seed: u64,
+    /// Whether shadows on a plain splat follow by ratio.
+    ratio_shadow: bool,
     warnings: Vec<String>,
     previews: Vec<Preview>,
 }
@@ -138,6 +142,7 @@ impl Run<'_> {
                         ));
                 }
                 let rows = rows_of(state, op.target.as_deref(), at)?;
+                self.lift_shadow(state, &rows, at);
                 delete::delete(state, &rows, fill(op.fill));
                 self.unlit(state, at, "the place that was uncovered keeps its old light");
                 applied(rows.len())
@@ -222,8 +227,44 @@ impl Run<'_> {
 
     /// Says on a plain splat that light does not follow.
     fn unlit(&mut self, state: &EditState, at: &str, what: &str) {
-        if state.parts.is_none() {
-            self.warn(at, format!("a plain splat has its light in its colours: {what}"));
+        if state.parts.is_none() && !self.ratio_shadow {
+            let text = format!(
+                "a plain splat has its light in its colours: {what}; --shadow ratio moves shadows roughly, decompose finds the light"
+            );
+            self.warn(at, text);
+        }
+    }
+
+    /// The shadow of what is about to leave its place, when shadows follow by ratio; it is taken away.
+    fn lift_shadow(
+        &mut self,
+        state: &mut EditState,
+        rows: &[u32],
+        at: &str,
+    ) -> Option<RatioShadow> {
+        if !self.ratio_shadow {
+            return None;
+        }
+        let shadow = RatioShadow::read(state, rows);
+        match &shadow {
+            Some(shadow) => {
+                shadow.apply(&mut state.gaussians, DVec3::ZERO, true, rows);
+            }
+            None => self.warn(at, "there is no ground beside it to read its shadow off"),
+        }
+        shadow
+    }
+
+    /// The contact shadow of what was inserted.
+    fn drop_ball_shadow(&mut self, state: &mut EditState, rows: &[u32], at: &str) {
+        if !self.ratio_shadow {
+            return;
+        }
+        match RatioShadow::of_ball(state, rows) {
+            Some(shadow) => {
+                shadow.apply(&mut state.gaussians, DVec3::ZERO, false, rows);
+            }
+            None => self.warn(at, "there is no ground for its shadow to fall on"),
         }
     }
 
@@ -249,11 +290,19 @@ impl Run<'_> {
         if motion.is_identity() {
             return skipped("nothing would move");
         }
-        if rows.len() < state.len() {
+        let mut shadow = None;
+        let is_part = rows.len() < state.len();
+        let from = if is_part { extent_of(state, &rows, at)?.centroid } else { DVec3::ZERO };
+        if is_part {
             state.vacate(&rows, fill(op.fill));
             self.unlit(state, at, "shadows stay where they were");
+            shadow = self.lift_shadow(state, &rows, at);
         }
         transform::transform(state, &rows, &motion);
+        if let Some(shadow) = shadow {
+            let moved = motion.point(from) - from;
+            shadow.apply(&mut state.gaussians, moved, false, &rows);
+        }
         applied(rows.len())
     }
 
@@ -270,7 +319,14 @@ impl Run<'_> {
             return Err(EditError::plan(format!("{at}/count"), cause));
         }
         let step = DVec3::from_array(op.translate);
+        let shadow = self.ratio_shadow.then(|| RatioShadow::read(state, &rows)).flatten();
         let selection = duplicate::duplicate(state, &rows, step, op.count as usize);
+        let copied = selection.rows();
+        for k in 1..=op.count {
+            if let Some(shadow) = &shadow {
+                shadow.apply(&mut state.gaussians, step * k as f64, false, &copied);
+            }
+        }
         keep(state, op.name.as_deref(), selection);
         self.unlit(state, at, "the copies cast no shadow");
         applied(copies)
@@ -317,6 +373,7 @@ impl Run<'_> {
         let placement = placement.ok_or_else(|| flat(at))?;
         let (selection, notes) = insert(state, asset, &placement);
         self.tell(&notes, state, at);
+        self.drop_ball_shadow(state, &selection.rows(), at);
         let n = selection.count();
         keep(state, op.name.as_deref(), selection);
         applied(n)
@@ -357,9 +414,11 @@ impl Run<'_> {
         let placement = asset
             .placement(old.base(), state.up_in_world, op.rotate_deg, size)
             .ok_or_else(|| flat(at))?;
+        self.lift_shadow(state, &rows, at);
         delete::delete(state, &rows, fill(op.fill));
         let (selection, notes) = insert(state, asset, &placement);
         self.tell(&notes, state, at);
+        self.drop_ball_shadow(state, &selection.rows(), at);
         let n = selection.count();
         keep(state, op.name.as_deref(), selection);
         applied(n)

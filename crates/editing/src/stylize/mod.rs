@@ -116,7 +116,7 @@ pub fn stylize(
             edited
         };
         report.fitted_to = disagreements(&sights, &targets);
-        refit(gaussians, chosen, antialias, views, &targets, options, round)?;
+        refit(gaussians, chosen, views, &targets, options, round)?;
         report.residual = views
             .iter()
             .zip(&targets)

@@ -6,16 +6,18 @@ use motes_fit::{
     AlphaMode, BackgroundModel, ExposureModel, FitError, FitOptions, FreezeGroup, Switch, Trainer,
     TrainingImage,
 };
-use motes_raster::Antialias;
 use motes_scene::{Gaussians, ImageF32, SparsePoints};
 
 use super::{StyleOptions, StyleView};
+
+/// Rates of the colours: some hundred steps have to cover what a first fit has thousands for.
+const LR_SH0: f64 = 5e-2;
+const LR_SH_REST: f64 = 2.5e-3;
 
 /// Fits the colours of the chosen Gaussians; their places, shapes and opacities stay.
 pub(super) fn refit(
     gaussians: &mut Gaussians,
     chosen: &[bool],
-    _antialias: Antialias,
     views: &[StyleView],
     targets: &[ImageF32],
     options: &StyleOptions,
@@ -53,6 +55,8 @@ pub(super) fn refit(
         opacity_weight: Some(0.0),
         scale_weight: Some(0.0),
         dense_step: Some(0),
+        lr_sh0: LR_SH0,
+        lr_sh_rest: LR_SH_REST,
         ..FitOptions::default()
     };
     let seed = options.seed.wrapping_add(u64::from(round));

@@ -44,6 +44,9 @@ pub struct EditPlanDocument {
     /// of the cameras when a capture is given, else +z.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub up_in_world: Option<[f64; 3]>,
+    /// What happens to shadows on a plain splat. Decomposed scenes trace theirs.
+    #[serde(default)]
+    pub shadow: ShadowDocument,
     /// The operations, at most 10 000. Files are named relative to this document.
     #[schemars(length(max = 10_000))]
     pub ops: Vec<OpDocument>,
@@ -66,6 +69,7 @@ impl EditPlanDocument {
             version: Self::version(),
             seed,
             up_in_world: None,
+            shadow: ShadowDocument::None,
             ops,
             record: None,
         }

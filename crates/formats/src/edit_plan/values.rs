@@ -141,3 +141,14 @@ pub enum OrderDocument {
     #[default]
     Morton,
 }
+
+/// What happens to shadows on a plain splat, whose light is not known.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ShadowDocument {
+    /// They stay where they are.
+    #[default]
+    None,
+    /// The darkening of the ground beside an object goes with it.
+    Ratio,
+}

@@ -3,7 +3,7 @@
 use std::cell::OnceCell;
 use std::path::{Path, PathBuf};
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use motes_editing::EditState;
 use motes_editing::plan::{
     EditError, Edited, Preview, Resources, orbit_camera, picture, prepare, run_plan, whole_extent,
@@ -12,7 +12,7 @@ use motes_editing::reshade::{ReshadeOptions, ReshadeReport, reshade};
 use motes_formats::FormatError;
 use motes_formats::capture::read_capture;
 use motes_formats::documents::Document as _;
-use motes_formats::edit_plan::{EditPlanDocument, check_plan, read_edit_plan};
+use motes_formats::edit_plan::{EditPlanDocument, ShadowDocument, check_plan, read_edit_plan};
 use motes_formats::selection::BoundGaussians;
 use motes_scene::{Capture, Pinhole, Pose, Surface};
 use motes_stage::{Context, OrBadInput as _, StageError};
@@ -34,10 +34,25 @@ pub struct ReshadeFlags {
     #[arg(long)]
     pub no_reshade: bool,
 
+    /// Shadows on a plain splat: none (they stay), or ratio (they go with what moves, roughly)
+    /// [default: the plan's]
+    #[arg(long, value_enum, value_name = "HOW", conflicts_with = "scene")]
+    pub shadow: Option<ShadowChoice>,
+
     /// Directions towards the light per Gaussian that light is traced along, 1 to 65536
     #[arg(long, value_name = "N", default_value_t = 64,
         value_parser = clap::value_parser!(u32).range(1..=65_536))]
     pub reshade_samples: u32,
+}
+
+/// What happens to shadows on a plain splat.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ShadowChoice {
+    /// They stay where they are
+    None,
+    /// The darkening of the ground beside an object goes with it
+    Ratio,
 }
 
 /// What is to be edited, and how.
@@ -187,6 +202,11 @@ fn plan_of(job: &EditJob<'_>, context: &Context) -> anyhow::Result<(EditPlanDocu
         None => (EditPlanDocument::new(0, Vec::new()), PathBuf::from("the command line")),
     };
     plan.seed = job.seed.unwrap_or(plan.seed);
+    plan.shadow = match job.reshade.shadow {
+        Some(ShadowChoice::Ratio) => ShadowDocument::Ratio,
+        Some(ShadowChoice::None) => ShadowDocument::None,
+        None => plan.shadow,
+    };
     plan.record = None;
     plan.version = EditPlanDocument::version();
     if !job.flags.ops.is_empty() {
