@@ -41,7 +41,7 @@ impl ColorChange {
             ColorMode::Replace => scaled(ratio(luminance(old), mean_luminance)),
             ColorMode::Tint => scaled(ratio(luminance(old), luminance(rgb))),
         };
-        new.map(|v| v.max(0.0).min(1.0))
+        new.map(|v| v.max(0.0).clamp(0.0, 1.0))
     }
 }
 
@@ -59,7 +59,7 @@ pub fn luminance([r, g, b]: [f32; 3]) -> f32 {
 pub fn shown_linear(sh: &[f32]) -> [f32; 3] {
     [0, 1, 2].map(|c| {
         let shown = 0.5 + sh[c] * SH_C0 as f32;
-        srgb::decode(shown.max(0.0).min(1.0))
+        srgb::decode(shown.max(0.0).clamp(0.0, 1.0))
     })
 }
 
@@ -67,7 +67,7 @@ pub fn shown_linear(sh: &[f32]) -> [f32; 3] {
 pub fn show_linear(sh: &mut [f32], new: [f32; 3]) {
     for (c, value) in new.into_iter().enumerate() {
         let old = (0.5 + sh[c] * SH_C0 as f32).max(srgb::encode(DARKEST));
-        let encoded = srgb::encode(value.max(0.0).min(1.0));
+        let encoded = srgb::encode(value.max(0.0).clamp(0.0, 1.0));
         let ratio = encoded / old;
         sh[c] = (encoded - 0.5) / SH_C0 as f32;
         sh[3..].iter_mut().skip(c).step_by(3).for_each(|v| *v *= ratio);

@@ -185,7 +185,7 @@ pub(crate) fn guessed_materials(gaussians: &Gaussians) -> Materials {
     };
     let base = |row: usize| {
         let sh = gaussians.sh_of(row);
-        [0, 1, 2].map(|c| srgb::decode((0.5 + sh[c] * SH_C0 as f32).max(0.0).min(1.0)))
+        [0, 1, 2].map(|c| srgb::decode((0.5 + sh[c] * SH_C0 as f32).max(0.0).clamp(0.0, 1.0)))
     };
     Materials {
         normals: (0..n).map(normal).collect(),

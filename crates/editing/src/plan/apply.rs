@@ -2,27 +2,23 @@
 
 use std::collections::BTreeMap;
 
-use glam::{DQuat, DVec3, EulerRot};
+use glam::{DQuat, DVec3};
 use motes_formats::edit_plan::{
-    AlignDocument, ColorChangeDocument, ColorModeDocument, CropOp, DecimateOp, DuplicateOp,
-    EditPlanDocument, EditRecord, FillDocument, FitDocument, InsertOp, KeepDocument, OpDocument,
-    PivotDocument, PivotName, RenderOp, SetMaterialOp, ShadowDocument, SkipRecord, StepRecord,
-    SwapOp, TransformOp, op_pointer,
+    ColorChangeDocument, CropOp, DecimateOp, DuplicateOp, EditPlanDocument, EditRecord,
+    KeepDocument, OpDocument, PivotDocument, PivotName, RenderOp, SetMaterialOp, ShadowDocument,
+    SkipRecord, StepRecord, TransformOp, op_pointer,
 };
-use motes_scene::Selection;
 
-use super::asset::{AssetRequest, load_asset};
 use super::light::set_environment;
 use super::prepare::{Prepared, absolute};
 use super::preview::{Preview, orbit_camera, picture, whole_extent};
 use super::select::select;
 use super::style::apply_style;
+use super::values::{color, extent_of, fill, keep, measure, rotation_of, rows_of};
 use super::{EditError, Resources};
 use crate::ops::color::{ColorChange, ColorMode};
-use crate::ops::insert::{AssetSize, InsertNotes, insert};
 use crate::ops::material::{MaterialChange, MaterialOutcome, set_material};
 use crate::ops::materials::material_named;
-use crate::ops::measure::{Extent, mean_color_linear};
 use crate::ops::ratio_shadow::RatioShadow;
 use crate::ops::{
     clean, clusters, decimate, delete, duplicate, floaters, ground, order, transform,
@@ -31,9 +27,6 @@ use crate::{EditState, Fill, Similarity};
 
 /// More Gaussians than a file can hold, or than a mistake should make.
 const MAX_GAUSSIANS: usize = 200_000_000;
-/// Key of selections without a name.
-const UNNAMED: &str = "";
-
 /// What came of a plan.
 #[derive(Clone, Debug, Default)]
 pub struct Edited {
@@ -46,16 +39,16 @@ pub struct Edited {
 }
 
 /// What came of an operation.
-enum Outcome {
+pub(super) enum Outcome {
     Applied(u64, BTreeMap<String, Option<f64>>),
     Skipped(String),
 }
 
-fn applied(gaussians: usize) -> Result<Outcome, EditError> {
+pub(super) fn applied(gaussians: usize) -> Result<Outcome, EditError> {
     Ok(Outcome::Applied(gaussians as u64, BTreeMap::new()))
 }
 
-fn skipped(why: &str) -> Result<Outcome, EditError> {
+pub(super) fn skipped(why: &str) -> Result<Outcome, EditError> {
     Ok(Outcome::Skipped(why.to_owned()))
 }
 
@@ -102,17 +95,17 @@ pub fn run_plan(
     Ok(Edited { executed, record, previews: run.previews })
 }
 
-struct Run<'a> {
-    resources: &'a Resources<'a>,
+pub(super) struct Run<'a> {
+    pub(super) resources: &'a Resources<'a>,
     seed: u64,
     /// Whether shadows on a plain splat follow by ratio.
-    ratio_shadow: bool,
+    pub(super) ratio_shadow: bool,
     warnings: Vec<String>,
     previews: Vec<Preview>,
 }
 
 impl Run<'_> {
-    fn warn(&mut self, at: &str, text: impl AsRef<str>) {
+    pub(super) fn warn(&mut self, at: &str, text: impl AsRef<str>) {
         self.warnings.push(format!("{} ({at})", text.as_ref()));
     }
 
@@ -225,49 +218,6 @@ impl Run<'_> {
         }
     }
 
-    /// Says on a plain splat that light does not follow.
-    fn unlit(&mut self, state: &EditState, at: &str, what: &str) {
-        if state.parts.is_none() && !self.ratio_shadow {
-            let text = format!(
-                "a plain splat has its light in its colours: {what}; --shadow ratio moves shadows roughly, decompose finds the light"
-            );
-            self.warn(at, text);
-        }
-    }
-
-    /// The shadow of what is about to leave its place, when shadows follow by ratio; it is taken away.
-    fn lift_shadow(
-        &mut self,
-        state: &mut EditState,
-        rows: &[u32],
-        at: &str,
-    ) -> Option<RatioShadow> {
-        if !self.ratio_shadow {
-            return None;
-        }
-        let shadow = RatioShadow::read(state, rows);
-        match &shadow {
-            Some(shadow) => {
-                shadow.apply(&mut state.gaussians, DVec3::ZERO, true, rows);
-            }
-            None => self.warn(at, "there is no ground beside it to read its shadow off"),
-        }
-        shadow
-    }
-
-    /// The contact shadow of what was inserted.
-    fn drop_ball_shadow(&mut self, state: &mut EditState, rows: &[u32], at: &str) {
-        if !self.ratio_shadow {
-            return;
-        }
-        match RatioShadow::of_ball(state, rows) {
-            Some(shadow) => {
-                shadow.apply(&mut state.gaussians, DVec3::ZERO, false, rows);
-            }
-            None => self.warn(at, "there is no ground for its shadow to fall on"),
-        }
-    }
-
     fn transform(
         &mut self,
         op: &TransformOp,
@@ -330,118 +280,6 @@ impl Run<'_> {
         keep(state, op.name.as_deref(), selection);
         self.unlit(state, at, "the copies cast no shadow");
         applied(copies)
-    }
-
-    fn insert(
-        &mut self,
-        op: &InsertOp,
-        state: &mut EditState,
-        at: &str,
-    ) -> Result<Outcome, EditError> {
-        let path = self.resources.file(&op.file);
-        let asset = load_asset(
-            &AssetRequest {
-                path: &path,
-                name: &op.file,
-                up: op.up,
-                count: op.gaussians,
-                material: op.material.as_deref(),
-            },
-            at,
-        )?;
-        let size = match op.height {
-            Some(height) => AssetSize::Height(height),
-            None => AssetSize::Factor(op.scale.unwrap_or(1.0)),
-        };
-        let placement = match op.align {
-            AlignDocument::None => {
-                let turn = DQuat::from_axis_angle(state.up_in_world, op.rotate_deg.to_radians());
-                let shift = DVec3::from_array(op.at.unwrap_or_default());
-                let scale = match (size, asset.extent()) {
-                    (AssetSize::Factor(factor), _) => factor,
-                    (AssetSize::Height(height), Some(extent)) => height / extent.height(),
-                    _ => 1.0,
-                };
-                Some(Similarity::about(DVec3::ZERO, turn, scale, shift))
-                    .filter(|_| scale.is_finite())
-            }
-            AlignDocument::Ground => {
-                let to = op.at.map_or_else(|| self.free_ground(state, at), DVec3::from_array);
-                asset.placement(to, state.up_in_world, op.rotate_deg, size)
-            }
-        };
-        let placement = placement.ok_or_else(|| flat(at))?;
-        let (selection, notes) = insert(state, asset, &placement);
-        self.tell(&notes, state, at);
-        self.drop_ball_shadow(state, &selection.rows(), at);
-        let n = selection.count();
-        keep(state, op.name.as_deref(), selection);
-        applied(n)
-    }
-
-    /// On the ground below the middle of the scene.
-    fn free_ground(&mut self, state: &EditState, at: &str) -> DVec3 {
-        let up = state.up_in_world;
-        let middle = whole_extent(&state.gaussians, up).map_or(DVec3::ZERO, |e| e.base());
-        match ground::find_ground(&state.gaussians, up) {
-            Some(found) => middle + up * (found.height - middle.dot(up)),
-            None => {
-                self.warn(at, "no ground was found: it stands at the bottom of the scene");
-                middle
-            }
-        }
-    }
-
-    fn swap(&mut self, op: &SwapOp, state: &mut EditState, at: &str) -> Result<Outcome, EditError> {
-        let rows = rows_of(state, op.target.as_deref(), at)?;
-        let old = extent_of(state, &rows, at)?;
-        let path = self.resources.file(&op.file);
-        let asset = load_asset(
-            &AssetRequest {
-                path: &path,
-                name: &op.file,
-                up: op.up,
-                count: op.gaussians,
-                material: op.material.as_deref(),
-            },
-            at,
-        )?;
-        let size = match op.fit {
-            FitDocument::Height => AssetSize::Height(old.height()),
-            FitDocument::Footprint => AssetSize::Footprint(old.footprint()),
-            FitDocument::None => AssetSize::Factor(1.0),
-        };
-        let placement = asset
-            .placement(old.base(), state.up_in_world, op.rotate_deg, size)
-            .ok_or_else(|| flat(at))?;
-        self.lift_shadow(state, &rows, at);
-        delete::delete(state, &rows, fill(op.fill));
-        let (selection, notes) = insert(state, asset, &placement);
-        self.tell(&notes, state, at);
-        self.drop_ball_shadow(state, &selection.rows(), at);
-        let n = selection.count();
-        keep(state, op.name.as_deref(), selection);
-        applied(n)
-    }
-
-    fn tell(&mut self, notes: &InsertNotes, state: &EditState, at: &str) {
-        if notes.guessed_material {
-            self.warn(
-                at,
-                "what was inserted has no material: its colours are taken for base colors",
-            );
-        }
-        if notes.guessed_surface {
-            self.warn(
-                at,
-                "what was inserted has no surface: squares stand for it, which cast its shadow",
-            );
-        }
-        if !notes.filled_columns.is_empty() {
-            let names = notes.filled_columns.join(", ");
-            self.warn(at, format!("columns that only one side has are zero on the other: {names}"));
-        }
-        self.unlit(state, at, "what was inserted keeps its own and casts no shadow");
     }
 
     fn set_material(
@@ -571,101 +409,4 @@ impl Run<'_> {
         self.previews.push(Preview { file, image });
         applied(state.len())
     }
-}
-
-/// Makes a selection the current one; without a name it lives until the next.
-fn keep(state: &mut EditState, name: Option<&str>, selection: Selection) {
-    let name = name.unwrap_or(UNNAMED).to_owned();
-    state.selections.insert(name.clone(), selection);
-    state.current = Some(name);
-}
-
-/// The rows that an operation is about; never none.
-fn rows_of(state: &EditState, target: Option<&str>, at: &str) -> Result<Vec<u32>, EditError> {
-    let rows = match target.or(state.current.as_deref()) {
-        None | Some("all") => (0..state.len() as u32).collect(),
-        Some(name) => state.selections.get(name).map(Selection::rows).unwrap_or_default(),
-    };
-    if rows.is_empty() {
-        let cause = match target {
-            Some(name) => format!("the selection \"{name}\" is empty now"),
-            None => "nothing is selected any more".to_owned(),
-        };
-        return Err(EditError::plan(format!("{at}/target"), cause)
-            .remedy("what was selected is gone: select again"));
-    }
-    Ok(rows)
-}
-
-fn extent_of(state: &EditState, rows: &[u32], at: &str) -> Result<Extent, EditError> {
-    Extent::of(&state.gaussians, rows, state.up_in_world).ok_or_else(|| {
-        EditError::plan(format!("{at}/target"), "no centre of the target is a number")
-            .remedy("drop_nan comes first")
-    })
-}
-
-fn flat(at: &str) -> EditError {
-    EditError::plan(format!("{at}/file"), "it has no height, so it cannot be scaled to one")
-        .remedy("give \"up\", or another \"fit\"")
-}
-
-fn fill(document: FillDocument) -> Fill {
-    match document {
-        FillDocument::None => Fill::None,
-        FillDocument::Plane => Fill::Plane,
-        FillDocument::Patch => Fill::Patch,
-    }
-}
-
-fn color(mode: ColorModeDocument, rgb_linear: [f64; 3]) -> ColorChange {
-    let mode = match mode {
-        ColorModeDocument::Tint => ColorMode::Tint,
-        ColorModeDocument::Gain => ColorMode::Gain,
-        ColorModeDocument::Replace => ColorMode::Replace,
-    };
-    ColorChange { mode, rgb_linear: rgb_linear.map(|v| v as f32) }
-}
-
-fn rotation_of(op: &TransformOp) -> DQuat {
-    if let Some(rotation) = &op.rotate_axis {
-        let axis = DVec3::from_array(rotation.axis).normalize_or(DVec3::Z);
-        return DQuat::from_axis_angle(axis, rotation.deg.to_radians());
-    }
-    if let Some([x, y, z]) = op.rotate_euler_deg.map(|e| e.map(f64::to_radians)) {
-        // About the world's x first: the rightmost factor acts first.
-        return DQuat::from_euler(EulerRot::ZYX, z, y, x);
-    }
-    match op.rotate_quaternion {
-        Some([w, x, y, z]) => DQuat::from_xyzw(x, y, z, w).normalize(),
-        None => DQuat::IDENTITY,
-    }
-}
-
-fn measure(state: &EditState, target: Option<&str>, at: &str) -> Result<Outcome, EditError> {
-    let rows = rows_of(state, target, at)?;
-    let mut numbers = BTreeMap::new();
-    let mut put = |name: &str, value: f64| {
-        numbers.insert(name.to_owned(), Some(value).filter(|v| v.is_finite()));
-    };
-    if let Some(extent) = Extent::of(&state.gaussians, &rows, state.up_in_world) {
-        let base = extent.base();
-        for (name, p) in [
-            ("min", extent.min),
-            ("max", extent.max),
-            ("centroid", extent.centroid),
-            ("base", base),
-        ] {
-            for (axis, value) in ["x", "y", "z"].into_iter().zip(p.to_array()) {
-                put(&format!("{name}_{axis}"), value);
-            }
-        }
-        put("height", extent.height());
-        put("footprint", extent.footprint());
-    }
-    if let Some(color) = mean_color_linear(&state.gaussians, &rows) {
-        for (channel, value) in ["r", "g", "b"].into_iter().zip(color) {
-            put(&format!("mean_linear_{channel}"), value);
-        }
-    }
-    Ok(Outcome::Applied(rows.len() as u64, numbers))
 }

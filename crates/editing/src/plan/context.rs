@@ -48,7 +48,7 @@ pub enum EditError {
         /// JSON pointer.
         at: String,
         /// What is wrong.
-        source: FormatError,
+        source: Box<FormatError>,
     },
     /// The user asked to stop.
     Stopped,
@@ -71,7 +71,7 @@ impl EditError {
 
     /// An error of reading the file that the operation at `at` names.
     pub(super) fn file(at: &str) -> impl Fn(FormatError) -> Self {
-        move |source| Self::File { at: at.to_owned(), source }
+        move |source| Self::File { at: at.to_owned(), source: Box::new(source) }
     }
 }
 

@@ -6,11 +6,14 @@
 mod apply;
 mod asset;
 mod context;
+mod inserting;
 mod light;
 mod prepare;
 mod preview;
 mod select;
+mod shadows;
 mod style;
+mod values;
 
 pub use apply::{Edited, run_plan};
 pub use context::{EditError, Resources};

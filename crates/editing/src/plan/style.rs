@@ -64,7 +64,7 @@ pub(super) fn apply_style(
     .map_err(|error| match error {
         StyleError::Stopped => EditError::Stopped,
         StyleError::Editor(EditorError::Picture(source)) => {
-            EditError::File { at: format!("{at}/editor"), source }
+            EditError::file(&format!("{at}/editor"))(source)
         }
         StyleError::Editor(error) => EditError::plan(format!("{at}/editor"), error.to_string()),
         StyleError::Fit(error) => EditError::plan(at, error.to_string()),

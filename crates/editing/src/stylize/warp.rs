@@ -43,7 +43,7 @@ impl Sight {
         }
         let plain = RenderOptions { antialias, ..RenderOptions::default() };
         let mask = render(&as_mask(gaussians, chosen), camera, pose, &plain).color;
-        let share = mask.data.chunks_exact(3).map(|p| p[0].max(0.0).min(1.0)).collect();
+        let share = mask.data.chunks_exact(3).map(|p| p[0].max(0.0).clamp(0.0, 1.0)).collect();
         let share = ImageF32::from_data(camera.width, camera.height, 1, share);
         Self { view: view.clone(), color: shown.color, depth, share }
     }

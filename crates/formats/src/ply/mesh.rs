@@ -203,9 +203,9 @@ impl Mesh {
             }
             if base || rgb {
                 let color = if base { triple(9) } else { triple(6).map(srgb::decode) };
-                self.base_color_linear.push(color.map(|v| v.max(0.0).min(1.0)));
-                self.roughness.push((found[12] as f32).max(0.0).min(1.0));
-                self.metallic.push((found[13] as f32).max(0.0).min(1.0));
+                self.base_color_linear.push(color.map(|v| v.max(0.0).clamp(0.0, 1.0)));
+                self.roughness.push((found[12] as f32).max(0.0).clamp(0.0, 1.0));
+                self.metallic.push((found[13] as f32).max(0.0).clamp(0.0, 1.0));
             }
         }
         Ok(())

@@ -252,7 +252,7 @@ fn stage_error(error: EditError, plan: &Path) -> anyhow::Error {
             }
         }
         EditError::File { at, source } => {
-            anyhow::Error::from(source).context(format!("{at} of {}", plan.display()))
+            anyhow::Error::from(*source).context(format!("{at} of {}", plan.display()))
         }
         EditError::Stopped => StageError::interrupted("interrupted").into(),
     }

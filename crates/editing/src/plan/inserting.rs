@@ -1,0 +1,132 @@
+//! The operations that bring something else in.
+
+use glam::{DQuat, DVec3};
+use motes_formats::edit_plan::{AlignDocument, FitDocument, InsertOp, SwapOp};
+
+use super::EditError;
+use super::apply::{Outcome, Run, applied};
+use super::asset::{AssetRequest, load_asset};
+use super::preview::whole_extent;
+use super::values::{extent_of, fill, flat, keep, rows_of};
+use crate::ops::insert::{AssetSize, InsertNotes, insert};
+use crate::ops::{delete, ground};
+use crate::{EditState, Similarity};
+
+impl Run<'_> {
+    pub(super) fn insert(
+        &mut self,
+        op: &InsertOp,
+        state: &mut EditState,
+        at: &str,
+    ) -> Result<Outcome, EditError> {
+        let path = self.resources.file(&op.file);
+        let asset = load_asset(
+            &AssetRequest {
+                path: &path,
+                name: &op.file,
+                up: op.up,
+                count: op.gaussians,
+                material: op.material.as_deref(),
+            },
+            at,
+        )?;
+        let size = match op.height {
+            Some(height) => AssetSize::Height(height),
+            None => AssetSize::Factor(op.scale.unwrap_or(1.0)),
+        };
+        let placement = match op.align {
+            AlignDocument::None => {
+                let turn = DQuat::from_axis_angle(state.up_in_world, op.rotate_deg.to_radians());
+                let shift = DVec3::from_array(op.at.unwrap_or_default());
+                let scale = match (size, asset.extent()) {
+                    (AssetSize::Factor(factor), _) => factor,
+                    (AssetSize::Height(height), Some(extent)) => height / extent.height(),
+                    _ => 1.0,
+                };
+                Some(Similarity::about(DVec3::ZERO, turn, scale, shift))
+                    .filter(|_| scale.is_finite())
+            }
+            AlignDocument::Ground => {
+                let to = op.at.map_or_else(|| self.free_ground(state, at), DVec3::from_array);
+                asset.placement(to, state.up_in_world, op.rotate_deg, size)
+            }
+        };
+        let placement = placement.ok_or_else(|| flat(at))?;
+        let (selection, notes) = insert(state, asset, &placement);
+        self.tell(&notes, state, at);
+        self.drop_ball_shadow(state, &selection.rows(), at);
+        let n = selection.count();
+        keep(state, op.name.as_deref(), selection);
+        applied(n)
+    }
+
+    /// On the ground below the middle of the scene.
+    pub(super) fn free_ground(&mut self, state: &EditState, at: &str) -> DVec3 {
+        let up = state.up_in_world;
+        let middle = whole_extent(&state.gaussians, up).map_or(DVec3::ZERO, |e| e.base());
+        match ground::find_ground(&state.gaussians, up) {
+            Some(found) => middle + up * (found.height - middle.dot(up)),
+            None => {
+                self.warn(at, "no ground was found: it stands at the bottom of the scene");
+                middle
+            }
+        }
+    }
+
+    pub(super) fn swap(
+        &mut self,
+        op: &SwapOp,
+        state: &mut EditState,
+        at: &str,
+    ) -> Result<Outcome, EditError> {
+        let rows = rows_of(state, op.target.as_deref(), at)?;
+        let old = extent_of(state, &rows, at)?;
+        let path = self.resources.file(&op.file);
+        let asset = load_asset(
+            &AssetRequest {
+                path: &path,
+                name: &op.file,
+                up: op.up,
+                count: op.gaussians,
+                material: op.material.as_deref(),
+            },
+            at,
+        )?;
+        let size = match op.fit {
+            FitDocument::Height => AssetSize::Height(old.height()),
+            FitDocument::Footprint => AssetSize::Footprint(old.footprint()),
+            FitDocument::None => AssetSize::Factor(1.0),
+        };
+        let placement = asset
+            .placement(old.base(), state.up_in_world, op.rotate_deg, size)
+            .ok_or_else(|| flat(at))?;
+        self.lift_shadow(state, &rows, at);
+        delete::delete(state, &rows, fill(op.fill));
+        let (selection, notes) = insert(state, asset, &placement);
+        self.tell(&notes, state, at);
+        self.drop_ball_shadow(state, &selection.rows(), at);
+        let n = selection.count();
+        keep(state, op.name.as_deref(), selection);
+        applied(n)
+    }
+
+    pub(super) fn tell(&mut self, notes: &InsertNotes, state: &EditState, at: &str) {
+        if notes.guessed_material {
+            self.warn(
+                at,
+                "what was inserted has no material: its colours are taken for base colors",
+            );
+        }
+        if notes.guessed_surface {
+            self.warn(
+                at,
+                "what was inserted has no surface: squares stand for it, which cast its shadow",
+            );
+        }
+        if !notes.filled_columns.is_empty() {
+            let names = notes.filled_columns.join(", ");
+            self.warn(at, format!("columns that only one side has are zero on the other: {names}"));
+        }
+        self.unlit(state, at, "what was inserted keeps its own and casts no shadow");
+    }
+}
