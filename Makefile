@@ -10,12 +10,13 @@ SCENE  ?=
 
 BIN  := $(CURDIR)/target/release
 VENV := $(CURDIR)/.venv
+CONSUMERS := $(CURDIR)/.consumers
 
 # In CI the lock file is the law; while developing, cargo may extend it.
 LOCKED := $(if $(CI),--locked)
 
 .DELETE_ON_ERROR:
-.PHONY: build setup test fmt tidy licenses clippy doc unit lab lab-ci relight relight-ci truth schemas install uninstall clean help
+.PHONY: build setup setup-consumers test fmt tidy licenses clippy doc unit lab lab-ci relight relight-ci truth schemas install uninstall clean help
 
 build: ## build the stages and the dispatcher into target/release (the default)
 	$(CARGO) build --release $(LOCKED) -p motes -p motes-stages
@@ -25,6 +26,9 @@ setup: $(VENV)/.ready ## make the private Python environment .venv for COLMAP (p
 $(VENV)/.ready: requirements.txt scripts/setup-venv
 	PYTHON='$(PYTHON)' scripts/setup-venv '$(VENV)' requirements.txt
 	@touch '$@'
+
+setup-consumers: ## install the programs that tests let open our exports (needs npm)
+	scripts/setup-consumers '$(CONSUMERS)'
 
 test: fmt tidy licenses clippy doc unit ## run every check, the cheap ones first
 
@@ -43,7 +47,7 @@ clippy:
 doc:
 	RUSTDOCFLAGS='-D warnings' $(CARGO) doc --workspace --no-deps --release $(LOCKED)
 
-unit:
+unit: setup-consumers
 	$(CARGO) test --workspace --release $(LOCKED)
 
 # The folder is made absolute here, because the recipe below changes folders.
@@ -104,7 +108,7 @@ clean: ## remove build products and the Python environment
 	$(CARGO) clean
 	$(MAKE) -C pipelines/lab clean
 	$(MAKE) -C pipelines/relight clean
-	rm -rf '$(VENV)' build
+	rm -rf '$(VENV)' '$(CONSUMERS)' build
 
 help: ## print this list
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-16s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)

@@ -198,7 +198,7 @@ def gaussians_invalid():
         ply("ascii", floats(["x", "y", "z"]), 3,
             after="element face 1\nproperty list uchar int vertex_indices",
             after_body=b"3 0 1 2\n"))
-    bad("compressed", "this is a compressed splat PLY",
+    bad("compressed-without-chunks", "there is no element chunk",
         ply(LE, [("uint", n, lambda r: 5) for n in
                  ("packed_position", "packed_rotation", "packed_scale", "packed_color")], 2))
     rows = text.split("end_header\n")

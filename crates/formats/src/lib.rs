@@ -18,9 +18,12 @@ pub mod exr_aov;
 pub mod images;
 pub mod metrics;
 pub mod ply;
+pub mod posed;
 pub mod run_record;
 pub mod selection;
 pub mod selectors;
+pub mod splats;
+pub mod statistics;
 pub mod tensors;
 pub mod transforms;
 

@@ -11,7 +11,7 @@ use motes_formats::documents::{Document, parse_document, to_pretty_json};
 use motes_formats::ply::{self, PlyWriteOptions};
 use motes_formats::{
     camera_path, capture, decomposition, edit_plan, environment, exr_aov, images, metrics,
-    run_record, tensors,
+    run_record, splats, tensors,
 };
 use motes_scene::Gaussians;
 
@@ -78,6 +78,79 @@ fn gaussian_columns_have_the_values_that_the_files_spell() {
     assert_eq!(find("normals.ply").extra.len(), 3);
     let flat = find("flat-2dgs.ply").log_scales[2];
     assert_eq!(flat[2], flat[0].min(flat[1]) + ply::FLAT_LOG_RATIO);
+}
+
+/// The cases spell what is compared: `testdata/formats/splat_cases.py`.
+#[test]
+fn splats_have_the_values_that_the_files_spell() {
+    let read = |document: &str, file: &str| {
+        let paths = cases(document, "valid");
+        splats::open_gaussians(paths.iter().find(|p| name(p) == file).unwrap()).unwrap()
+    };
+    let near = |a: f32, b: f32| (a - b).abs() < 1e-5;
+    let dot = read("splat", "five.splat").gaussians;
+    assert_eq!((dot.len(), dot.means[3]), (5, [3.0, 1.5, -1.0]));
+    assert!(near(dot.log_scales[2][2], 2.3f32.ln()) && near(dot.sh[0], -0.5 / 0.282_094_8));
+    for version in 1..=4 {
+        let file = read("spz", &format!("version-{version}.spz"));
+        let spz = file.gaussians;
+        assert_eq!((spz.len(), spz.sh_degree), (5, if version == 4 { 3 } else { 2 }));
+        let z = if version == 1 { -0.5 } else { -2.0 };
+        assert_eq!(spz.means[3], [3.0, 3.0, z], "y and z are turned");
+        assert_eq!(spz.log_scales[0], [60.0f32, 61.0, 62.0].map(|v| v / 16.0 - 10.0));
+        // Y_1 is odd in y, which is turned: byte 100 of the first row.
+        assert_eq!(spz.sh_of(0)[3], 28.0 / 128.0);
+        if version >= 3 {
+            // Largest w; x = 100, y = -100, z = 50 of 511.
+            let unit = |v: f32| v / 511.0 * 0.5f32.sqrt();
+            let [w, x, y, z] = spz.rotations[0];
+            assert!(
+                w > 0.95 && near(x, unit(100.0)) && near(y, unit(100.0)) && near(z, -unit(50.0))
+            );
+        }
+    }
+    assert_eq!(read("spz", "version-4-degree-4.spz").gaussians.sh_degree, 4);
+    assert_eq!(read("spz", "antialiased.spz").render_mode, Some(ply::RenderMode::Mip));
+    for level in 0..3u8 {
+        let ksplat = read("ksplat", &format!("level-{level}.ksplat")).gaussians;
+        assert_eq!((ksplat.len(), ksplat.sh_degree), (5, level));
+        let expected = match level {
+            0 => [4.0, -4.0, 0.25],
+            // The fifth is alone in the third bucket; a step is 2 / 32767.
+            _ => [20.0 + 400.0 * 2.0 / 32767.0, 1.0, 2.0 - (32767.0 - 5.0) * 2.0 / 32767.0],
+        };
+        assert!((0..3).all(|axis| near(ksplat.means[4][axis], expected[axis])), "{level}");
+        assert!((ksplat.log_scales[1][1] - 0.2f32.ln()).abs() < 1e-3);
+    }
+    let level_2 = read("ksplat", "level-2.ksplat").gaussians;
+    // Components 0, 1, 2 are red of band 1, then green: (j % 7 - 3) / 4 in steps of 4 / 255.
+    let sh = level_2.sh_of(0);
+    assert!((sh[3] + 0.75).abs() < 0.02 && (sh[6] + 0.5).abs() < 0.02 && sh[4].abs() < 0.02);
+    let glb = read("gltf", "same-binary.glb").gaussians;
+    assert_eq!(glb, read("gltf", "same-embedded.gltf").gaussians);
+    assert_eq!((glb.len(), glb.sh_degree, glb.means[2]), (5, 1, [-2.0, 2.0, 0.5]));
+    assert_eq!((glb.rotations[0], glb.opacity_logits[2]), ([0.8, 0.0, 0.0, 0.6], 0.0));
+    assert_eq!((glb.sh_of(1)[3], glb.extra[0].name.as_str()), (-2.0 / 8.0, "roughness"));
+    // Linear 0.5 - 0.28 / 8 is encoded.
+    let linear = read("gltf", "linear.glb").gaussians;
+    let color = 0.5 + 0.282_094_8 * linear.sh_of(0)[1];
+    assert!((color - motes_math::srgb::encode(0.5 + 0.282_094_8 / 8.0)).abs() < 1e-4);
+    for degree in 0..4 {
+        let path = format!("degree-{degree}.compressed.ply");
+        let compressed = read("compressed-ply", &path).gaussians;
+        assert_eq!((compressed.len(), compressed.sh_degree), (300, degree));
+        // Byte 7 of the first row: red of the second coefficient at degree 1.
+        if degree == 1 {
+            assert_eq!(compressed.sh_of(0)[6], ((7.0 + 0.5) / 256.0 - 0.5) * 8.0);
+        }
+    }
+    // What splat-transform packed from `ply_cases.py`, against what it packed.
+    for degree in [0, 1, 3] {
+        let sog = read("sog", &format!("degree-{degree}.sog")).gaussians;
+        assert_eq!((sog.len(), sog.sh_degree), (64, degree));
+        assert!(sog.means.iter().flatten().all(|v| (-2.01..2.0).contains(v)));
+        assert!(sog.log_scales.iter().flatten().all(|v| (-4.01..=-2.1).contains(v)));
+    }
 }
 
 #[test]

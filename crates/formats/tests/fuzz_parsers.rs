@@ -21,6 +21,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use common::{cases, corpus};
+use motes_formats::splats::SplatFormat;
 use mutate::Mutator;
 
 const MAX_BYTES: usize = 200 << 20;
@@ -78,6 +79,16 @@ fn model(from: &Path, to: &Path) -> Vec<Vec<u8>> {
 #[test]
 fn parsers_survive_damaged_files() {
     fuzz("gaussians", &seeds("gaussians-ply"), parsers::gaussians);
+    for (document, format) in [
+        ("compressed-ply", SplatFormat::CompressedPly),
+        ("splat", SplatFormat::Splat),
+        ("spz", SplatFormat::Spz),
+        ("sog", SplatFormat::Sog),
+        ("ksplat", SplatFormat::Ksplat),
+        ("gltf", SplatFormat::Glb),
+    ] {
+        fuzz(document, &seeds(document), |bytes| parsers::splats(format, bytes));
+    }
     fuzz("points", &seeds("points-ply"), parsers::points);
     fuzz("surface", &seeds("surface-ply"), parsers::surface);
     fuzz("environment", &seeds("environment"), parsers::environment);

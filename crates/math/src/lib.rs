@@ -1,6 +1,8 @@
 //! Pure numerics: no files, no scene types, no thread-pool policy, no hidden randomness.
 
 pub mod adam;
+pub mod codebook;
+pub mod kmeans;
 pub mod knn;
 pub mod metrics;
 pub mod resample;

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 use motes_formats::Result;
 use motes_formats::decomposition::read_decomposition;
-use motes_formats::ply::{RenderMode, open_gaussians};
+use motes_formats::ply::RenderMode;
+use motes_formats::splats::open_gaussians;
 use motes_raster::Antialias;
 use motes_scene::{ExposureResponse, Gaussians};
 use serde::Serialize;
@@ -71,10 +72,10 @@ pub struct Model {
 }
 
 impl Model {
-    /// Reads a PLY.
+    /// Reads Gaussians of any format.
     ///
     /// # Errors
-    /// When it cannot be read or is no Gaussian PLY.
+    /// When it cannot be read or is no file of Gaussians.
     pub fn load(path: &Path, choice: AntialiasChoice) -> Result<Self> {
         let file = open_gaussians(path)?;
         let antialias = match (choice, file.render_mode) {

@@ -42,6 +42,7 @@ fn line_of(stage: &str) -> (&'static [&'static str], &'static str) {
             (&["--capture", "capture.json", "--gaussians", "g.ply", "-o", "parts"], "parts")
         }
         "edit" => (&["--gaussians", "g.ply", "--order", "-o", "edited.ply"], "edited.ply"),
+        "export" => (&["g.ply", "-o", "out.splat"], "out.splat"),
         "relight" => (&["--scene", "scene", "-o", "baked.ply"], "baked.ply"),
         "segment-select" => {
             (&["--gaussians", "g.ply", "--select", "all", "-o", "picked.json"], "picked.json")

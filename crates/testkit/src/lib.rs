@@ -1,12 +1,14 @@
 //! Synthetic scenes and checkers for the tests of motes; a dev-dependency only.
 
 mod chi_square;
+mod consumers;
 mod extremes;
 mod gradients;
 mod property;
 mod scenes;
 
 pub use chi_square::chi_square_z;
+pub use consumers::consumer;
 pub use extremes::{ExtremeGaussian, ExtremeScene, extreme_scenes};
 pub use gradients::{GradientCheck, check_gradient};
 pub use property::check_property;

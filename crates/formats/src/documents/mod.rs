@@ -178,6 +178,7 @@ pub fn all_schemas() -> Vec<(String, Value)> {
         schema::<crate::metrics::MetricsDocument>(),
         schema::<crate::run_record::RunRecord>(),
         schema::<crate::selection::SelectionDocument>(),
+        schema::<crate::statistics::StatisticsDocument>(),
     ]
 }
 

@@ -5,8 +5,9 @@ use std::path::Path;
 
 use motes_scene::{ColumnValues, ExposureResponse, Gaussians};
 
+use super::header::{Header, parse};
 use super::plan::Plan;
-use super::{RenderMode, open, read_vertices, reserved_rows, response_from_comments};
+use super::{RenderMode, open, read_vertices_behind, reserved_rows, response_from_comments};
 use crate::error::Result;
 
 /// Gaussians and what else their file says.
@@ -22,6 +23,13 @@ pub struct GaussianFile {
     pub exposure_response: Option<ExposureResponse>,
 }
 
+impl GaussianFile {
+    /// Of a format that says nothing else.
+    pub(crate) fn of(gaussians: Gaussians) -> Self {
+        Self { gaussians, comments: Vec::new(), render_mode: None, exposure_response: None }
+    }
+}
+
 /// Reads Gaussians from a PLY file: see [`open_gaussians`], which also returns the comments.
 ///
 /// # Errors
@@ -35,7 +43,7 @@ pub fn read_gaussians(path: &Path) -> Result<Gaussians> {
 /// Values are taken as they are: NaN and infinity pass, see [`Gaussians::invalid_rows`]. Normals
 /// that are all zero are dropped (the writer adds them again), all other columns that have no
 /// place in [`Gaussians`] arrive in [`Gaussians::extra`]. Columns of `half` arrive as f32, list
-/// columns are left out.
+/// columns are left out. PlayCanvas's compressed PLY is read, too.
 ///
 /// # Errors
 /// The file cannot be read, is no PLY file or ends early, has data after its last row, lacks a
@@ -54,7 +62,13 @@ pub fn read_gaussians_from(reader: impl Read, name: &Path) -> Result<GaussianFil
 }
 
 fn read_file(reader: &mut dyn BufRead, path: &Path, bytes: Option<u64>) -> Result<GaussianFile> {
-    let ((_, mut gaussians), header) = read_vertices(
+    let header = parse(reader, path)?;
+    if crate::splats::is_compressed(&header) {
+        let gaussians = crate::splats::read_compressed(&header, reader, path, bytes)?;
+        return Ok(with_comments(gaussians, header));
+    }
+    let ((_, mut gaussians), header) = read_vertices_behind(
+        header,
         reader,
         path,
         bytes,
@@ -69,9 +83,13 @@ fn read_file(reader: &mut dyn BufRead, path: &Path, bytes: Option<u64>) -> Resul
         },
     )?;
     drop_zero_normals(&mut gaussians);
+    Ok(with_comments(gaussians, header))
+}
+
+fn with_comments(gaussians: Gaussians, header: Header) -> GaussianFile {
     let render_mode = RenderMode::from_comments(&header.comments);
     let exposure_response = response_from_comments(&header.comments);
-    Ok(GaussianFile { gaussians, comments: header.comments, render_mode, exposure_response })
+    GaussianFile { gaussians, comments: header.comments, render_mode, exposure_response }
 }
 
 /// 3DGS writes normals but never sets them.

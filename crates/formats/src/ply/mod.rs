@@ -6,12 +6,12 @@
 //! through in their type and order.
 
 mod gaussians;
-mod header;
+pub(crate) mod header;
 mod mesh;
 mod plan;
 mod points;
-mod rows;
-mod scalar;
+pub(crate) mod rows;
+pub(crate) mod scalar;
 mod surface;
 mod write;
 
@@ -27,10 +27,10 @@ pub use gaussians::{GaussianFile, open_gaussians, read_gaussians, read_gaussians
 pub use mesh::{has_faces, read_mesh};
 pub use points::{read_points, read_points_from, write_points, write_points_to};
 pub use surface::{read_surface, read_surface_from, write_surface, write_surface_to};
-pub use write::{PlyWriteOptions, write_gaussians, write_gaussians_to};
+pub use write::{PlyColumns, PlyWriteOptions, write_gaussians, write_gaussians_to};
 
 /// `colour = 0.5 + SH_C0 * f_dc` at degree 0.
-const SH_C0: f32 = motes_math::sh::SH_C0 as f32;
+pub(crate) const SH_C0: f32 = motes_math::sh::SH_C0 as f32;
 
 /// Third log scale of a flat Gaussian (2DGS, a file without `scale_2`), relative to the smaller of
 /// the other two: its thickness is a thousandth of its smaller radius. Relative, because the size
@@ -48,7 +48,7 @@ pub enum RenderMode {
 }
 
 impl RenderMode {
-    fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Default => "default",
             Self::Mip => "mip",
@@ -102,9 +102,20 @@ fn read_vertices<T>(
     path: &Path,
     file_bytes: Option<u64>,
     prepare: impl FnOnce(&header::Header, &header::Element) -> Result<T>,
+    append: impl FnMut(&mut T, &[u8], bool) -> Result<()>,
+) -> Result<(T, header::Header)> {
+    read_vertices_behind(header::parse(reader, path)?, reader, path, file_bytes, prepare, append)
+}
+
+/// [`read_vertices`] of a reader that stands behind its header.
+fn read_vertices_behind<T>(
+    header: header::Header,
+    reader: &mut dyn BufRead,
+    path: &Path,
+    file_bytes: Option<u64>,
+    prepare: impl FnOnce(&header::Header, &header::Element) -> Result<T>,
     mut append: impl FnMut(&mut T, &[u8], bool) -> Result<()>,
 ) -> Result<(T, header::Header)> {
-    let header = header::parse(reader, path)?;
     let Some(at) = header.elements.iter().position(|element| element.name == "vertex") else {
         return Err(FormatError::invalid(path, "ply header", "there is no element vertex"));
     };

@@ -183,10 +183,6 @@ fn missing_property(
     place: &str,
     name: &str,
 ) -> FormatError {
-    if element.property("packed_position").is_some() {
-        return FormatError::not_supported(path, place, "this is a compressed splat PLY")
-            .with_remedy("convert it to a plain Gaussian PLY with the program that wrote it");
-    }
     let list = element.property(name).filter(|p| matches!(p.kind, PropertyKind::List { .. }));
     let (place, cause) = match list {
         Some(property) => (

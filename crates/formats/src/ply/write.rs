@@ -21,6 +21,20 @@ pub struct PlyWriteOptions {
     pub exposure_response: Option<ExposureResponse>,
     /// Further comments, one line each.
     pub comments: Vec<String>,
+    /// Which columns are written.
+    pub columns: PlyColumns,
+}
+
+/// Which columns of Gaussians a PLY gets.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum PlyColumns {
+    /// The standard ones and all extra columns.
+    #[default]
+    All,
+    /// INRIA's, with normals that are zero.
+    Standard,
+    /// INRIA's without `scale_2`: flat Gaussians (2DGS).
+    Flat,
 }
 
 /// Writes Gaussians as a binary little-endian PLY: `x y z nx ny nz f_dc_* f_rest_* opacity scale_*
@@ -65,7 +79,7 @@ fn write_to(
 ) -> Result<()> {
     assert!(gaussians.is_consistent(), "arrays of different lengths");
     let refused = |error| write_error(path, error);
-    let columns = Columns::new(gaussians, path)?;
+    let columns = Columns::new(gaussians, options.columns, path)?;
     writer.write_all(columns.header(gaussians, options).as_bytes()).map_err(refused)?;
     let mut block = Vec::new();
     for start in (0..gaussians.len()).step_by(ROWS_PER_BLOCK) {
@@ -82,13 +96,17 @@ fn write_to(
 struct Columns<'g> {
     normals: [Option<&'g ExtraColumn>; 3],
     others: Vec<&'g ExtraColumn>,
+    /// Columns `scale_0..`: 2 or 3.
+    scales: usize,
 }
 
 const NORMALS: [&str; 3] = ["nx", "ny", "nz"];
 
 impl<'g> Columns<'g> {
-    fn new(gaussians: &'g Gaussians, path: &Path) -> Result<Self> {
-        let extra = &gaussians.extra;
+    fn new(gaussians: &'g Gaussians, columns: PlyColumns, path: &Path) -> Result<Self> {
+        let all = columns == PlyColumns::All;
+        let extra = if all { &gaussians.extra[..] } else { &[] };
+        let scales = if columns == PlyColumns::Flat { 2 } else { 3 };
         for (i, column) in extra.iter().enumerate() {
             let name = &column.name;
             let spelled =
@@ -105,7 +123,7 @@ impl<'g> Columns<'g> {
         }
         let normals = NORMALS.map(|name| extra.iter().find(|column| column.name == name));
         let others = extra.iter().filter(|c| !NORMALS.contains(&c.name.as_str())).collect();
-        Ok(Self { normals, others })
+        Ok(Self { normals, others, scales })
     }
 
     fn header(&self, gaussians: &Gaussians, options: &PlyWriteOptions) -> String {
@@ -135,7 +153,7 @@ impl<'g> Columns<'g> {
         let rest = 3 * (gaussians.sh_coefficients() - 1);
         (0..rest).for_each(|i| property("float", &format!("f_rest_{i}")));
         property("float", "opacity");
-        (0..3).for_each(|i| property("float", &format!("scale_{i}")));
+        (0..self.scales).for_each(|i| property("float", &format!("scale_{i}")));
         (0..4).for_each(|i| property("float", &format!("rot_{i}")));
         for column in &self.others {
             property(type_name(&column.values), &column.name);
@@ -163,7 +181,7 @@ impl<'g> Columns<'g> {
             }
         }
         append(bytes, &[gaussians.opacity_logits[i]]);
-        append(bytes, &gaussians.log_scales[i]);
+        append(bytes, &gaussians.log_scales[i][..self.scales]);
         append(bytes, &gaussians.rotations[i]);
         for column in &self.others {
             append_value(&column.values, i, bytes);

@@ -3,7 +3,8 @@
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
-use motes_formats::ply::{PlyWriteOptions, RenderMode, open_gaussians, read_surface};
+use motes_formats::ply::{PlyWriteOptions, RenderMode, read_surface};
+use motes_formats::splats::open_gaussians;
 use motes_inverse::geometry::{GeometryError, GeometryOptions, GeometryReport, extract};
 use motes_inverse::{
     DecomposeError, DecomposeOptions, Known, Photo, RenderedView, decompose, up_in_world,

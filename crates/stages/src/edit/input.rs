@@ -87,6 +87,7 @@ fn file(path: &Path) -> anyhow::Result<(GaussianFile, PlyWriteOptions, Antialias
         render_mode: file.render_mode,
         exposure_response: file.exposure_response,
         comments: Vec::new(),
+        ..PlyWriteOptions::default()
     };
     let antialias = match file.render_mode {
         Some(RenderMode::Mip) => Antialias::Mip,

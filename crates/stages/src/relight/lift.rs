@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 
 use motes_formats::capture::{read_capture, resolve};
 use motes_formats::images::{read_image, read_mask};
-use motes_formats::ply::{PlyWriteOptions, RenderMode, open_gaussians, write_gaussians};
+use motes_formats::ply::{PlyWriteOptions, RenderMode, write_gaussians};
+use motes_formats::splats::open_gaussians;
 use motes_raster::Antialias;
 use motes_relighting::lift::{Agreement, LiftMethod, LiftOptions, RelitView, ViewAgreement, lift};
 use motes_report::frames::{pinhole_of, view_stems};

@@ -193,6 +193,7 @@ fn ply_options(inputs: &Inputs) -> PlyWriteOptions {
         render_mode: inputs.file.render_mode,
         exposure_response: inputs.file.exposure_response,
         comments: Vec::new(),
+        ..PlyWriteOptions::default()
     }
 }
 

@@ -7,7 +7,7 @@ use motes_fit::{
     FitError, FitOptions, FitState, Lap, Phase, Plan, Switch, TimeBudget, Trainer, TrainingImage,
 };
 use motes_formats::capture::read_capture;
-use motes_formats::ply::read_gaussians;
+use motes_formats::splats::read_gaussians;
 use motes_scene::{
     Capture, ExposureResponse, Gaussians, Pose, SparsePoints, Split, UnitWorld, View,
 };

@@ -1,0 +1,113 @@
+//! One way in: the format follows from the first bytes, and from the name where they say nothing.
+
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+use motes_scene::Gaussians;
+
+use super::registry::{CODECS, SplatFormat};
+use super::{gltf, r3dg, sog, spz};
+use crate::error::{FormatError, Result, quoted};
+use crate::ply::{self, GaussianFile};
+
+/// Bytes that tell formats apart.
+const MAGIC_BYTES: usize = 8;
+
+/// Reads Gaussians of any [format](CODECS) that can be read.
+///
+/// Materials of Relightable3DGaussian arrive activated, as [`motes_scene::Materials`].
+///
+/// # Errors
+/// The file cannot be read, is of no known format, or is malformed.
+pub fn open_gaussians(path: &Path) -> Result<GaussianFile> {
+    let io = |error| FormatError::io(path, error);
+    let mut file = File::open(path).map_err(io)?;
+    if file.metadata().map_err(io)?.is_dir() {
+        return Err(FormatError::invalid(path, "", "this is a folder, not a file of Gaussians"));
+    }
+    let mut start = Vec::with_capacity(MAGIC_BYTES);
+    (&mut file).take(MAGIC_BYTES as u64).read_to_end(&mut start).map_err(io)?;
+    let mut opened = match format_of(&start, path)? {
+        // Streams; what is no regular file cannot be opened twice.
+        SplatFormat::Ply if file.metadata().map_err(io)?.is_file() => {
+            drop(file);
+            ply::open_gaussians(path)?
+        }
+        SplatFormat::Ply => ply::read_gaussians_from(start.as_slice().chain(file), path)?,
+        format => {
+            let mut bytes = start;
+            file.read_to_end(&mut bytes).map_err(io)?;
+            let is_folder = format == SplatFormat::Sog && !sog::is_archive(&bytes);
+            if is_folder {
+                sog::read_folder(&bytes, path)?
+            } else {
+                read_with(format, &bytes, path)?
+            }
+        }
+    };
+    if r3dg::is_r3dg(&opened.gaussians) {
+        r3dg::activate(&mut opened.gaussians);
+    }
+    Ok(opened)
+}
+
+/// Reads Gaussians of any format: [`open_gaussians`] without what else the file says.
+///
+/// # Errors
+/// As [`open_gaussians`].
+pub fn read_gaussians(path: &Path) -> Result<Gaussians> {
+    open_gaussians(path).map(|file| file.gaussians)
+}
+
+/// Reads Gaussians of a known format from memory; `name` stands for the file in errors.
+///
+/// # Errors
+/// As [`open_gaussians`].
+pub fn read_gaussians_from(format: SplatFormat, bytes: &[u8], name: &Path) -> Result<GaussianFile> {
+    read_with(format, bytes, name)
+}
+
+fn read_with(format: SplatFormat, bytes: &[u8], path: &Path) -> Result<GaussianFile> {
+    match (format, format.codec().read) {
+        (SplatFormat::Ply | SplatFormat::CompressedPly, _) => ply::read_gaussians_from(bytes, path),
+        (_, Some(read)) => read(bytes, path),
+        (_, None) => {
+            let cause = format!("{} is written, but not read", format.codec().name);
+            Err(FormatError::not_supported(path, "", cause).with_remedy(readable()))
+        }
+    }
+}
+
+fn format_of(start: &[u8], path: &Path) -> Result<SplatFormat> {
+    let starts = |magic: &[u8]| start.starts_with(magic);
+    if starts(b"ply") || starts(b"\xef\xbb\xbfply") {
+        return Ok(SplatFormat::Ply);
+    }
+    if spz::is_spz(start) {
+        return Ok(SplatFormat::Spz);
+    }
+    if gltf::is_glb(start) {
+        return Ok(SplatFormat::Glb);
+    }
+    let is_meta = || path.file_name().is_some_and(|name| name == "meta.json");
+    if sog::is_archive(start) || (starts(b"{") && is_meta()) {
+        return Ok(SplatFormat::Sog);
+    }
+    match SplatFormat::of_name(path) {
+        // A text file of that name, or one that lost its start: its reader says what is wrong.
+        Some(SplatFormat::CompressedPly) => Ok(SplatFormat::Ply),
+        Some(format) => Ok(format),
+        None if start.is_empty() => Err(FormatError::invalid(path, "byte 0", "the file is empty")),
+        None => {
+            let cause =
+                format!("not a known format of Gaussians: it starts with {}", quoted(start));
+            Err(FormatError::not_supported(path, "byte 0", cause).with_remedy(readable()))
+        }
+    }
+}
+
+fn readable() -> String {
+    let names = CODECS.iter().filter(|codec| codec.is_readable()).map(|codec| codec.name);
+    format!("formats that can be read: {}", names.collect::<Vec<_>>().join(", "))
+}

@@ -1,0 +1,54 @@
+//! PlayCanvas's SOG, version 2: attributes as images.
+//!
+//! A zip archive (`.sog`), or a folder, of `meta.json` and lossless WebP images with a pixel per
+//! Gaussian: positions as two bytes per axis of `sign(v) ln(1 + |v|)`, rotations as their three
+//! smallest components, scales and colours as indices into codebooks, opacity as a byte, harmonics as a
+//! label of a palette whose values are indices into a codebook. Axes are those of the PLY.
+
+mod archive;
+mod images;
+mod meta;
+mod read;
+mod write;
+
+use crate::error::FormatError;
+
+pub(super) use read::{read, read_folder};
+pub(super) use write::write;
+
+/// Values of a codebook, and colours of a palette per row of its image.
+const CODEBOOK: usize = 256;
+const PALETTE_COLUMNS: usize = 64;
+/// A label has two bytes.
+const MOST_PALETTE: usize = 1 << 16;
+/// The alpha of a rotation's pixel is this plus the index of its largest component.
+const ROTATION_TAG: u8 = 252;
+
+/// Options of the format.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SogOptions {
+    /// Rounds of k-means for the palette of harmonics.
+    pub iterations: u32,
+    /// Groups of the palette that each Gaussian looks through for its nearest entry.
+    pub probes: usize,
+    /// Entries of the palette, at most 65536; without it as many as other writers take.
+    pub palette: Option<u32>,
+    /// Seed of the palette.
+    pub seed: u64,
+}
+
+impl Default for SogOptions {
+    fn default() -> Self {
+        Self { iterations: 6, probes: 4, palette: None, seed: 0 }
+    }
+}
+
+/// Whether a file that starts so is an archive.
+pub(super) fn is_archive(start: &[u8]) -> bool {
+    start.starts_with(b"PK\x03\x04")
+}
+
+/// A fault of one file of the archive.
+fn fault(path: &std::path::Path, file: &str, cause: impl Into<String>) -> FormatError {
+    FormatError::invalid(path, file, cause)
+}

@@ -1,0 +1,120 @@
+//! Export Gaussians and cameras to the formats of other programs.
+//!
+//! Inputs: Gaussians in any format of the table (PLY, compressed PLY, .splat, …), or a scene folder
+//! (`motes/decomposition` 1.x); for cameras a capture (`motes/capture` 1.x) or a camera path. Output: one
+//! file, whose suffix chooses the format, or the folder of a COLMAP model.
+//!
+//! ```text
+//! export gaussians.ply -o scene.splat --verify
+//! export --scene scene/ --layout r3dg -o relightable.ply
+//! export --capture OUT/capture.json -o OUT/transforms.json
+//! ```
+//!
+//! Exit codes: 0 done, 1 failed, 2 usage or would overwrite, 3 bad input, 4 below --min-psnr, 130
+//! interrupted. Manual: `docs/stages/export.md`.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Parser;
+use motes_formats::splats::SplatFormat;
+use motes_stage::{CommonArgs, Context, HasCommon};
+use motes_stages::export::{
+    CameraOptions, CameraReport, ExportFormat, ExportReport, InputOptions, Outcome, Product,
+    SplatOptions, VerifyOptions, verify, write_splat,
+};
+use serde::Serialize;
+
+/// Export Gaussians and cameras to the formats of other programs
+#[derive(Parser, Debug, Serialize)]
+#[command(name = "export")]
+struct Args {
+    #[command(flatten)]
+    #[serde(flatten)]
+    input: InputOptions,
+
+    /// File or folder to write; the suffix chooses the format
+    #[arg(short, long, value_name = "PATH")]
+    output: PathBuf,
+
+    /// What to write, whatever the suffix says
+    #[arg(long, value_enum, value_name = "FORMAT")]
+    format: Option<ExportFormat>,
+
+    #[command(flatten)]
+    #[serde(flatten)]
+    splat: SplatOptions,
+
+    #[command(flatten)]
+    #[serde(flatten)]
+    verify: VerifyOptions,
+
+    #[command(flatten)]
+    #[serde(flatten)]
+    cameras: CameraOptions,
+
+    #[command(flatten)]
+    #[serde(flatten)]
+    common: CommonArgs,
+}
+
+impl HasCommon for Args {
+    fn common(&self) -> &CommonArgs {
+        &self.common
+    }
+}
+
+fn main() -> ExitCode {
+    motes_stage::main(run)
+}
+
+fn run(args: &Args, context: &Context) -> anyhow::Result<Outcome> {
+    let output = context.output(&args.output)?;
+    let format = ExportFormat::choose(args.format, &output)?;
+    match format.product() {
+        Product::Splat(splat) => {
+            let report = export_splat(args, format, splat, output, context)?;
+            Ok(Outcome::Splat(report.into()))
+        }
+        Product::Cameras(kind) => {
+            let cameras = args.cameras.load(context)?;
+            context.stop_if_dry_run()?;
+            cameras.write(kind, &output, context)?;
+            Ok(Outcome::Cameras(CameraReport { format, output, poses: cameras.len() }))
+        }
+    }
+}
+
+fn export_splat(
+    args: &Args,
+    format: ExportFormat,
+    splat: SplatFormat,
+    output: PathBuf,
+    context: &Context,
+) -> anyhow::Result<ExportReport> {
+    let source = args.input.load(context)?;
+    args.verify.check(splat, &output)?;
+    context.stop_if_dry_run()?;
+    let start = context.cpu_seconds();
+    write_splat(&source, splat, &args.splat, &output, context)?;
+    let cpu_seconds_write = start.zip(context.cpu_seconds()).map(|(a, b)| b - a);
+    let capture = args.cameras.capture.as_deref();
+    let verify = match args.verify.verify {
+        true => Some(verify(&source.file, &output, &args.verify, capture, context)?),
+        false => None,
+    };
+    let gaussians = source.file.gaussians.len();
+    let bytes = std::fs::metadata(&output).ok().map(|found| found.len());
+    Ok(ExportReport {
+        format,
+        output,
+        gaussians,
+        sh_degree: source.file.gaussians.sh_degree,
+        dropped_invalid: source.dropped_invalid,
+        dropped_faint: source.dropped_faint,
+        bytes,
+        bytes_per_gaussian: bytes.map(|bytes| bytes as f64 / gaussians as f64),
+        cpu_seconds_write,
+        verify,
+    })
+}

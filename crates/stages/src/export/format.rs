@@ -1,0 +1,136 @@
+//! Which product a command line asks for: the table from suffixes to makers.
+
+use std::path::Path;
+
+use clap::ValueEnum;
+use motes_formats::colmap::Layout;
+use motes_formats::splats::SplatFormat;
+use motes_stage::StageError;
+use serde::Serialize;
+
+use super::CameraFormat;
+
+/// What is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ExportFormat {
+    /// Gaussians as PLY, see --layout
+    Ply,
+    /// PlayCanvas compressed PLY
+    CompressedPly,
+    /// antimatter15 .splat
+    Splat,
+    /// Niantic .spz, see --spz-version
+    Spz,
+    /// PlayCanvas SOG
+    Sog,
+    /// Binary glTF with KHR_gaussian_splatting
+    Glb,
+    /// OpenUSD text with a ParticleField3DGaussianSplat
+    Usda,
+    /// A table with a line per Gaussian
+    Csv,
+    /// Statistics of each column as JSON
+    Statistics,
+    /// nerfstudio transforms.json of --capture or --path
+    Transforms,
+    /// Folder with a binary COLMAP model of --capture or --path
+    Colmap,
+    /// Folder with a COLMAP model as text
+    ColmapText,
+    /// glTF cameras of --capture or --path
+    GltfCameras,
+}
+
+/// Who makes it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Product {
+    /// Gaussians in a file of this format.
+    Splat(SplatFormat),
+    /// Cameras and poses.
+    Cameras(CameraFormat),
+}
+
+/// Formats beside those of Gaussians, with the ends of file names that choose them.
+const OTHERS: [(&str, ExportFormat); 2] =
+    [("transforms.json", ExportFormat::Transforms), (".gltf", ExportFormat::GltfCameras)];
+
+impl ExportFormat {
+    /// The format that `--format` or the end of the file name says.
+    ///
+    /// # Errors
+    /// When neither says one.
+    pub fn choose(given: Option<Self>, output: &Path) -> Result<Self, StageError> {
+        if let Some(format) = given {
+            return Ok(format);
+        }
+        let name = output.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
+        if let Some((_, format)) = OTHERS.iter().find(|(suffix, _)| name.ends_with(suffix)) {
+            return Ok(*format);
+        }
+        if let Some(format) = SplatFormat::of_name(output).and_then(Self::of_splat) {
+            return Ok(format);
+        }
+        let text = format!("the suffix names no format: {}", output.display());
+        Err(StageError::usage(text).help(format!("take one of {}, or --format", suffixes())))
+    }
+
+    fn of_splat(format: SplatFormat) -> Option<Self> {
+        Self::value_variants().iter().copied().find(|own| own.product() == Product::Splat(format))
+    }
+
+    /// Who makes it.
+    pub fn product(self) -> Product {
+        let splat = match self {
+            Self::Ply => SplatFormat::Ply,
+            Self::CompressedPly => SplatFormat::CompressedPly,
+            Self::Splat => SplatFormat::Splat,
+            Self::Spz => SplatFormat::Spz,
+            Self::Sog => SplatFormat::Sog,
+            Self::Glb => SplatFormat::Glb,
+            Self::Usda => SplatFormat::Usda,
+            Self::Csv => SplatFormat::Csv,
+            Self::Statistics => SplatFormat::Statistics,
+            Self::Transforms => return Product::Cameras(CameraFormat::Transforms),
+            Self::Colmap => return Product::Cameras(CameraFormat::Colmap(Layout::Binary)),
+            Self::ColmapText => return Product::Cameras(CameraFormat::Colmap(Layout::Text)),
+            Self::GltfCameras => return Product::Cameras(CameraFormat::Gltf),
+        };
+        Product::Splat(splat)
+    }
+}
+
+/// Suffixes that choose a format.
+fn suffixes() -> String {
+    let written = motes_formats::splats::CODECS.iter().filter(|codec| codec.is_writable());
+    written
+        .flat_map(|codec| codec.suffixes)
+        .copied()
+        .chain(OTHERS.map(|(suffix, _)| suffix))
+        .collect::<Vec<_>>()
+        .join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use motes_formats::splats::CODECS;
+
+    use super::*;
+
+    #[test]
+    fn flags_and_suffixes_reach_every_codec() {
+        for codec in CODECS.iter().filter(|codec| codec.is_writable()) {
+            let format = <ExportFormat as ValueEnum>::from_str(codec.name, false);
+            assert_eq!(format.map(ExportFormat::product), Ok(Product::Splat(codec.format)));
+            for suffix in codec.suffixes {
+                let path = format!("folder/name{suffix}");
+                let chosen = ExportFormat::choose(None, Path::new(&path));
+                assert_eq!(chosen.map(ExportFormat::product), Ok(Product::Splat(codec.format)));
+            }
+        }
+        let cameras = ExportFormat::choose(None, Path::new("x/transforms.json"));
+        assert_eq!(cameras, Ok(ExportFormat::Transforms));
+        let error = ExportFormat::choose(None, Path::new("a.obj")).unwrap_err().to_string();
+        assert!(error.contains("names no format") && error.contains(".splat"), "{error}");
+    }
+}

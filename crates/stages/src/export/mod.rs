@@ -1,0 +1,15 @@
+//! What the stage `export` reads, makes and says. One module per kind of product.
+
+mod cameras;
+mod format;
+mod input;
+mod report;
+mod splat;
+mod verify;
+
+pub use cameras::{CameraFormat, CameraOptions, CameraSource};
+pub use format::{ExportFormat, Product};
+pub use input::{InputOptions, Source};
+pub use report::{CameraReport, ExportReport, Outcome};
+pub use splat::{SplatOptions, write_splat};
+pub use verify::{VerifyOptions, VerifyReport, verify};
