@@ -242,7 +242,9 @@ pub fn read_exr_from(bytes: &[u8], name: &Path) -> Result<AovImage> {
             let cause = "its parts have different sizes";
             return Err(FormatError::not_supported(path, "EXR header", cause));
         }
-        let part = layer.attributes.layer_name.as_ref().map(|n| string(n) + ".");
+        // Blender writes a single part whose name is empty.
+        let part = layer.attributes.layer_name.as_ref().map(string).filter(|n| !n.is_empty());
+        let part = part.map(|name| name + ".");
         for channel in layer.channel_data.list {
             let mut name = string(&channel.name);
             if let Some(part) = part.as_ref().filter(|part| !name.starts_with(part.as_str())) {
@@ -350,6 +352,20 @@ mod tests {
         assert_eq!(image.attributes, attributes.into_iter().collect());
         for channel in sample() {
             assert_eq!(image.channel(&channel.name), Some(&channel));
+        }
+    }
+
+    #[test]
+    fn the_name_of_a_part_is_a_layer_unless_it_is_empty() {
+        for (part, expected) in [("", "R"), ("left", "left.R")] {
+            let channels = [AovChannel::float("R", vec![1.0])];
+            // The encoder lets nobody write the attribute by itself.
+            let attributes = [("nom_".to_owned(), part.to_owned())];
+            let mut bytes = encode_exr(Path::new("a"), 1, 1, &channels, &attributes).unwrap();
+            let at = bytes.windows(5).position(|w| w == b"nom_\0").unwrap();
+            bytes[at..at + 4].copy_from_slice(b"name");
+            let read = read_exr_from(&bytes, Path::new("a")).unwrap();
+            assert_eq!(read.channels[0].name, expected);
         }
     }
 

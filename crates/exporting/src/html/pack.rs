@@ -72,14 +72,9 @@ pub struct Packed {
     pub radius: f32,
 }
 
-/// What is left out of the harmonics.
+/// What is left out.
 #[derive(Args, Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PackOptions {
-    /// Highest degree of the spherical harmonics on the page, 0 to 3
-    #[arg(long, value_name = "DEGREE", default_value_t = 3,
-        value_parser = clap::value_parser!(u8).range(0..=3))]
-    pub html_sh_degree: u8,
-
     /// Bits of a coefficient above degree 0, 2 to 8: fewer make a smaller page
     #[arg(long, value_name = "BITS", default_value_t = 5,
         value_parser = clap::value_parser!(u8).range(2..=8))]
@@ -88,7 +83,7 @@ pub struct PackOptions {
 
 impl Default for PackOptions {
     fn default() -> Self {
-        Self { html_sh_degree: MAX_DEGREE, html_sh_bits: 5 }
+        Self { html_sh_bits: 5 }
     }
 }
 
@@ -101,7 +96,7 @@ pub fn pack(gaussians: &Gaussians, options: &PackOptions) -> Packed {
     let materials = Materials::of(gaussians).ok();
     let objects = object_ids(gaussians);
     let rows = morton_order(gaussians, drawable(gaussians));
-    let degree = gaussians.sh_degree.min(options.html_sh_degree).min(MAX_DEGREE);
+    let degree = gaussians.sh_degree.min(MAX_DEGREE);
     let ranges = Ranges::new(gaussians, &rows, degree);
     // The largest step on each side of 0.
     let sh_steps = f32::from((1u8 << (options.html_sh_bits.clamp(2, 8) - 1)) - 1);

@@ -10,7 +10,7 @@ use motes_testkit::random_gaussians;
 use super::pack::{BLOCK, CHUNK, PackOptions, Packed, pack};
 use super::{ViewerPage, ViewerSplat};
 
-const FINEST: PackOptions = PackOptions { html_sh_degree: 3, html_sh_bits: 8 };
+const FINEST: PackOptions = PackOptions { html_sh_bits: 8 };
 
 /// One Gaussian as the page's shaders read it: the same arithmetic in double precision.
 struct Read {
@@ -179,10 +179,16 @@ fn what_no_renderer_shows_is_left_out() {
 }
 
 #[test]
-fn harmonics_can_be_left_out_and_the_fourth_band_always_is() {
-    let first = PackOptions { html_sh_degree: 1, ..FINEST };
-    assert_eq!(pack(&random_gaussians(1, 5, 3), &first).sh_degree, 1);
-    assert_eq!(pack(&random_gaussians(1, 5, 4), &FINEST).sh_degree, 3);
+fn the_fourth_band_is_left_out_and_fewer_bits_make_it_smaller() {
+    let gaussians = random_gaussians(1, 2000, 4);
+    let sizes: Vec<usize> = [8, 5, 3]
+        .map(|html_sh_bits| {
+            let packed = pack(&gaussians, &PackOptions { html_sh_bits });
+            assert_eq!(packed.sh_degree, 3);
+            packed.blocks.iter().map(Vec::len).sum()
+        })
+        .into();
+    assert!(sizes[1] * 10 < sizes[0] * 9 && sizes[2] * 10 < sizes[1] * 9, "{sizes:?}");
 }
 
 fn page(gaussians: &Gaussians, title: &str) -> (String, super::HtmlSummary) {

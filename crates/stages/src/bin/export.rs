@@ -2,12 +2,14 @@
 //!
 //! Inputs: Gaussians in any format of the table (PLY, compressed PLY, .splat, …), or a scene folder
 //! (`motes/decomposition` 1.x); for cameras a capture (`motes/capture` 1.x) or a camera path. Output: one
-//! file, whose suffix chooses the format, or the folder of a COLMAP model.
+//! file, whose suffix chooses the format, or the folder of a COLMAP model; beside a mesh lies its light.
 //!
 //! ```text
 //! export gaussians.ply -o scene.splat --verify
 //! export --scene scene/ --layout r3dg -o relightable.ply
 //! export --capture OUT/capture.json -o OUT/transforms.json
+//! export --scene scene/ --capture OUT/capture.json -o page.html
+//! export --scene scene/ --format mesh --target blender -o mesh.glb
 //! ```
 //!
 //! Exit codes: 0 done, 1 failed, 2 usage or would overwrite, 3 bad input, 4 below --min-psnr, 130
@@ -20,8 +22,8 @@ use clap::Parser;
 use motes_formats::splats::SplatFormat;
 use motes_stage::{CommonArgs, Context, HasCommon};
 use motes_stages::export::{
-    CameraOptions, CameraReport, ExportFormat, ExportReport, InputOptions, Outcome, Product,
-    SplatOptions, VerifyOptions, verify, write_splat,
+    AssetJob, AssetOptions, CameraOptions, CameraReport, ExportFormat, ExportReport, InputOptions,
+    Outcome, Product, SplatOptions, VerifyOptions, verify, write_asset, write_splat,
 };
 use serde::Serialize;
 
@@ -55,6 +57,10 @@ struct Args {
 
     #[command(flatten)]
     #[serde(flatten)]
+    asset: AssetOptions,
+
+    #[command(flatten)]
+    #[serde(flatten)]
     common: CommonArgs,
 }
 
@@ -70,11 +76,18 @@ fn main() -> ExitCode {
 
 fn run(args: &Args, context: &Context) -> anyhow::Result<Outcome> {
     let output = context.output(&args.output)?;
-    let format = ExportFormat::choose(args.format, &output)?;
+    let given = args.asset.html.then_some(ExportFormat::Html).or(args.format);
+    let format = ExportFormat::choose(given, &output)?;
     match format.product() {
         Product::Splat(splat) => {
             let report = export_splat(args, format, splat, output, context)?;
             Ok(Outcome::Splat(report.into()))
+        }
+        Product::Asset(asset) => {
+            let (input, options, seed) = (&args.input, &args.asset, args.splat.seed);
+            let capture = args.cameras.capture.as_deref();
+            let job = AssetJob { asset, input, capture, options, seed };
+            write_asset(&job, &output, context).map(|report| Outcome::Asset(report.into()))
         }
         Product::Cameras(kind) => {
             let cameras = args.cameras.load(context)?;

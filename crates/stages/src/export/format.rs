@@ -9,6 +9,7 @@ use motes_stage::StageError;
 use serde::Serialize;
 
 use super::CameraFormat;
+use super::assets::Asset;
 
 /// What is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
@@ -40,6 +41,12 @@ pub enum ExportFormat {
     ColmapText,
     /// glTF cameras of --capture or --path
     GltfCameras,
+    /// One page that shows the Gaussians anywhere
+    Html,
+    /// Relightable mesh (.glb) of a scene folder, with its light beside it
+    Mesh,
+    /// What the objects of a scene folder shade, as a plane (.glb) and a picture
+    ShadowPlane,
 }
 
 /// Who makes it.
@@ -49,11 +56,16 @@ pub enum Product {
     Splat(SplatFormat),
     /// Cameras and poses.
     Cameras(CameraFormat),
+    /// A page, a mesh, a shadow.
+    Asset(Asset),
 }
 
 /// Formats beside those of Gaussians, with the ends of file names that choose them.
-const OTHERS: [(&str, ExportFormat); 2] =
-    [("transforms.json", ExportFormat::Transforms), (".gltf", ExportFormat::GltfCameras)];
+const OTHERS: [(&str, ExportFormat); 3] = [
+    (".html", ExportFormat::Html),
+    ("transforms.json", ExportFormat::Transforms),
+    (".gltf", ExportFormat::GltfCameras),
+];
 
 impl ExportFormat {
     /// The format that `--format` or the end of the file name says.
@@ -95,6 +107,9 @@ impl ExportFormat {
             Self::Colmap => return Product::Cameras(CameraFormat::Colmap(Layout::Binary)),
             Self::ColmapText => return Product::Cameras(CameraFormat::Colmap(Layout::Text)),
             Self::GltfCameras => return Product::Cameras(CameraFormat::Gltf),
+            Self::Html => return Product::Asset(Asset::Html),
+            Self::Mesh => return Product::Asset(Asset::Mesh),
+            Self::ShadowPlane => return Product::Asset(Asset::ShadowPlane),
         };
         Product::Splat(splat)
     }
@@ -130,6 +145,8 @@ mod tests {
         }
         let cameras = ExportFormat::choose(None, Path::new("x/transforms.json"));
         assert_eq!(cameras, Ok(ExportFormat::Transforms));
+        let page = ExportFormat::choose(None, Path::new("a.HTML")).map(ExportFormat::product);
+        assert_eq!(page, Ok(Product::Asset(Asset::Html)));
         let error = ExportFormat::choose(None, Path::new("a.obj")).unwrap_err().to_string();
         assert!(error.contains("names no format") && error.contains(".splat"), "{error}");
     }

@@ -1,5 +1,6 @@
 //! What the stage `export` reads, makes and says. One module per kind of product.
 
+mod assets;
 mod cameras;
 mod format;
 mod input;
@@ -7,6 +8,7 @@ mod report;
 mod splat;
 mod verify;
 
+pub use assets::{Asset, AssetJob, AssetOptions, AssetReport, write_asset};
 pub use cameras::{CameraFormat, CameraOptions, CameraSource};
 pub use format::{ExportFormat, Product};
 pub use input::{InputOptions, Source};

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
-use super::{ExportFormat, VerifyReport};
+use super::{AssetReport, ExportFormat, VerifyReport};
 
 /// What the stage says.
 #[derive(Clone, Debug, Serialize)]
@@ -15,12 +15,15 @@ pub enum Outcome {
     Splat(Box<ExportReport>),
     /// Of cameras.
     Cameras(CameraReport),
+    /// Of a page, a mesh, a shadow.
+    Asset(Box<AssetReport>),
 }
 
 impl fmt::Display for Outcome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Splat(report) => report.fmt(f),
+            Self::Asset(report) => report.fmt(f),
             Self::Cameras(report) => {
                 write!(f, "{} poses in {}", report.poses, report.output.display())
             }

@@ -61,7 +61,7 @@ pub struct SplatOptions {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65536))]
     pub sog_palette: Option<u32>,
 
-    /// Seed of the palette
+    /// Seed of the palette and of the shadow
     #[arg(long, value_name = "SEED", default_value_t = 0)]
     pub seed: u64,
 }
