@@ -233,8 +233,7 @@ fn blender_lights_the_mesh_as_relight_lights_the_scene() {
         &["--scene", "scene", "--format", "mesh", "--texture-size", "512", "-o", "m.glb"],
     );
     let name = scene.capture.views[0].name.as_str();
-    let line =
-        ["--scene", "scene", "--capture", "capture.json", "--view", name, "--background", "black"];
+    let line = ["--scene", "scene", "--capture", "capture.json", "--view", name];
     stage(env!("CARGO_BIN_EXE_relight"), folder, &[&line[..], &["-o", "relit"]].concat());
     let renderer =
         Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scripts/consumers/blender-render.py");
