@@ -147,6 +147,9 @@ pub(crate) fn probabilities(graph: &Graph, marks: &[Mark]) -> Vec<f32> {
     out
 }
 
+/// Sets that leave less than this share of everything are everything.
+const LEAST_REST: f64 = 0.15;
+
 /// Chain of sets in the order of probability: at each step the node, area and conductance so far.
 pub(crate) fn sweep(
     index: &SceneIndex,
@@ -173,8 +176,10 @@ pub(crate) fn sweep(
             volume += f64::from(graph.degrees[i as usize]);
             area += index.area(i);
             // Of the smaller side: everything together is no object.
-            let side = volume.min(total - volume).max(1e-12);
-            (i, area, (cut / side).clamp(0.0, 1.0) as f32)
+            let side = volume.min(total - volume);
+            let is_part = side > LEAST_REST * total || volume < 0.5 * total;
+            let conductance = if is_part { cut / side.max(1e-12) } else { 1.0 };
+            (i, area, conductance.clamp(0.0, 1.0) as f32)
         })
         .collect()
 }

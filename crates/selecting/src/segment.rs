@@ -32,8 +32,8 @@ impl Default for SegmentOptions {
     }
 }
 
-/// Regions smaller than this many superpixels are noise.
-const LEAST_AREA: f32 = 8.0;
+/// Regions of fewer superpixels per view are noise: what only one view shows is no object.
+const LEAST_PER_VIEW: f32 = 1.5;
 /// Superpixels in the middle of a box that a walk starts from.
 const BOX_SEEDS: usize = 5;
 /// A part is at most this share of its whole.
@@ -66,26 +66,54 @@ pub(crate) fn marks(index: &SceneIndex, seeds: &Seeds) -> Vec<Mark> {
     marks
 }
 
+/// The set of a chain that is meant: its last step, area and conductance.
+fn best_set(chain: &[(u32, f32, f32)], least: f32, most: f32) -> Option<(usize, f32, f32)> {
+    let cost = |s: &(u32, f32, f32)| s.2 * s.1.powf(AREA_POWER);
+    let usable = chain.iter().enumerate().filter(|(_, s)| s.1 >= least && s.1 <= most);
+    let best = usable.min_by(|a, b| cost(a.1).total_cmp(&cost(b.1)));
+    best.map(|(k, &(_, area, conductance))| (k, area, conductance))
+}
+
+/// Marks of a walk that starts from the negative clicks.
+fn opposed(seeds: &Seeds, marks: &[Mark]) -> Vec<Mark> {
+    let mut opposed = marks.to_vec();
+    seeds.positive.iter().flatten().for_each(|&n| opposed[n as usize] = Mark::Negative);
+    seeds.negative.iter().flatten().for_each(|&n| opposed[n as usize] = Mark::Positive);
+    opposed
+}
+
 /// Masks of the regions that a prompt can mean and their scores, the largest first.
 pub(crate) fn nested_regions(
     index: &SceneIndex,
     seeds: &Seeds,
     count: usize,
 ) -> Vec<(Vec<f32>, f32)> {
-    let marks = marks(index, seeds);
-    let probabilities = probabilities(&index.graph, &marks);
-    let chain = sweep(index, &probabilities, &marks);
+    let least = LEAST_PER_VIEW * index.views.len() as f32;
+    let mut marks = marks(index, seeds);
+    let likely = probabilities(&index.graph, &marks);
+    if !seeds.negative.is_empty() {
+        // With clicks of both kinds a superpixel is of the kind that a walk meets first.
+        let other = probabilities(&index.graph, &opposed(seeds, &marks));
+        for (mark, (mine, other)) in marks.iter_mut().zip(likely.iter().zip(&other)) {
+            if *mark == Mark::Free && other > mine {
+                *mark = Mark::Negative;
+            }
+        }
+    }
+    let chain = sweep(index, &likely, &marks);
     let mut out = Vec::new();
     let mut most = f32::INFINITY;
     while out.len() < count {
-        let cost = |s: &(u32, f32, f32)| s.2 * s.1.powf(AREA_POWER);
-        let usable = chain.iter().enumerate().filter(|(_, s)| s.1 >= LEAST_AREA && s.1 <= most);
-        let best = usable.min_by(|a, b| cost(a.1).total_cmp(&cost(b.1)));
-        let Some((k, &(_, area, conductance))) = best else { break };
+        let Some((k, area, conductance)) = best_set(&chain, least, most) else { break };
         let mut mask = vec![0.0; index.nodes()];
         chain[..=k].iter().for_each(|s| mask[s.0 as usize] = 1.0);
         out.push((mask, 1.0 - conductance));
         most = PART_SHARE * area;
+    }
+    if out.is_empty() {
+        // Smaller than any object that was thought of: what is more likely than not.
+        let mask = likely.iter().map(|&p| f32::from(u8::from(p > 0.5))).collect();
+        out.push((mask, 0.0));
     }
     out
 }
