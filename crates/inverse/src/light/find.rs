@@ -19,6 +19,9 @@ const SHARE: f32 = 0.03;
 const RADIUS: f32 = 0.05;
 /// Neighbours that pairs are drawn from: some shadow edges lie between.
 const AMONG: usize = 200;
+/// Difference of log chromaticity at which base colours are no longer alike. Sun and sky differ in colour, so points that look
+/// alike before the light is known are mostly lit alike: choosing by looks would hide every shadow from the fit.
+const CHROMA: f32 = 0.4;
 /// Weight of pairs that are not both on a flat piece: their normals err by degrees, which flattens the light.
 const UNSURE: f32 = 0.2;
 /// Weight of a pair of one point under two lights against a full pair.
@@ -78,8 +81,8 @@ impl LightProblem<'_> {
             let transport =
                 Transport::trace(self.scene, self.samples, &lights[0], &transport_options);
             let (rows, lit) = self.lit_points(&transport, &bounces);
-            // Chromaticity of the photos is that of light and base colour together: choose pairs again once the
-            // light is roughly known.
+            // The first pairs are near each other and may have any colour; they are chosen again once the light is
+            // roughly known.
             for pass in 0..if round == 0 { 2 } else { 1u64 } {
                 let pairs = self.pairs(&rows, &lit, &base, options, seed.wrapping_add(pass));
                 let solve_options = SolveOptions {
@@ -92,8 +95,8 @@ impl LightProblem<'_> {
                     rate: 0.1,
                 };
                 found.costs.push(solve(&mut lights, &lit, &pairs, &solve_options));
-                base = lit.iter().zip(&lights).map(|(l, light)| base_colors(l, light)).collect();
             }
+            base = lit.iter().zip(&lights).map(|(l, light)| base_colors(l, light)).collect();
             found.cells.push(lights[0].cells.len());
             if round < options.light_levels {
                 let hot = hot_cells(&lights, &lit);
@@ -137,12 +140,13 @@ impl LightProblem<'_> {
         for (l, (rows, lit)) in rows.iter().zip(lit).enumerate() {
             let positions: Vec<Vec3> =
                 rows.iter().map(|&p| self.samples[p as usize].position).collect();
-            let colors = base.get(l).unwrap_or(&lit.radiance);
+            let (colors, chroma) =
+                base.get(l).map_or((&lit.radiance, f32::INFINITY), |base| (base, CHROMA));
             let pair_options = PairOptions {
                 count: 8,
                 among: AMONG,
                 radius: RADIUS * self.distance,
-                chroma: 0.1,
+                chroma,
                 seed,
             };
             all.extend(choose_pairs(&positions, colors, &pair_options).into_iter().map(|pair| {

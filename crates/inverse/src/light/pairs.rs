@@ -35,7 +35,7 @@ pub struct PairOptions {
     pub among: usize,
     /// Distance of a neighbourhood, world units.
     pub radius: f32,
-    /// Difference of log chromaticity at which two colours are no longer alike.
+    /// Difference of log chromaticity at which two colours are no longer alike; infinite: all are.
     pub chroma: f32,
     /// Key of the choice.
     pub seed: u64,
