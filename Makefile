@@ -16,7 +16,7 @@ CONSUMERS := $(CURDIR)/.consumers
 LOCKED := $(if $(CI),--locked)
 
 .DELETE_ON_ERROR:
-.PHONY: build setup setup-consumers test fmt tidy licenses clippy doc unit lab lab-ci relight relight-ci truth schemas install uninstall clean help
+.PHONY: build setup setup-consumers test fmt tidy licenses clippy doc unit lab lab-ci relight relight-ci edit edit-ci truth schemas install uninstall clean help
 
 build: ## build the stages and the dispatcher into target/release (the default)
 	$(CARGO) build --release $(LOCKED) -p motes -p motes-stages
@@ -82,6 +82,13 @@ relight-ci: build truth
 	$(MAKE) -C pipelines/relight BIN='$(BIN)' OUT='$(CURDIR)/out/relight-ci' SCENE=studio WIDTH=160 VIEWS=12 \
 	    PRESET=draft QUALITY=preview DECOMPOSE='--samples 2000'
 
+edit: build truth ## a made scene: one object clicked and made matte black, another swapped, three lights, one page
+	$(MAKE) -C pipelines/edit BIN='$(BIN)' PRESET='$(PRESET)'
+
+edit-ci: build truth
+	$(MAKE) -C pipelines/edit BIN='$(BIN)' OUT='$(CURDIR)/out/edit-ci' WIDTH=160 VIEWS=12 PRESET=draft \
+	    QUALITY=preview DECOMPOSE='--samples 2000'
+
 truth: ## build the maker and the judge of ground-truth scenes
 	$(CARGO) build --release $(LOCKED) -p motes-truth
 
@@ -108,6 +115,7 @@ clean: ## remove build products and the Python environment
 	$(CARGO) clean
 	$(MAKE) -C pipelines/lab clean
 	$(MAKE) -C pipelines/relight clean
+	$(MAKE) -C pipelines/edit clean
 	rm -rf '$(VENV)' '$(CONSUMERS)' build
 
 help: ## print this list
