@@ -1,8 +1,8 @@
 //! A decomposed scene as a mesh with textures that renderers light: one `.glb`.
 //!
-//! Steps: the surface is decimated ([`decimate`]), cut into charts of an atlas ([`unwrap`]), and every texel
+//! Steps: the surface is decimated (`decimate`), cut into charts of an atlas (`unwrap`), and every texel
 //! takes what a viewer above it would see: base color, roughness, metallic and visibility of the
-//! Gaussians ([`gaussians_at`]), the normal of the full surface ([`texels`]). [`glb`] writes the file,
+//! Gaussians (`gaussians_at`), the normal of the full surface (`texels`). `glb` writes the file,
 //! [`target`] says in which axes, [`environment`] turns the light with it.
 //!
 //! `docs/export-mesh.md` holds what is approximated, what each dial costs and what was measured in
