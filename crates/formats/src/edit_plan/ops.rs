@@ -141,8 +141,8 @@ pub struct TransformOp {
     /// What rotation and scale leave in place: `origin`, `centroid` (default), `base` or `[x, y, z]`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pivot: Option<PivotDocument>,
-    /// What fills the place that the target leaves.
-    #[serde(default)]
+    /// What fills the place that the target leaves; the plane it stood on when nothing is said.
+    #[serde(default = "FillDocument::plane")]
     pub fill: FillDocument,
 }
 
@@ -256,8 +256,8 @@ pub struct SwapOp {
     /// Material of a mesh or splat that has none: a name of the library.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub material: Option<String>,
-    /// What fills the place of what went.
-    #[serde(default)]
+    /// What fills the place of what went; the plane it stood on when nothing is said.
+    #[serde(default = "FillDocument::plane")]
     pub fill: FillDocument,
 }
 

@@ -54,6 +54,13 @@ pub enum FillDocument {
     Patch,
 }
 
+impl FillDocument {
+    /// What a place gets that was left, not cleared: an object that moves shall not leave a hole.
+    pub(super) fn plane() -> Self {
+        Self::Plane
+    }
+}
+
 /// How a colour changes another.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
