@@ -1,9 +1,11 @@
 //! What an object leaves open where it stood.
 
 use glam::Vec3;
+use motes_math::rng::keyed_rng;
 use motes_relighting::RelightScene;
 use motes_scene::Surface;
 use motes_shading::tracing::Ray;
+use rand::RngExt;
 
 use super::grid::Grid;
 use super::images::Images;
@@ -14,7 +16,10 @@ use crate::Fill;
 const CONTACT: usize = 2;
 /// Points within this many edges of a plane lie on it.
 const TOLERANCE_EDGES: f32 = 2.0;
-/// The plane is looked for this share of the object's size around where it was cut.
+/// Points that are drawn around an object to find its plane.
+const POINTS: usize = 16_384;
+const PURPOSE: u64 = 0x484f_4c45;
+/// The plane is looked for this share of the object's size around it.
 const NEIGHBOURHOOD: f32 = 0.35;
 /// Normals of a plane agree with its own by this cosine.
 pub(super) const ALIGNED: f32 = 0.9;
@@ -57,7 +62,8 @@ pub(super) fn find_hole(
     let size = (high - low).length();
     let edge = 2.0 * before.ray_bias();
     let tolerance = TOLERANCE_EDGES * edge;
-    let around = rim(surface, &left, &stays, NEIGHBOURHOOD * size);
+    let region = (0.5 * (low + high), (0.5 + NEIGHBOURHOOD) * size);
+    let around = points_around(surface, &stays, region, seed);
     let plane = support_plane(&around, &object, 0.5 * tolerance, seed)?;
     let grid = Grid::over(plane, &object, edge, margin(fill) * size)?;
     let covered = covered(&grid, surface, tolerance, &stays);
@@ -93,28 +99,46 @@ fn bounds(points: &[Vec3]) -> Option<(Vec3, Vec3)> {
     Some(points.iter().fold((first, first), |(l, h), p| (l.min(*p), h.max(*p))))
 }
 
-/// Vertices that stayed, within `reach` of those at the cut.
-fn rim(
+/// Points of triangles that stayed, evenly spread over their area, within a ball.
+fn points_around(
     surface: &Surface,
-    left: &impl Fn(u32) -> bool,
     stays: &impl Fn(u32) -> bool,
-    reach: f32,
+    (center, radius): (Vec3, f32),
+    seed: u64,
 ) -> Vec<Vec3> {
-    let at = |v: u32| Vec3::from(surface.vertices[v as usize]);
-    let mut cut = vec![false; surface.vertices.len()];
-    for corners in &surface.triangles {
-        if corners.iter().any(|v| left(*v)) {
-            corners.iter().filter(|v| stays(**v)).for_each(|v| cut[*v as usize] = true);
-        }
+    let corners = |t: &[u32; 3]| t.map(|v| Vec3::from(surface.vertices[v as usize]));
+    let near = |t: &&[u32; 3]| {
+        let [a, b, c] = corners(t);
+        let middle = (a + b + c) / 3.0;
+        let reach = a.distance(middle).max(b.distance(middle)).max(c.distance(middle));
+        t.iter().all(|v| stays(*v)) && middle.distance(center) <= radius + reach
+    };
+    let triangles: Vec<[u32; 3]> = surface.triangles.iter().filter(near).copied().collect();
+    // A triangle much larger than the ball shall not draw all points to where it is far away.
+    let most = radius * radius;
+    let mut sum = 0.0f64;
+    let areas: Vec<f64> = triangles
+        .iter()
+        .map(|t| {
+            let [a, b, c] = corners(t);
+            sum += f64::from((0.5 * (b - a).cross(c - a).length()).min(most));
+            sum
+        })
+        .collect();
+    if !(sum > 0.0) {
+        return Vec::new();
     }
-    let cut: Vec<Vec3> = (0..cut.len()).filter(|&v| cut[v]).map(|v| at(v as u32)).collect();
-    // A ball around the cut is enough, and quicker than a distance to each of its points.
-    let Some((low, high)) = bounds(&cut) else { return Vec::new() };
-    let (center, radius) = (0.5 * (low + high), 0.5 * (high - low).length() + reach);
-    (0..surface.vertices.len() as u32)
-        .filter(|&v| stays(v) && at(v).distance(center) <= radius)
-        .map(at)
-        .collect()
+    let mut rng = keyed_rng(seed, PURPOSE, 0);
+    let draw = |_| {
+        let at = areas.partition_point(|a| *a < rng.random_range(0.0..sum));
+        let [a, b, c] = corners(&triangles[at.min(triangles.len() - 1)]);
+        let (mut u, mut v): (f32, f32) = (rng.random_range(0.0..1.0), rng.random_range(0.0..1.0));
+        if u + v > 1.0 {
+            (u, v) = (1.0 - u, 1.0 - v);
+        }
+        a + (b - a) * u + (c - a) * v
+    };
+    (0..POINTS).map(draw).filter(|p| p.distance(center) <= radius).collect()
 }
 
 impl Hole {

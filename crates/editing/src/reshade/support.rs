@@ -8,6 +8,10 @@ use rand::RngExt;
 const TRIALS: usize = 512;
 /// Points that vote.
 const MAX_VOTERS: usize = 4096;
+/// Points of the object that tell which side it is on.
+const MAX_OBJECT_VOTERS: usize = 512;
+/// This share of the object must be on one side.
+const ONE_SIDE: f64 = 0.9;
 /// A plane needs this share of the points around the object.
 const LEAST_SHARE: f64 = 0.3;
 const PURPOSE: u64 = 0x5355_5050;
@@ -44,8 +48,8 @@ impl Plane {
     }
 }
 
-/// The plane that most of `around` lie on within `tolerance`, world units, with `object` on its front.
-/// None when no plane has three tenths of them.
+/// The plane that most of `around` lie on within `tolerance`, world units, of those that have nine tenths of `object` on
+/// one side: its front. None when no plane has three tenths of them.
 pub(super) fn support_plane(
     around: &[Vec3],
     object: &[Vec3],
@@ -62,12 +66,20 @@ pub(super) fn support_plane(
     let mut rng = keyed_rng(seed, PURPOSE, 0);
     let near =
         |n: DVec3, c: DVec3| points.iter().filter(move |p| n.dot(**p - c).abs() <= tolerance);
+    let step = object.len().div_ceil(MAX_OBJECT_VOTERS).max(1);
+    let object: Vec<DVec3> = object.iter().step_by(step).map(|p| p.as_dvec3()).collect();
+    // A plane through the object is one of its faces, or a neighbour's, but not what it stands on.
+    let beside = |n: DVec3, c: DVec3| {
+        let front = object.iter().filter(|p| n.dot(**p - c) > -tolerance).count();
+        let back = object.iter().filter(|p| n.dot(**p - c) < tolerance).count();
+        front.max(back) as f64 >= ONE_SIDE * object.len() as f64
+    };
     let mut best: Option<(usize, DVec3, DVec3)> = None;
     for _ in 0..TRIALS {
         let [a, b, c] = [0; 3].map(|_| points[rng.random_range(0..points.len())]);
         let Some(n) = (b - a).cross(c - a).try_normalize() else { continue };
         let votes = near(n, a).count();
-        if best.is_none_or(|(most, ..)| votes > most) {
+        if best.is_none_or(|(most, ..)| votes > most) && beside(n, a) {
             best = Some((votes, n, a));
         }
     }
@@ -79,7 +91,7 @@ pub(super) fn support_plane(
         let inliers: Vec<DVec3> = near(normal, center).copied().collect();
         (normal, center) = least_squares(&inliers, normal)?;
     }
-    let object_center = object.iter().map(|p| p.as_dvec3()).sum::<DVec3>() / object.len() as f64;
+    let object_center = object.iter().sum::<DVec3>() / object.len() as f64;
     if normal.dot(object_center - center) < 0.0 {
         normal = -normal;
     }
