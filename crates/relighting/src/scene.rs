@@ -175,19 +175,9 @@ pub(crate) fn colored(gaussians: &Gaussians, color: impl Fn(usize) -> [f32; 3]) 
 
 /// Half the median edge: what a reconstructed surface is rough by.
 fn ray_bias(mesh: &TriangleMesh) -> f32 {
-    let step = mesh.triangles.len().div_ceil(20_000).max(1);
-    let mut edges: Vec<f32> = mesh
-        .triangles
-        .iter()
-        .step_by(step)
-        .map(|t| mesh.vertices[t[0] as usize].distance(mesh.vertices[t[1] as usize]))
-        .filter(|e| e.is_finite())
-        .collect();
-    edges.sort_by(f32::total_cmp);
-    let median = edges.get(edges.len() / 2).copied().unwrap_or(0.0);
     let finite = mesh.vertices.iter().filter(|v| v.is_finite());
     let (low, high) =
         finite.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
     let diagonal = (high - low).length();
-    if diagonal.is_finite() { (0.5 * median).min(MAX_BIAS * diagonal) } else { 0.0 }
+    if diagonal.is_finite() { (0.5 * mesh.median_edge()).min(MAX_BIAS * diagonal) } else { 0.0 }
 }

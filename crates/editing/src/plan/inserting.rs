@@ -8,7 +8,7 @@ use super::apply::{Outcome, Run, applied};
 use super::asset::{AssetRequest, load_asset};
 use super::preview::whole_extent;
 use super::values::{extent_of, fill, flat, keep, rows_of};
-use crate::ops::insert::{AssetSize, InsertNotes, insert};
+use crate::ops::insert::{Asset, AssetSize, InsertNotes, insert};
 use crate::ops::{delete, ground};
 use crate::{EditState, Similarity};
 
@@ -19,17 +19,7 @@ impl Run<'_> {
         state: &mut EditState,
         at: &str,
     ) -> Result<Outcome, EditError> {
-        let path = self.resources.file(&op.file);
-        let asset = load_asset(
-            &AssetRequest {
-                path: &path,
-                name: &op.file,
-                up: op.up,
-                count: op.gaussians,
-                material: op.material.as_deref(),
-            },
-            at,
-        )?;
+        let asset = self.asset(&op.file, op.up, op.gaussians, op.material.as_deref(), at)?;
         let size = match op.height {
             Some(height) => AssetSize::Height(height),
             None => AssetSize::Factor(op.scale.unwrap_or(1.0)),
@@ -52,11 +42,35 @@ impl Run<'_> {
             }
         };
         let placement = placement.ok_or_else(|| flat(at))?;
-        let (selection, notes) = insert(state, asset, &placement);
+        self.place(state, asset, &placement, op.name.as_deref(), at)
+    }
+
+    fn asset(
+        &self,
+        file: &str,
+        up: Option<[f64; 3]>,
+        count: Option<u64>,
+        material: Option<&str>,
+        at: &str,
+    ) -> Result<Asset, EditError> {
+        let path = self.resources.file(file);
+        load_asset(&AssetRequest { path: &path, name: file, up, count, material }, at)
+    }
+
+    /// Brings the asset in and keeps it under its name.
+    fn place(
+        &mut self,
+        state: &mut EditState,
+        asset: Asset,
+        placement: &Similarity,
+        name: Option<&str>,
+        at: &str,
+    ) -> Result<Outcome, EditError> {
+        let (selection, notes) = insert(state, asset, placement);
         self.tell(&notes, state, at);
         self.drop_ball_shadow(state, &selection.rows(), at);
         let n = selection.count();
-        keep(state, op.name.as_deref(), selection);
+        keep(state, name, selection);
         applied(n)
     }
 
@@ -81,17 +95,7 @@ impl Run<'_> {
     ) -> Result<Outcome, EditError> {
         let rows = rows_of(state, op.target.as_deref(), at)?;
         let old = extent_of(state, &rows, at)?;
-        let path = self.resources.file(&op.file);
-        let asset = load_asset(
-            &AssetRequest {
-                path: &path,
-                name: &op.file,
-                up: op.up,
-                count: op.gaussians,
-                material: op.material.as_deref(),
-            },
-            at,
-        )?;
+        let asset = self.asset(&op.file, op.up, op.gaussians, op.material.as_deref(), at)?;
         let size = match op.fit {
             FitDocument::Height => AssetSize::Height(old.height()),
             FitDocument::Footprint => AssetSize::Footprint(old.footprint()),
@@ -102,12 +106,7 @@ impl Run<'_> {
             .ok_or_else(|| flat(at))?;
         self.lift_shadow(state, &rows, at);
         delete::delete(state, &rows, fill(op.fill));
-        let (selection, notes) = insert(state, asset, &placement);
-        self.tell(&notes, state, at);
-        self.drop_ball_shadow(state, &selection.rows(), at);
-        let n = selection.count();
-        keep(state, op.name.as_deref(), selection);
-        applied(n)
+        self.place(state, asset, &placement, op.name.as_deref(), at)
     }
 
     pub(super) fn tell(&mut self, notes: &InsertNotes, state: &EditState, at: &str) {

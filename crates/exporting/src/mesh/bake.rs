@@ -39,7 +39,7 @@ pub(super) fn bake(source: &MeshSource<'_>, reduced: &Reduced, atlas: &Atlas) ->
         vertices: surface.vertices.iter().map(|v| Vec3::from(*v)).collect(),
         triangles: surface.triangles.clone(),
     };
-    let edge = median_edge(&full);
+    let edge = full.median_edge();
     // `is_consistent` has seen the corners already.
     let tracer = MeshTracer::new(&full, BuildQuality::Fast);
     let tracer = tracer.or_else(|_| MeshTracer::new(&TriangleMesh::default(), BuildQuality::Fast));
@@ -212,17 +212,4 @@ pub(super) fn tangent_space(t: Vec3, n: Vec3, sign: f32, target: Vec3) -> Vec3 {
     let local = local.normalize_or(Vec3::Z);
     // A texture cannot point below the mesh.
     if local.z > 0.0 { local } else { Vec3::Z }
-}
-
-fn median_edge(mesh: &TriangleMesh) -> f32 {
-    let step = mesh.triangles.len().div_ceil(20_000).max(1);
-    let mut edges: Vec<f32> = mesh
-        .triangles
-        .iter()
-        .step_by(step)
-        .map(|t| mesh.vertices[t[0] as usize].distance(mesh.vertices[t[1] as usize]))
-        .filter(|e| e.is_finite())
-        .collect();
-    edges.sort_by(f32::total_cmp);
-    edges.get(edges.len() / 2).copied().unwrap_or(0.0)
 }
