@@ -18,6 +18,9 @@ pub(crate) struct Link {
     pub(crate) weight: f32,
     /// How strongly it parts, 0 to 1.
     pub(crate) strength: f32,
+    /// Length of the border where the two touch in space, superpixel sides; 0 where one is only seen
+    /// before the other, and between views.
+    pub(crate) contact: f32,
 }
 
 /// A conductance falls to `exp(-PARTING)` at full strength; weak edges, which patterns are, cost little
@@ -30,6 +33,7 @@ pub(crate) struct Graph {
     offsets: Vec<u32>,
     neighbours: Vec<u32>,
     conductances: Vec<f32>,
+    contacts: Vec<f32>,
     /// Sum of each row.
     pub(crate) degrees: Vec<f32>,
 }
@@ -45,6 +49,7 @@ impl Graph {
         }
         let mut neighbours = vec![0u32; 2 * links.len()];
         let mut conductances = vec![0.0f32; 2 * links.len()];
+        let mut contacts = vec![0.0f32; 2 * links.len()];
         let mut degrees = vec![0.0f32; nodes];
         for link in links {
             let c = link.weight * (-PARTING * link.strength * link.strength).exp();
@@ -52,12 +57,22 @@ impl Graph {
                 let slot = &mut offsets[a as usize + 1];
                 neighbours[*slot as usize] = b;
                 conductances[*slot as usize] = c;
+                contacts[*slot as usize] = link.contact;
                 degrees[a as usize] += c;
                 *slot += 1;
             }
         }
         offsets.pop();
-        Self { offsets, neighbours, conductances, degrees }
+        Self { offsets, neighbours, conductances, contacts, degrees }
+    }
+
+    fn contacts_of(&self, i: usize) -> impl Iterator<Item = (usize, f32)> + '_ {
+        let range = self.offsets[i] as usize..self.offsets[i + 1] as usize;
+        self.neighbours[range.clone()]
+            .iter()
+            .map(|&n| n as usize)
+            .zip(self.contacts[range].iter().copied())
+            .filter(|&(_, length)| length > 0.0)
     }
 
     pub(crate) fn row(&self, i: usize) -> impl Iterator<Item = (usize, f32)> + '_ {
@@ -150,12 +165,25 @@ pub(crate) fn probabilities(graph: &Graph, marks: &[Mark]) -> Vec<f32> {
 /// Sets that leave less than this share of everything are everything.
 const LEAST_REST: f64 = 0.15;
 
-/// Chain of sets in the order of probability: at each step the node, area and conductance so far.
-pub(crate) fn sweep(
-    index: &SceneIndex,
-    probabilities: &[f32],
-    marks: &[Mark],
-) -> Vec<(u32, f32, f32)> {
+/// A set of a chain: the steps up to this one.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Step {
+    /// The superpixel that this step adds.
+    pub(crate) node: u32,
+    /// Superpixels of nominal size.
+    pub(crate) area: f32,
+    /// Cut over volume, 0 to 1.
+    pub(crate) conductance: f32,
+    /// Length of the border where it touches what is not its support, over the volume that an area of
+    /// this size has where nothing parts it.
+    pub(crate) contact: f32,
+}
+
+/// Neighbours of a superpixel, about.
+const NEIGHBOURS: f32 = 4.0;
+
+/// Chain of sets in the order of probability.
+pub(crate) fn sweep(index: &SceneIndex, probabilities: &[f32], marks: &[Mark]) -> Vec<Step> {
     let graph = &index.graph;
     let mut order: Vec<u32> = (0..probabilities.len() as u32)
         .filter(|&i| marks[i as usize] != Mark::Negative && probabilities[i as usize] > 0.0)
@@ -165,12 +193,17 @@ pub(crate) fn sweep(
     });
     let total: f64 = graph.degrees.iter().map(|&d| f64::from(d)).sum();
     let mut inside = vec![false; probabilities.len()];
-    let (mut cut, mut volume, mut area) = (0.0f64, 0.0f64, 0.0f32);
+    let (mut cut, mut volume, mut touching, mut area) = (0.0f64, 0.0f64, 0.0f64, 0.0f32);
     order
         .into_iter()
         .map(|i| {
             for (j, c) in graph.row(i as usize) {
                 cut += f64::from(if inside[j] { -c } else { c });
+            }
+            for (j, length) in graph.contacts_of(i as usize) {
+                if marks[j] != Mark::Negative {
+                    touching += f64::from(if inside[j] { -length } else { length });
+                }
             }
             inside[i as usize] = true;
             volume += f64::from(graph.degrees[i as usize]);
@@ -179,7 +212,12 @@ pub(crate) fn sweep(
             let side = volume.min(total - volume);
             let is_part = side > LEAST_REST * total || volume < 0.5 * total;
             let conductance = if is_part { cut / side.max(1e-12) } else { 1.0 };
-            (i, area, conductance.clamp(0.0, 1.0) as f32)
+            Step {
+                node: i,
+                area,
+                conductance: conductance.clamp(0.0, 1.0) as f32,
+                contact: touching.max(0.0) as f32 / (NEIGHBOURS * area),
+            }
         })
         .collect()
 }

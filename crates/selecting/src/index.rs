@@ -10,8 +10,11 @@ use crate::view_data::{SUPERPIXEL_PX, Segment, ViewData};
 
 /// Each superpixel is linked to what it meets in this many other views, the nearest by direction.
 const LINKED_VIEWS: usize = 6;
-/// Weight of a link between views, in superpixel sides of border.
-const VIEW_LINK: f32 = 1.0;
+/// Weight of a link between views, in superpixel sides of border. Each superpixel has several, and an
+/// error of depth makes a wrong one: they only have to carry a prompt to the other views.
+const VIEW_LINK: f32 = 0.3;
+/// Neighbours in an image whose middles are farther apart than this many sides do not touch.
+const TOUCHING: f32 = 2.0;
 /// A place is the same in another view when its depth agrees within this many superpixel sides.
 const SAME_DEPTH: f32 = 0.5;
 
@@ -61,11 +64,13 @@ impl SceneIndex {
         for (v, view) in views.iter().enumerate() {
             for (border, &strength) in view.borders.iter().zip(&strengths[v]) {
                 let nodes = border.segments.map(|s| s + offsets[v]);
-                links.push(Link {
-                    nodes,
-                    weight: border.length_px / SUPERPIXEL_PX as f32,
-                    strength,
-                });
+                let weight = border.length_px / SUPERPIXEL_PX as f32;
+                let [s, t] = border.segments.map(|s| &view.segments[s as usize]);
+                let apart = Vec3::from(s.point).distance(Vec3::from(t.point));
+                let touch =
+                    s.width.min(t.width) > 0.0 && apart < TOUCHING * 0.5 * (s.width + t.width);
+                let contact = if touch { weight } else { 0.0 };
+                links.push(Link { nodes, weight, strength, contact });
             }
         }
         let graph = Graph::new(segments.len(), &links);
@@ -206,7 +211,7 @@ fn links_of_view(
             };
             let strength = across_views(segment, &views[to].segments[t as usize], plane);
             let nodes = [offsets[from] + s as u32, offsets[to] + t];
-            links.push(Link { nodes, weight: VIEW_LINK, strength });
+            links.push(Link { nodes, weight: VIEW_LINK, strength, contact: 0.0 });
         }
     }
     links

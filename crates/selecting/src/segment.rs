@@ -1,6 +1,6 @@
 //! From a prompt to masks of all views: regions, then rounds of lifting and cutting.
 
-use crate::diffusion::{Mark, probabilities, sweep};
+use crate::diffusion::{Mark, Step, probabilities, sweep};
 use crate::index::SceneIndex;
 use crate::max_flow::MaxFlow;
 
@@ -38,9 +38,13 @@ const LEAST_PER_VIEW: f32 = 1.5;
 const BOX_SEEDS: usize = 5;
 /// A part is at most this share of its whole.
 const PART_SHARE: f32 = 0.6;
-/// The set of least `conductance * area^AREA_POWER` is meant: two objects that nothing joins are together
-/// as good a set as each, and then the smaller one is wanted.
+/// The set of least `(conductance + CLOSED + CONTACT contact) * area^AREA_POWER` is meant. Conductances far
+/// below `CLOSED` are all alike: several objects that touch are together always a little better closed
+/// than each, and then the smaller set is wanted. An object rests on its support; what touches other things along
+/// much of its border is rather a part of one.
 const AREA_POWER: f32 = 0.4;
+const CLOSED: f32 = 0.015;
+const CONTACT: f32 = 0.2;
 
 /// Where a walk starts and ends.
 pub(crate) fn marks(index: &SceneIndex, seeds: &Seeds) -> Vec<Mark> {
@@ -66,12 +70,12 @@ pub(crate) fn marks(index: &SceneIndex, seeds: &Seeds) -> Vec<Mark> {
     marks
 }
 
-/// The set of a chain that is meant: its last step, area and conductance.
-fn best_set(chain: &[(u32, f32, f32)], least: f32, most: f32) -> Option<(usize, f32, f32)> {
-    let cost = |s: &(u32, f32, f32)| s.2 * s.1.powf(AREA_POWER);
-    let usable = chain.iter().enumerate().filter(|(_, s)| s.1 >= least && s.1 <= most);
-    let best = usable.min_by(|a, b| cost(a.1).total_cmp(&cost(b.1)));
-    best.map(|(k, &(_, area, conductance))| (k, area, conductance))
+/// The set of a chain that is meant: its last step.
+fn best_set(chain: &[Step], least: f32, most: f32) -> Option<(usize, Step)> {
+    let cost = |s: &Step| (s.conductance + CLOSED + CONTACT * s.contact) * s.area.powf(AREA_POWER);
+    let usable =
+        chain.iter().copied().enumerate().filter(|(_, s)| s.area >= least && s.area <= most);
+    usable.min_by(|a, b| cost(&a.1).total_cmp(&cost(&b.1)))
 }
 
 /// Marks of a walk that starts from the negative clicks.
@@ -82,13 +86,8 @@ fn opposed(seeds: &Seeds, marks: &[Mark]) -> Vec<Mark> {
     opposed
 }
 
-/// Masks of the regions that a prompt can mean and their scores, the largest first.
-pub(crate) fn nested_regions(
-    index: &SceneIndex,
-    seeds: &Seeds,
-    count: usize,
-) -> Vec<(Vec<f32>, f32)> {
-    let least = LEAST_PER_VIEW * index.views.len() as f32;
+/// Sets that a prompt can mean, in the order of the walk; its marks and probabilities.
+pub(crate) fn chain_of(index: &SceneIndex, seeds: &Seeds) -> (Vec<Step>, Vec<Mark>, Vec<f32>) {
     let mut marks = marks(index, seeds);
     let likely = probabilities(&index.graph, &marks);
     if !seeds.negative.is_empty() {
@@ -100,15 +99,25 @@ pub(crate) fn nested_regions(
             }
         }
     }
-    let chain = sweep(index, &likely, &marks);
+    (sweep(index, &likely, &marks), marks, likely)
+}
+
+/// Masks of the regions that a prompt can mean and their scores, the largest first.
+pub(crate) fn nested_regions(
+    index: &SceneIndex,
+    seeds: &Seeds,
+    count: usize,
+) -> Vec<(Vec<f32>, f32)> {
+    let least = LEAST_PER_VIEW * index.views.len() as f32;
+    let (chain, _, likely) = chain_of(index, seeds);
     let mut out = Vec::new();
     let mut most = f32::INFINITY;
     while out.len() < count {
-        let Some((k, area, conductance)) = best_set(&chain, least, most) else { break };
+        let Some((k, last)) = best_set(&chain, least, most) else { break };
         let mut mask = vec![0.0; index.nodes()];
-        chain[..=k].iter().for_each(|s| mask[s.0 as usize] = 1.0);
-        out.push((mask, 1.0 - conductance));
-        most = PART_SHARE * area;
+        chain[..=k].iter().for_each(|s| mask[s.node as usize] = 1.0);
+        out.push((mask, 1.0 - last.conductance));
+        most = PART_SHARE * last.area;
     }
     if out.is_empty() {
         // Smaller than any object that was thought of: what is more likely than not.
