@@ -133,6 +133,10 @@ fn photographed(boxes: &[[f32; 2]], whole: bool) -> (Gaussians, Surface) {
 
 fn state(boxes: &[[f32; 2]]) -> EditState {
     let (gaussians, surface) = photographed(boxes, false);
+    state_of(gaussians, surface)
+}
+
+fn state_of(gaussians: Gaussians, surface: Surface) -> EditState {
     let parts = SceneParts {
         environment: environment(),
         convention: Convention::Blender,
@@ -190,6 +194,46 @@ fn a_shadow_goes_with_its_box_and_the_ground_closes() {
     assert!(surface.is_consistent() && surface.has_materials());
     let highest = surface.vertices.iter().map(|v| v[2]).fold(0.0, f32::max);
     assert!(highest < 0.02, "no triangle of the box is left: {highest}");
+}
+
+#[test]
+fn ground_that_nobody_saw_is_replaced_although_the_surface_goes_on() {
+    // The sheet continues under the box; what the splat holds there, and below it, is red.
+    let red = |p: &[f32; 3]| p[0].abs() < BOX && p[1].abs() < BOX && p[2] < 0.5 * BOX;
+    let (mut gaussians, surface) = photographed(&[[0.0, 0.0]], true);
+    let hidden: Vec<u32> = (0..gaussians.len() as u32)
+        .filter(|&i| {
+            let m = gaussians.means[i as usize];
+            m[2].abs() < 1e-3 && red(&m)
+        })
+        .collect();
+    let mut junk = gaussians.clone();
+    junk.gather(&hidden);
+    junk.means.iter_mut().enumerate().for_each(|(i, m)| m[2] = [-0.05, 0.1][i % 2]);
+    for &i in &hidden {
+        gaussians.sh[3 * i as usize..][..3].copy_from_slice(&[1.5, -1.5, -1.5]);
+    }
+    let n = gaussians.len();
+    gaussians.means.extend(&junk.means);
+    gaussians.rotations.extend(&junk.rotations);
+    gaussians.log_scales.extend(&junk.log_scales);
+    gaussians.opacity_logits.extend(&junk.opacity_logits);
+    gaussians.sh.extend(vec![1.5; junk.sh.len()]);
+    for (column, more) in gaussians.extra.iter_mut().zip(&mut junk.extra) {
+        column.values.append(&mut more.values);
+    }
+    let mut state = state_of(gaussians, surface);
+    let rows = rows_of_box(&state, [0.0, 0.0]);
+    let rows: Vec<u32> = rows.into_iter().filter(|&i| (i as usize) < n).collect();
+    state.remove(&rows, Fill::Plane);
+    let (surface, report) = run(&mut state);
+    assert!(report.leftovers >= 2 * hidden.len() * 3 / 4, "{report:?} of {}", hidden.len());
+    let (truth, _) = photographed(&[], true);
+    let under = error(&state.gaussians, &truth, |p| p.iter().all(|v| v.abs() < BOX));
+    assert!(under < 0.03, "under the box: {under}, {report:?}");
+    let inside = state.gaussians.means.iter().filter(|m| red(m) && m[2].abs() > 0.02).count();
+    assert!(inside == 0, "{inside} are left in the air or below");
+    assert!(surface.vertices.iter().all(|v| v[2].abs() < 0.02), "the box is gone");
 }
 
 #[test]

@@ -137,7 +137,11 @@ impl Run<'_> {
                 let rows = rows_of(state, op.target.as_deref(), at)?;
                 self.lift_shadow(state, &rows, at);
                 delete::delete(state, &rows, fill(op.fill));
-                self.unlit(state, at, "the place that was uncovered keeps its old light");
+                self.unlit(
+                    state,
+                    at,
+                    "the place that was uncovered stays open and keeps its old light",
+                );
                 applied(rows.len())
             }
             OpDocument::Extract(op) => {

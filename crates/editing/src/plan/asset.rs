@@ -4,7 +4,8 @@ use std::path::Path;
 
 use glam::DVec3;
 use motes_formats::decomposition::read_decomposition;
-use motes_formats::ply::{has_faces, open_gaussians, read_mesh, read_surface};
+use motes_formats::ply::{has_faces, read_mesh, read_surface};
+use motes_formats::splats::open_gaussians;
 use motes_scene::{Materials, Surface};
 
 use super::EditError;

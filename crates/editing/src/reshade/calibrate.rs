@@ -38,6 +38,8 @@ const LEAST_RADIANCE: f32 = 2e-3;
 pub(super) struct Observed {
     /// As captured, linear.
     pub(super) radiance: Vec<Option<Vec3>>,
+    /// Where the radiance is also that of what stood there.
+    pub(super) blurred: Vec<bool>,
     /// Of white matte matter.
     pub(super) log_before: Vec<Vec3>,
     pub(super) log_after: Vec<Vec3>,
@@ -69,7 +71,7 @@ pub(super) fn is_change(log_before: Vec3, log_after: Vec3) -> bool {
 impl Calibration {
     /// From what is known about the cells, or none where there is too little of it.
     pub(super) fn new(grid: Grid, observed: &Observed) -> Option<Self> {
-        let Observed { radiance, log_before, log_after } = observed;
+        let Observed { radiance, blurred, log_before, log_after } = observed;
         let steps = CELLS_OF_REACH.ceil() as usize;
         let cells = 0..grid.cells();
         let known: Vec<bool> = radiance.iter().map(Option::is_some).collect();
@@ -116,11 +118,18 @@ impl Calibration {
             .clone()
             .map(|c| if zone[c] && known[c] { tint * bounded(c) } else { Vec3::ZERO })
             .collect();
-        let weight: Vec<f32> = known.iter().map(|k| f32::from(u8::from(*k))).collect();
+        // Where an object touched the plane, there was little light to see its colour by.
+        let trust = |c: usize| (2.0 * mean(gone[c])).exp().min(1.0);
+        let weight: Vec<f32> =
+            cells.clone().map(|c| if known[c] && !blurred[c] { trust(c) } else { 0.0 }).collect();
+        let known: Vec<bool> = weight.iter().map(|w| *w > 0.0).collect();
         let unlit = cells
             .clone()
             .map(|c| match radiance[c] {
-                Some(color) => (color * (-(lit(c) + gone[c] + shift[c])).map(f32::exp)).to_array(),
+                Some(color) => {
+                    let light = (lit(c) + gone[c] + shift[c]).map(f32::exp);
+                    (color / light * weight[c]).to_array()
+                }
                 None => [0.0; 3],
             })
             .collect();

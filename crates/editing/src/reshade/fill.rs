@@ -124,7 +124,7 @@ pub(super) fn continued_looks(
         // Colours are best known in the light: least squares weigh by its square.
         let light = n.white_radiance / brightest.max(f32::MIN_POSITIVE);
         let weight = opacity * light.element_sum().powi(2);
-        if hole.open[cell] || opacity < LEAST_OPACITY || !(weight > 1e-6) {
+        if hole.blurred[cell] || opacity < LEAST_OPACITY || !(weight > 1e-6) {
             continue;
         }
         let unlit = n.radiance / n.white_radiance.max(Vec3::splat(1e-3 * brightest));
@@ -143,15 +143,22 @@ pub(super) fn continued_looks(
         weights[cell] += weight;
     }
     let known: Vec<bool> = weights.iter().map(|w| *w > 0.0).collect();
-    for (sum, weight) in sums.iter_mut().zip(&mut weights) {
-        if *weight > 0.0 {
-            sum.iter_mut().for_each(|v| *v /= *weight);
-            *weight = 1.0;
-        }
+    // Cells in deep shadow, where an object touched the plane, know little about its colour.
+    let usual = median(weights.iter().copied().filter(|w| *w > 0.0).collect());
+    for (sum, weight) in sums.iter_mut().zip(&mut weights).filter(|(_, w)| **w > 0.0) {
+        let trust = (*weight / usual).min(1.0);
+        sum.iter_mut().for_each(|v| *v *= trust / *weight);
+        *weight = trust;
     }
     let mut looks = pull_push(grid.size, sums, weights);
     grid.smooth(&mut looks, &known);
     looks
+}
+
+/// The upper of the two in the middle; 1 of nothing.
+fn median(mut values: Vec<f32>) -> f32 {
+    values.sort_by(f32::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(1.0)
 }
 
 /// Distance of new Gaussians: as dense as those around.

@@ -100,6 +100,12 @@ impl Grid {
         marks
     }
 
+    /// The cells of `marks` without those that touch others, `rounds` times. What is beyond the edge counts as marked.
+    pub(super) fn shrunk(&self, marks: &[bool], rounds: usize) -> Vec<bool> {
+        let others: Vec<bool> = marks.iter().map(|marked| !marked).collect();
+        self.grown(&others, rounds).into_iter().map(|other| !other).collect()
+    }
+
     /// The up to eight cells around one.
     pub(super) fn around(&self, cell: usize) -> impl Iterator<Item = usize> {
         self.within(cell, 1)

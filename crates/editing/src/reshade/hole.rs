@@ -4,18 +4,29 @@ use glam::Vec3;
 use motes_math::rng::keyed_rng;
 use motes_relighting::RelightScene;
 use motes_scene::Surface;
-use motes_shading::tracing::Ray;
 use rand::RngExt;
+use rayon::prelude::*;
 
+use super::colors::Projection;
+use super::cover::Cover;
 use super::grid::Grid;
 use super::images::Images;
+use super::plane_picture::plane_picture;
 use super::support::support_plane;
 use crate::Fill;
 
 /// Cells around what was hidden that were hardly seen either.
 const CONTACT: usize = 2;
-/// Points within this many edges of a plane lie on it.
-const TOLERANCE_EDGES: f32 = 2.0;
+/// Points within this many edges of a plane lie on it: as few as find one, since ground is as rough as it is.
+const TOLERANCE_EDGES: [f32; 3] = [2.0, 4.0, 8.0];
+/// Colours next to an opening are those of the object as well, within this share of its size.
+const RIM: f32 = 0.04;
+/// In cells.
+const MAX_RIM: usize = 32;
+/// Gaps of up to twice as many cells between openings are open, too.
+const CLOSING: usize = 4;
+/// Gaussians within this many tolerances of a plane hold it: few views place ground less well than a mesh of all does.
+const HELD: f32 = 3.0;
 /// Points that are drawn around an object to find its plane.
 const POINTS: usize = 16_384;
 const PURPOSE: u64 = 0x484f_4c45;
@@ -33,8 +44,10 @@ fn margin(fill: Fill) -> f32 {
 #[derive(Debug)]
 pub(super) struct Hole {
     pub(super) grid: Grid,
-    /// Cells without surface.
+    /// Cells that were hidden or have no surface.
     pub(super) open: Vec<bool>,
+    /// Those and the cells around, which hold what was seen at the foot of the object: its colours and its contact shadow.
+    pub(super) blurred: Vec<bool>,
     /// Cells whose surface stayed.
     pub(super) covered: Vec<bool>,
     /// How far off the plane its points may be.
@@ -43,14 +56,23 @@ pub(super) struct Hole {
     pub(super) object_size: f32,
 }
 
+/// What holes are found by.
+#[derive(Clone, Copy)]
+pub(super) struct Left<'a> {
+    pub(super) before: &'a RelightScene,
+    pub(super) images: &'a Images,
+    pub(super) fate_of_vertex: &'a [u32],
+    pub(super) cover: &'a Cover,
+}
+
 /// The hole with a number, if matter left one and there is a plane to close it with.
 pub(super) fn find_hole(
-    before: &RelightScene,
-    images: &Images,
-    fate_of_vertex: &[u32],
+    left_scene: &Left<'_>,
+    projection: &Projection,
     (number, fill): (u32, Fill),
     seed: u64,
 ) -> Option<Hole> {
+    let Left { before, images, fate_of_vertex, cover } = *left_scene;
     let surface = before.surface();
     let at = |v: u32| Vec3::from(surface.vertices[v as usize]);
     let left = |v: u32| images.fate(fate_of_vertex[v as usize]).hole == Some(number);
@@ -61,20 +83,47 @@ pub(super) fn find_hole(
     let (low, high) = bounds(&object)?;
     let size = (high - low).length();
     let edge = 2.0 * before.ray_bias();
-    let tolerance = TOLERANCE_EDGES * edge;
     let region = (0.5 * (low + high), (0.5 + NEIGHBOURHOOD) * size);
     let around = points_around(surface, &stays, region, seed);
-    let plane = support_plane(&around, &object, 0.5 * tolerance, seed)?;
+    let (plane, tolerance) = TOLERANCE_EDGES.into_iter().find_map(|edges| {
+        let plane = support_plane(&around, &object, 0.5 * edges * edge, seed)?;
+        Some((plane, edges * edge))
+    })?;
     let grid = Grid::over(plane, &object, edge, margin(fill) * size)?;
     let covered = covered(&grid, surface, tolerance, &stays);
     let mut under = vec![false; grid.cells()];
     for corners in surface.triangles.iter().filter(|corners| corners.iter().any(|v| left(*v))) {
         grid.mark(&mut under, corners.map(at));
     }
-    let open: Vec<bool> = (0..grid.cells()).map(|c| under[c] && !covered[c]).collect();
-    // Where matter met the plane, cameras saw next to nothing.
-    let open = grid.grown(&open, CONTACT);
-    Some(Hole { grid, open, covered, tolerance, object_size: size })
+    let under = grid.grown(&under, CONTACT);
+    let held = held(&grid, left_scene, tolerance, projection);
+    let raised = plane.normal * before.ray_bias();
+    let hidden = |c: usize| cover.hides(plane.point(grid.middle(c)) + raised, plane.normal);
+    let open: Vec<bool> = (0..grid.cells())
+        .into_par_iter()
+        .with_min_len(64)
+        .map(|c| under[c] && (!covered[c] || !held[c] || hidden(c)))
+        .collect();
+    // Where matter met the plane, cameras saw next to nothing; what lies between such places is no better known.
+    let open = grid.shrunk(&grid.grown(&open, CONTACT + CLOSING), CLOSING);
+    let rim = ((RIM * size / grid.pitch).ceil() as usize).min(MAX_RIM);
+    let blurred = grid.grown(&open, rim);
+    Some(Hole { grid, open, blurred, covered, tolerance, object_size: size })
+}
+
+/// Cells that Gaussians which stayed and lie in the plane cover. Under an object a splat often has none: what cameras saw
+/// past its edge lies as dark matter below the plane.
+fn held(grid: &Grid, left: &Left<'_>, tolerance: f32, projection: &Projection) -> Vec<bool> {
+    let gaussians = &left.before.gaussians;
+    let lies = |i: &u32| {
+        let p = Vec3::from(gaussians.means[*i as usize]);
+        left.images.of_row(*i).stays()
+            && grid.plane.height(p).abs() <= HELD * tolerance
+            && grid.cell(grid.plane.flat(p)).is_some()
+    };
+    let rows: Vec<u32> = (0..gaussians.len() as u32).filter(lies).collect();
+    let picture = plane_picture(grid, gaussians, &rows, projection, left.before.antialias);
+    picture.iter().map(Option::is_some).collect()
 }
 
 /// Cells under triangles that stayed and lie in the plane.
@@ -142,27 +191,42 @@ fn points_around(
 }
 
 impl Hole {
-    /// Whether a point that stayed was hidden in the object, or part of the plane, over cells that are open now.
-    pub(super) fn was_inside(
-        &self,
-        before: &RelightScene,
-        p: Vec3,
-        normal: Vec3,
-        left: impl Fn(u32) -> bool,
-    ) -> bool {
+    /// Whether a Gaussian that stayed was hidden in the object, or part of the plane over cells that are open now.
+    pub(super) fn was_inside(&self, before: &RelightScene, cover: &Cover, row: usize) -> bool {
         let plane = &self.grid.plane;
-        let over_open = self.grid.cell(plane.flat(p)).is_some_and(|c| self.open[c]);
-        if !over_open || plane.height(p) < -3.0 * self.tolerance {
+        let p = Vec3::from(before.gaussians.means[row]);
+        let height = plane.height(p);
+        let largest = before.gaussians.log_scales[row].into_iter().fold(f32::MIN, f32::max).exp();
+        // What lies deeper does not show.
+        if !(height > -3.0 * self.tolerance.max(largest)) {
             return false;
         }
-        if self.on_plane(p) && normal.dot(plane.normal) > ALIGNED {
+        let raised = p + plane.normal * (before.ray_bias() - height).max(0.0);
+        if cover.hides(raised, plane.normal) {
             return true;
         }
-        let start = p.max_element().abs().max(1.0) * 1e-6;
-        let up = Ray { t_min: start, ..Ray::new(p, plane.normal) };
-        before
-            .first_triangle(&up)
-            .is_some_and(|t| before.surface().triangles[t as usize].iter().any(|v| left(*v)))
+        if height < -HELD * self.tolerance {
+            // Below the plane nothing was to be seen but through the hole.
+            let around = (0..8).map(|k| {
+                let (sin, cos) = (std::f32::consts::FRAC_PI_4 * k as f32).sin_cos();
+                p + (plane.axes[0] * cos + plane.axes[1] * sin) * largest
+            });
+            return self.is_open(p) || around.into_iter().any(|p| self.is_open(p));
+        }
+        let normal = Vec3::from(before.materials.normals[row]);
+        let is_ground =
+            || height < -self.tolerance || self.on_plane(p) && normal.dot(plane.normal) > ALIGNED;
+        self.is_open(p) && (is_ground() || cover.is_over(p, plane.normal))
+    }
+
+    /// Whether a point is over an open cell.
+    fn is_open(&self, p: Vec3) -> bool {
+        self.grid.cell(self.grid.plane.flat(p)).is_some_and(|c| self.open[c])
+    }
+
+    /// Whether a vertex that stayed is hidden in the object, or part of the plane over cells that are open now.
+    pub(super) fn replaces(&self, cover: &Cover, p: Vec3) -> bool {
+        (self.on_plane(p) && self.is_open(p)) || cover.hides(p, self.grid.plane.normal)
     }
 
     /// Whether a point lies on the plane.

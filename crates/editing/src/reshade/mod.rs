@@ -18,6 +18,7 @@
 
 mod calibrate;
 mod colors;
+mod cover;
 mod fill;
 mod grid;
 mod hole;

@@ -238,11 +238,12 @@ fn calibrated(
     let shown: Vec<u32> = lying.iter().map(|k| rows.scaled[*k].0).collect();
     let mut radiance = plane_picture(&grid, &state.gaussians, &shown, projection, before.antialias);
     let covered = covered(&grid, before.surface(), hole.tolerance, &|_| true);
-    let open = |c: usize| {
-        hole.grid.cell(plane.flat(plane.point(grid.middle(c)))).is_some_and(|c| hole.open[c])
+    let of_hole = |marks: &[bool], c: usize| {
+        hole.grid.cell(plane.flat(plane.point(grid.middle(c)))).is_some_and(|c| marks[c])
     };
+    let blurred = (0..grid.cells()).map(|c| of_hole(&hole.blurred, c)).collect();
     for (c, radiance) in radiance.iter_mut().enumerate() {
-        if !covered[c] || open(c) {
+        if !covered[c] || of_hole(&hole.open, c) {
             *radiance = None;
         }
     }
@@ -253,7 +254,7 @@ fn calibrated(
     };
     let probes: Vec<Probe> = (0..grid.cells()).map(probe).collect();
     let [log_before, log_after] = log_white(&probes);
-    Calibration::new(grid, &Observed { radiance, log_before, log_after })
+    Calibration::new(grid, &Observed { radiance, blurred, log_before, log_after })
 }
 
 /// Lights what fills holes: its unlit colour times the light that is there now.

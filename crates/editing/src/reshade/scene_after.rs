@@ -5,10 +5,12 @@ use std::collections::HashMap;
 use glam::Vec3;
 use motes_relighting::{QualityOptions, RelightScene, Relighter};
 use motes_scene::{ExtraColumn, Materials, Surface};
+use rayon::prelude::*;
 
 use super::colors::Projection;
+use super::cover::{Cover, Orphans};
 use super::fill::{Filling, Neighbour, continued_looks, dressed_lid, fill_with_plane};
-use super::hole::{Hole, find_hole};
+use super::hole::{Hole, Left, find_hole};
 use super::images::{Fate, Images};
 use super::patch::best_shift;
 use super::ratio::{self, Rows};
@@ -29,24 +31,39 @@ pub(super) fn reshade(
 
     let (images, fills) = fates(state, before.gaussians.len());
     let fate_of_vertex = images.of_vertices(&before.gaussians, before.surface());
-    let mut mesh = surface::moved(before.surface(), &images, &fate_of_vertex, &state.motions);
-    append_sources(state, &mut mesh);
+    let left = |v: u32| !images.fate(fate_of_vertex[v as usize]).stays();
+    let cover = Cover::new(&before, left);
+    let projection = Projection::new(state.gaussians.sh_degree);
     let mut holes: Vec<(Hole, Fill)> = Vec::new();
     for (k, fill) in fills.iter().enumerate().filter(|(_, fill)| **fill != Fill::None) {
-        match find_hole(&before, &images, &fate_of_vertex, (k as u32, *fill), options.seed) {
+        let found = cover.as_ref().and_then(|cover| {
+            let left =
+                Left { before: &before, images: &images, fate_of_vertex: &fate_of_vertex, cover };
+            find_hole(&left, &projection, (k as u32, *fill), options.seed)
+        });
+        match found {
             Some(hole) => holes.push((hole, *fill)),
             None => report
                 .warnings
                 .push("no plane was found around a place that was left: it stays open".to_owned()),
         }
     }
-    remove_leftovers(state, &before, &holes, &images, &fate_of_vertex, &mut report);
+    let replaced = replaced_vertices(&before, cover.as_ref(), &holes);
+    if let Some(cover) = &cover {
+        let stayed = |v: u32| !left(v) && !replaced[v as usize];
+        let orphans = Orphans::new(cover, before.surface(), left, stayed);
+        remove_leftovers(state, &before, &holes, cover, orphans.as_ref(), &mut report);
+    }
+    let mut mesh =
+        surface::moved(before.surface(), &images, &fate_of_vertex, &state.motions, |v| {
+            replaced[v as usize]
+        });
+    append_sources(state, &mut mesh);
 
     let quality = QualityOptions::of(CACHE);
     let same_light = !state.parts.as_ref().is_some_and(|parts| parts.environment_changed);
     // Under another light nothing of the old colours stays, so the old light need not be known.
     let lit_before = Relighter::new(&before, &light, &quality, options.seed);
-    let projection = Projection::new(state.gaussians.sh_degree);
     let mut looks = Vec::with_capacity(holes.len());
     for (hole, fill) in &mut holes {
         let neighbours = neighbours(state, &before, &lit_before, hole, &projection, options);
@@ -170,7 +187,7 @@ fn append_sources(state: &EditState, mesh: &mut Surface) {
             Some(gaussians) => {
                 let images = Images::new(gaussians.len(), now);
                 let fate_of_vertex = images.of_vertices(gaussians, part);
-                surface::moved(part, &images, &fate_of_vertex, &state.motions)
+                surface::moved(part, &images, &fate_of_vertex, &state.motions, |_| false)
             }
             None => part.clone(),
         };
@@ -178,27 +195,47 @@ fn append_sources(state: &EditState, mesh: &mut Surface) {
     }
 }
 
+/// Vertices that go because something else is there now: the lid of a hole, or nothing but air.
+fn replaced_vertices(
+    before: &RelightScene,
+    cover: Option<&Cover>,
+    holes: &[(Hole, Fill)],
+) -> Vec<bool> {
+    let vertices = &before.surface().vertices;
+    let Some(cover) = cover.filter(|_| !holes.is_empty()) else {
+        return vec![false; vertices.len()];
+    };
+    let replaced = |v: &[f32; 3]| {
+        let p = Vec3::from(*v);
+        holes.iter().any(|(hole, _)| hole.replaces(cover, p))
+    };
+    vertices.par_iter().with_min_len(256).map(replaced).collect()
+}
+
+/// Removes what was hidden in matter that left, and what belongs to it.
 fn remove_leftovers(
     state: &mut EditState,
     before: &RelightScene,
     holes: &[(Hole, Fill)],
-    images: &Images,
-    fate_of_vertex: &[u32],
+    cover: &Cover,
+    orphans: Option<&Orphans>,
     report: &mut ReshadeReport,
 ) {
-    let left = |v: u32| !images.fate(fate_of_vertex[v as usize]).stays();
     let hidden = |origin: &Origin| {
         let here = origin.source == SCENE
             && origin.row != Origin::NEW_ROW
             && state.motions[origin.motion as usize].is_identity();
-        here && {
-            let p = Vec3::from(before.gaussians.means[origin.row as usize]);
-            let normal = Vec3::from(before.materials.normals[origin.row as usize]);
-            holes.iter().any(|(hole, _)| hole.was_inside(before, p, normal, left))
-        }
+        let row = origin.row as usize;
+        let p = || Vec3::from(before.gaussians.means[row]);
+        let is_orphan = || {
+            orphans.is_some_and(|orphans| orphans.contains(p()))
+                && !holes.iter().any(|(hole, _)| hole.on_plane(p()))
+        };
+        here && (holes.iter().any(|(hole, _)| hole.was_inside(before, cover, row))
+            || (!holes.is_empty() && is_orphan()))
     };
-    let kept: Vec<u32> =
-        (0..state.len() as u32).filter(|&i| !hidden(&state.origins[i as usize])).collect();
+    let hidden: Vec<bool> = state.origins.par_iter().with_min_len(256).map(hidden).collect();
+    let kept: Vec<u32> = (0..state.len() as u32).filter(|&i| !hidden[i as usize]).collect();
     report.leftovers = state.len() - kept.len();
     if report.leftovers > 0 {
         state.gather(&kept);

@@ -8,13 +8,14 @@ use motes_scene::Surface;
 use super::images::Images;
 use crate::{AT_REST, Similarity};
 
-/// Triangles with corners in the images that all three share. Vertices keep their numbers, unused ones
+/// Triangles with corners in the images that all three share, without those at rest whose corners are all `dropped`. Vertices keep their numbers, unused ones
 /// too, because random directions are keyed by them; [`compacted`] drops those.
 pub(super) fn moved(
     surface: &Surface,
     images: &Images,
     fate_of_vertex: &[u32],
     motions: &[Similarity],
+    dropped: impl Fn(u32) -> bool,
 ) -> Surface {
     let mut out =
         Surface { triangles: Vec::with_capacity(surface.triangles.len()), ..surface.clone() };
@@ -23,7 +24,9 @@ pub(super) fn moved(
         let [a, b, c] = corners.map(|v| &images.fate(fate_of_vertex[v as usize]).motions);
         for &motion in a.iter().filter(|m| b.contains(m) && c.contains(m)) {
             if motion == AT_REST {
-                out.triangles.push(*corners);
+                if !corners.iter().all(|v| dropped(*v)) {
+                    out.triangles.push(*corners);
+                }
                 continue;
             }
             let triangle = corners.map(|v| {

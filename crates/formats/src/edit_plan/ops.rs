@@ -142,7 +142,7 @@ pub struct TransformOp {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pivot: Option<PivotDocument>,
     /// What fills the place that the target leaves; the plane it stood on when nothing is said.
-    #[serde(default = "FillDocument::plane")]
+    #[serde(default)]
     pub fill: FillDocument,
 }
 
@@ -175,7 +175,7 @@ pub struct DeleteOp {
     /// What goes: a selection, never left out before the first selection.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub target: Option<String>,
-    /// What fills the place.
+    /// What fills the place; the plane it stood on when nothing is said.
     #[serde(default)]
     pub fill: FillDocument,
 }
@@ -257,7 +257,7 @@ pub struct SwapOp {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub material: Option<String>,
     /// What fills the place of what went; the plane it stood on when nothing is said.
-    #[serde(default = "FillDocument::plane")]
+    #[serde(default)]
     pub fill: FillDocument,
 }
 

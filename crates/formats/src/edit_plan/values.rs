@@ -46,19 +46,12 @@ pub struct AxisAngleDocument {
 #[serde(rename_all = "snake_case")]
 pub enum FillDocument {
     /// Nothing.
-    #[default]
     None,
     /// The support plane goes on with its own colours.
+    #[default]
     Plane,
     /// Pieces of the surroundings are copied.
     Patch,
-}
-
-impl FillDocument {
-    /// What a place gets that was left, not cleared: an object that moves shall not leave a hole.
-    pub(super) fn plane() -> Self {
-        Self::Plane
-    }
 }
 
 /// How a colour changes another.

@@ -137,7 +137,7 @@ impl Args for OpFlags {
             .arg(one(
                 "fill",
                 "FILL",
-                "What fills the place that becomes visible: none (default of --delete), plane (default of what moves or is swapped) or patch",
+                "What fills the place that becomes visible: plane (default), patch or none",
             ))
             .arg(one(
                 "editor",
