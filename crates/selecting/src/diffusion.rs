@@ -177,7 +177,12 @@ pub(crate) struct Step {
     /// Length of the border where it touches what is not its support, over the volume that an area of
     /// this size has where nothing parts it.
     pub(crate) contact: f32,
+    /// Superpixels of nominal size just above the support plane, per view; infinite where there is no plane.
+    pub(crate) resting: f32,
 }
+
+/// Superpixels lower than this many sides above the support plane rest on it.
+const RESTING: f32 = 2.0;
 
 /// Neighbours of a superpixel, about.
 const NEIGHBOURS: f32 = 4.0;
@@ -193,7 +198,9 @@ pub(crate) fn sweep(index: &SceneIndex, probabilities: &[f32], marks: &[Mark]) -
     });
     let total: f64 = graph.degrees.iter().map(|&d| f64::from(d)).sum();
     let mut inside = vec![false; probabilities.len()];
-    let (mut cut, mut volume, mut touching, mut area) = (0.0f64, 0.0f64, 0.0f64, 0.0f32);
+    let (mut cut, mut volume, mut touching) = (0.0f64, 0.0f64, 0.0f64);
+    let (mut area, mut resting) = (0.0f32, 0.0f32);
+    let views = index.views.len() as f32;
     order
         .into_iter()
         .map(|i| {
@@ -208,6 +215,11 @@ pub(crate) fn sweep(index: &SceneIndex, probabilities: &[f32], marks: &[Mark]) -
             inside[i as usize] = true;
             volume += f64::from(graph.degrees[i as usize]);
             area += index.area(i);
+            resting += index.plane.map_or(f32::INFINITY, |plane| {
+                let s = index.segment(i);
+                let low = plane.height(s.point.into()) < RESTING * s.width + 2.5 * plane.noise;
+                if low { index.area(i) / views } else { 0.0 }
+            });
             // Of the smaller side: everything together is no object.
             let side = volume.min(total - volume);
             let is_part = side > LEAST_REST * total || volume < 0.5 * total;
@@ -217,6 +229,7 @@ pub(crate) fn sweep(index: &SceneIndex, probabilities: &[f32], marks: &[Mark]) -
                 area,
                 conductance: conductance.clamp(0.0, 1.0) as f32,
                 contact: touching.max(0.0) as f32 / (NEIGHBOURS * area),
+                resting,
             }
         })
         .collect()

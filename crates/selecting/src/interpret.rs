@@ -99,7 +99,11 @@ pub fn propose_with(
             threshold: lifted.threshold,
         }
     });
-    Ok(lifted.collect())
+    let mut lifted: Vec<Proposal> = lifted.collect();
+    // A part that no Gaussian makes up is none; the object itself is answered as it is.
+    let mut first = true;
+    lifted.retain(|p| std::mem::take(&mut first) || p.selection.count() > 0);
+    Ok(lifted)
 }
 
 /// What else is known of a selection: its box, and the plane that it stands on where one was looked for.

@@ -37,6 +37,11 @@ pub(crate) fn lift_masks(index: &SceneIndex, mask: &[f32]) -> Lifted {
             (threshold, agreement, best) = (t, iou, merit);
         }
     }
+    // Nothing is mostly inside: what is most inside.
+    let most = shares.iter().copied().filter(|s| *s >= 0.0).fold(0.0, f32::max);
+    if most > 0.0 && most < threshold {
+        threshold = 0.8 * most;
+    }
     let confidence = shares.iter().map(|&share| remapped(share, threshold)).collect();
     Lifted { selection: Selection { confidence }, threshold, agreement }
 }

@@ -59,11 +59,10 @@ pub(crate) fn seeds(
         for (s, segment) in data.segments.iter().enumerate() {
             let [x, y] = segment.center_px.map(f64::from);
             let (dx, dy) = ((x - left).min(right - x), (y - top).min(bottom - y));
-            let (half_x, half_y) = (0.25 * (right - left), 0.25 * (bottom - top));
             let nodes = || place.nodes_of(s as u32);
             if dx < 0.0 || dy < 0.0 {
                 seeds.outside.extend(nodes());
-            } else if dx > half_x && dy > half_y {
+            } else {
                 inside.push(((x - (left + right) / 2.0).hypot(y - (top + bottom) / 2.0), s as u32));
             }
         }

@@ -22,11 +22,23 @@ pub struct GraphCut {
     pub options: SegmentOptions,
 }
 
+/// Rounds that leave less than this share of a region have lost it.
+const LEAST_LEFT: f32 = 0.3;
+
+fn masked_area(index: &SceneIndex, mask: &[f32]) -> f32 {
+    mask.iter().zip(0u32..).filter(|(m, _)| **m > 0.0).map(|(m, n)| m * index.area(n)).sum()
+}
+
 impl MaskProvider for GraphCut {
     fn propose(&self, index: &SceneIndex, seeds: &Seeds, count: usize) -> Vec<(Vec<f32>, f32)> {
         nested_regions(index, seeds, count)
             .into_iter()
-            .map(|(mask, score)| (rounds(index, mask, seeds, &self.options), score))
+            .map(|(region, score)| {
+                let cut = rounds(index, region.clone(), seeds, &self.options);
+                // Where no Gaussian is mostly inside, as deep in a dark hollow, rounds leave next to nothing.
+                let lost = masked_area(index, &cut) < LEAST_LEFT * masked_area(index, &region);
+                (if lost { region } else { cut }, score)
+            })
             .collect()
     }
 

@@ -41,20 +41,27 @@ const PART_SHARE: f32 = 0.6;
 /// The set of least `(conductance + CLOSED + CONTACT contact) * area^AREA_POWER` is meant. Conductances far
 /// below `CLOSED` are all alike: several objects that touch are together always a little better closed
 /// than each, and then the smaller set is wanted. An object rests on its support; what touches other things along
-/// much of its border is rather a part of one.
+/// much of its border, or hangs in the air, is rather a part of one.
 const AREA_POWER: f32 = 0.4;
 const CLOSED: f32 = 0.015;
 const CONTACT: f32 = 0.2;
+/// What is added to the cost of a set that does not rest on the support plane, in shares of it: what lies on another
+/// thing is still found.
+const ALOFT: f32 = 0.4;
+/// A set rests from about this many superpixels per view at the plane on.
+const RESTING: f32 = 0.1;
 
 /// Where a walk starts and ends.
 pub(crate) fn marks(index: &SceneIndex, seeds: &Seeds) -> Vec<Mark> {
     let mut marks = vec![Mark::Free; index.nodes()];
-    let leaf = seeds.positive.first().or(seeds.boxes.first()).and_then(|s| s.first());
     let on_plane = |n: u32| {
         let s = index.segment(n);
         s.width > 0.0 && index.plane.is_some_and(|p| p.membership(s.point.into(), s.width) > 0.5)
     };
-    let is_support = leaf.is_some_and(|&n| on_plane(n));
+    let clicked = seeds.positive.first().and_then(|s| s.first());
+    // A rectangle is drawn around a thing, whose middle may be a hole.
+    let is_support = clicked
+        .map_or_else(|| seeds.boxes.iter().flatten().all(|&n| on_plane(n)), |&n| on_plane(n));
     for n in 0..index.nodes() as u32 {
         // Nothing drawn is nobody's.
         if index.segment(n).width == 0.0 || on_plane(n) != is_support {
@@ -62,17 +69,25 @@ pub(crate) fn marks(index: &SceneIndex, seeds: &Seeds) -> Vec<Mark> {
         }
     }
     seeds.outside.iter().for_each(|&n| marks[n as usize] = Mark::Negative);
-    // The middle of a box is on the object more often than not; a few of it are enough to start from.
-    let middle = seeds.boxes.iter().flat_map(|inside| inside.iter().take(BOX_SEEDS));
+    // What is nearest to the middle of a box is on the object more often than not; a few are enough.
+    let middle = seeds
+        .boxes
+        .iter()
+        .flat_map(|inside| inside.iter().filter(|&&n| on_plane(n) == is_support).take(BOX_SEEDS));
     let positive = seeds.positive.iter().flatten();
     positive.chain(middle).for_each(|&n| marks[n as usize] = Mark::Positive);
     seeds.negative.iter().flatten().for_each(|&n| marks[n as usize] = Mark::Negative);
     marks
 }
 
+/// What says against a set being what is meant.
+pub(crate) fn cost(s: &Step) -> f32 {
+    let aloft = 1.0 + ALOFT * (-s.resting / RESTING).exp();
+    (s.conductance + CLOSED + CONTACT * s.contact) * s.area.powf(AREA_POWER) * aloft
+}
+
 /// The set of a chain that is meant: its last step.
 fn best_set(chain: &[Step], least: f32, most: f32) -> Option<(usize, Step)> {
-    let cost = |s: &Step| (s.conductance + CLOSED + CONTACT * s.contact) * s.area.powf(AREA_POWER);
     let usable =
         chain.iter().copied().enumerate().filter(|(_, s)| s.area >= least && s.area <= most);
     usable.min_by(|a, b| cost(&a.1).total_cmp(&cost(&b.1)))

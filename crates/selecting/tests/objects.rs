@@ -44,13 +44,17 @@ fn square(
 }
 
 fn scene() -> (Gaussians, Vec<u32>, Capture) {
+    scene_with(Vec3::new(0.05, -0.2, 0.0))
+}
+
+/// The blue box has its low corner at `blue`.
+fn scene_with(blue: Vec3) -> (Gaussians, Vec<u32>, Capture) {
     let (mut g, mut part) = (Gaussians::empty(0), Vec::new());
     let floor = [Vec3::new(-2.0, -2.0, 0.0), Vec3::X * 4.0, Vec3::Y * 4.0];
     square(&mut g, &mut part, floor, 40, [0.5, 0.45, 0.4], FLOOR);
-    for (low, color, label) in [
-        (Vec3::new(-0.7, -0.3, 0.0), [0.7, 0.2, 0.2], RED),
-        (Vec3::new(0.05, -0.2, 0.0), [0.2, 0.3, 0.7], BLUE),
-    ] {
+    for (low, color, label) in
+        [(Vec3::new(-0.7, -0.3, 0.0), [0.7, 0.2, 0.2], RED), (blue, [0.2, 0.3, 0.7], BLUE)]
+    {
         let (x, y, z) = (Vec3::X * 0.6, Vec3::Y * 0.6, Vec3::Z * 0.6);
         for side in [[low + z, x, y], [low, x, z], [low + y, z, x], [low, z, y], [low + x, y, z]] {
             square(&mut g, &mut part, side, 12, color, label);
@@ -120,6 +124,22 @@ fn one_click_selects_the_box_under_it() {
             let counts: Vec<usize> = found.iter().map(|p| p.selection.count()).collect();
             assert!(counts.windows(2).all(|w| w[1] < w[0]), "nested: {counts:?}");
         }
+    }
+}
+
+#[test]
+fn boxes_that_touch_are_taken_apart() {
+    // They touch at their corners; together they are better closed than each alone.
+    let (g, part, capture) = scene_with(Vec3::new(-0.1, -0.75, -0.2));
+    let source =
+        SelectSource::new(&g, Antialias::Classic).with_capture(&capture, Path::new("c.json"));
+    for (top, label) in [(RED_TOP, RED), ([0.2, -0.45, 0.4], BLUE)] {
+        let clicks = vec![click_on(&capture, 2, top, true)];
+        let prompt = ObjectPrompt { clicks, ..ObjectPrompt::default() };
+        let found = propose(&source, &prompt, 1).unwrap().remove(0).selection;
+        let truth = Selection::where_true(g.len(), |i| part[i] == label);
+        let iou = held_out_iou(&source, &capture, &found, &truth);
+        assert!(iou > 0.85, "part {label}: IoU {iou}");
     }
 }
 
