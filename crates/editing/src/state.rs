@@ -98,6 +98,8 @@ pub struct EditState {
     pub motions: Vec<Similarity>,
     /// Places that were left, in order.
     pub holes: Vec<Hole>,
+    /// Rows of the scene that are part of another row of it now: what becomes of that becomes of them.
+    pub merged: BTreeMap<u32, u32>,
     /// Named sets, one confidence per present Gaussian.
     pub selections: BTreeMap<String, Selection>,
     /// The last set that was selected.
@@ -155,6 +157,7 @@ impl EditState {
             }],
             motions: vec![Similarity::IDENTITY],
             holes: Vec::new(),
+            merged: BTreeMap::new(),
             selections: BTreeMap::new(),
             current: None,
             parts,
@@ -199,6 +202,27 @@ impl EditState {
         let kept: Vec<u32> =
             (0..self.len() as u32).filter(|row| gone.next_if_eq(row).is_none()).collect();
         self.gather(&kept);
+    }
+
+    /// Notes that present row `gone` was merged into present row `kept` and will be gathered away.
+    pub fn note_merged(&mut self, gone: u32, kept: u32) {
+        let [gone, kept] = [gone, kept].map(|row| self.origins[row as usize]);
+        let of_scene = |o: &Origin| o.source == SCENE && o.row != Origin::NEW_ROW;
+        if of_scene(&gone) && of_scene(&kept) && gone.row != kept.row {
+            self.merged.insert(gone.row, kept.row);
+        }
+    }
+
+    /// The row of the scene that tells what became of a row: itself, or what it was merged into.
+    pub fn survivor_of(&self, mut row: u32, is_present: impl Fn(u32) -> bool) -> u32 {
+        // Copies of a row may be merged in either order: no path is longer than the map.
+        for _ in 0..self.merged.len() {
+            match self.merged.get(&row) {
+                Some(next) if !is_present(row) => row = *next,
+                _ => break,
+            }
+        }
+        row
     }
 
     /// Appends Gaussians that have the same SH degree and columns, and their origins. No selection
@@ -329,6 +353,17 @@ mod tests {
         assert_eq!(change.holes, [(vec![0, 4], Fill::Plane)]);
         let motion = state.motions[state.origins[2].motion as usize];
         assert_eq!(motion.translation, DVec3::X * 2.0);
+    }
+
+    #[test]
+    fn a_merged_row_shares_the_fate_of_what_it_is_part_of() {
+        let mut state = state();
+        state.note_merged(1, 2);
+        state.note_merged(2, 3);
+        state.gather(&[0, 3, 4, 5]);
+        assert_eq!(state.survivor_of(1, |_| false), 3);
+        assert_eq!(state.survivor_of(1, |row| row == 2), 2);
+        assert_eq!(state.survivor_of(4, |_| false), 4);
     }
 
     #[test]

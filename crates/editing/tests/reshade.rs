@@ -1,7 +1,8 @@
 //! Shadows follow what casts them: a ground, a box and a sun that are known exactly.
 
 use glam::{DVec3, Vec3};
-use motes_editing::reshade::{ReshadeError, ReshadeOptions, ReshadeReport, reshade};
+use motes_editing::ops::decimate::decimate;
+use motes_editing::reshade::{ReshadeError, ReshadeOptions, ReshadeReport, moved_surface, reshade};
 use motes_editing::{EditState, Fill, SceneParts, Similarity};
 use motes_relighting::{
     BakeOptions, Exposure, LightSource, Quality, QualityOptions, RelightScene, Relighter,
@@ -255,6 +256,22 @@ fn a_moved_box_takes_its_shadow_along_and_nothing_far_changes() {
     assert!(left < 0.3 * wrong, "{left} of {wrong}, {report:?}");
     let far = [-1.9, -1.9];
     assert_eq!(ground(&before, far).to_bits(), ground(&state.gaussians, far).to_bits());
+}
+
+#[test]
+fn the_surface_of_a_box_goes_with_it_when_it_was_decimated_and_when_light_stays() {
+    let mut state = state(&[[0.0, 0.0]]);
+    let rows = rows_of_box(&state, [0.0, 0.0]);
+    decimate(&mut state, &rows, rows.len() / 4);
+    let rows = rows_of_box(&state, [0.0, 0.0]);
+    state.remove(&rows, Fill::None);
+    let high = |surface: &Surface| surface.vertices.iter().filter(|v| v[2] > 0.1).count();
+    let before = state.sources[0].surface.as_deref().map(high).expect("a surface");
+    assert!(before > 400, "{before}");
+    let surface = moved_surface(&state);
+    assert!(surface.is_consistent() && surface.has_materials());
+    assert_eq!(high(&surface), 0, "of {before}");
+    assert_eq!(high(&run(&mut state).0), 0, "of {before}");
 }
 
 #[test]

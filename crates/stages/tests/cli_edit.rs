@@ -14,6 +14,7 @@ use motes_formats::ply::{read_gaussians, read_surface};
 use motes_formats::selection::{
     BoundGaussians, SelectionDocument, SelectionNotes, write_selection,
 };
+use motes_formats::splats::{CODECS, SplatWriteOptions, write_gaussians};
 use motes_scene::Selection;
 use serde_json::{Value, json};
 use toy_scene::{ToyScene, toy_scene};
@@ -241,6 +242,22 @@ fn meshes_and_splats_are_inserted_and_swapped() {
         read_image(&toy.path("shots/before.png")).unwrap(),
         read_image(&toy.path("shots/after.png")).unwrap()
     );
+}
+
+#[test]
+fn splats_of_other_codecs_are_edited_and_inserted() {
+    let toy = toy_scene();
+    let gaussians = read_gaussians(&toy.path("scene/gaussians.ply")).unwrap();
+    let n = gaussians.len() as u64;
+    for format in CODECS.iter().filter(|codec| codec.is_readable() && codec.is_writable()) {
+        let name = format!("asset.{}", format.suffixes[0].trim_start_matches('.'));
+        let options = SplatWriteOptions::default();
+        write_gaussians(&toy.path(&name), format.format, &gaussians, &options).unwrap();
+        let insert = ["--gaussians", name.as_str(), "--insert", name.as_str(), "-o", "out.ply"];
+        let line = [&insert[..], &["--no-provenance", "--json", "-q", "--overwrite"]].concat();
+        let said = answer(&edit(&toy, &line));
+        assert_eq!(said["gaussians"].as_u64(), Some(2 * n), "{name}: {said}");
+    }
 }
 
 #[test]

@@ -50,6 +50,7 @@ pub fn decimate(state: &mut EditState, rows: &[u32], count: usize) -> usize {
         }
         for (a, b) in &pairs {
             merge(&mut state.gaussians, *a as usize, *b as usize);
+            state.note_merged(*b, *a);
             state.material_changed[*a as usize] |= state.material_changed[*b as usize];
             gone[*b as usize] = true;
         }

@@ -1,11 +1,16 @@
 //! A small library of materials by name.
 //!
-//! Metals: reflectance at normal incidence as linear Rec. 709, from optical constants (Johnson and Christy 1972, Palik 1985) over the
-//! visible spectrum as tabulated by Lagarde ("Memo on Fresnel equations", 2013) and by Hoffman ("Physics and math of shading",
-//! SIGGRAPH 2013); brass from the CC0 table physicallybased.info. Dielectrics: diffuse reflectance as tabulated in the CC0 table
-//! physicallybased.info, but for oak, walnut and pine, which are CIE L*a*b* (D65) of planed wood, the middle of what
-//! colour studies of these woods report: oak (70, 7, 22), walnut (45, 8, 16), pine (80, 5, 27). Roughness is not part of
-//! those tables: it is that of the usual finish, and the key `roughness` changes it.
+//! From the CC0 table physicallybased.info (data of 2026, <https://github.com/AntonPalmqvist/physically-based-api>), compared value by
+//! value:
+//!
+//! - metals: reflectance at normal incidence by its complex refractive indices at one wavelength per channel, which come from
+//!   refractiveindex.info; chrome is its chromium;
+//! - brick, charcoal, concrete, marble, sand: its colours; paper is its office paper, rubber its tire; terracotta its measurement
+//!   with a spectrophotometer (L*a*b* 59.66, 23.57, 28.85).
+//!
+//! Not from a table: black and white are 3 and 80 percent; oak, walnut and pine are typical L*a*b* (D65) of planed wood, (70, 7, 22),
+//! (45, 8, 16) and (80, 5, 27), which no single publication vouches for. Roughness is that of the usual finish, and the
+//! key `roughness` changes it.
 
 /// A material of the library.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,19 +39,19 @@ const fn matter(
 
 /// All materials, by name.
 pub const MATERIALS: &[LibraryMaterial] = &[
-    metal("aluminium", [0.913, 0.922, 0.924], 0.25),
-    metal("brass", [0.910, 0.778, 0.423], 0.2),
+    metal("aluminium", [0.912, 0.914, 0.920], 0.25),
+    metal("brass", [0.887, 0.789, 0.434], 0.2),
     matter("brick", [0.262, 0.095, 0.061], 0.9),
     matter("charcoal", [0.020, 0.020, 0.020], 0.95),
-    metal("chrome", [0.550, 0.556, 0.554], 0.05),
+    metal("chrome", [0.638, 0.651, 0.663], 0.05),
     matter("concrete", [0.510, 0.510, 0.510], 0.9),
-    metal("copper", [0.955, 0.638, 0.538], 0.2),
-    metal("gold", [1.000, 0.766, 0.336], 0.15),
-    metal("iron", [0.562, 0.565, 0.578], 0.4),
+    metal("copper", [0.926, 0.721, 0.504], 0.2),
+    metal("gold", [0.944, 0.776, 0.373], 0.15),
+    metal("iron", [0.531, 0.512, 0.496], 0.4),
     matter("marble", [0.830, 0.791, 0.753], 0.25),
     matter("matte_black", [0.030, 0.030, 0.030], 0.9),
     matter("matte_white", [0.800, 0.800, 0.800], 0.9),
-    metal("nickel", [0.660, 0.609, 0.526], 0.2),
+    metal("nickel", [0.649, 0.610, 0.541], 0.2),
     matter("oak", [0.565, 0.379, 0.229], 0.55),
     matter("paper", [0.794, 0.834, 0.884], 0.95),
     matter("pine", [0.758, 0.537, 0.298], 0.55),
@@ -54,9 +59,9 @@ pub const MATERIALS: &[LibraryMaterial] = &[
     matter("plastic_white", [0.800, 0.800, 0.800], 0.3),
     matter("rubber", [0.023, 0.023, 0.023], 0.85),
     matter("sand", [0.440, 0.386, 0.231], 0.95),
-    metal("silver", [0.972, 0.960, 0.915], 0.15),
+    metal("silver", [0.962, 0.949, 0.922], 0.15),
     matter("terracotta", [0.555, 0.212, 0.110], 0.85),
-    metal("titanium", [0.542, 0.497, 0.449], 0.3),
+    metal("titanium", [0.616, 0.582, 0.544], 0.3),
     matter("walnut", [0.218, 0.130, 0.081], 0.5),
 ];
 
@@ -98,6 +103,31 @@ mod tests {
             let listed = material_named(name).unwrap().base_color_linear;
             for (a, b) in linear.iter().zip(listed) {
                 assert!((a - f64::from(b)).abs() < 2e-3, "{name}: {linear:?} {listed:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn metals_reflect_what_their_optical_constants_say() {
+        // n and k at the wavelengths of red, green and blue, of the same table.
+        #[rustfmt::skip]
+        let constants = [
+            ("aluminium", [[1.3456, 7.4746], [0.965_21, 6.3995], [0.617_22, 5.3031]]),
+            ("brass", [[0.444, 3.695], [0.527, 2.765], [1.094, 1.829]]),
+            ("chrome", [[3.4256, 4.273], [2.7891, 4.1976], [2.0246, 3.8586]]),
+            ("copper", [[0.271_05, 3.6092], [0.676_93, 2.6248], [1.3164, 2.2921]]),
+            ("gold", [[0.182_99, 3.4242], [0.421_08, 2.3459], [1.3734, 1.7704]]),
+            ("iron", [[2.9114, 3.0893], [2.9497, 2.9318], [2.5845, 2.767]]),
+            ("nickel", [[2.0592, 3.7574], [1.8179, 3.2741], [1.621, 2.6933]]),
+            ("silver", [[0.159_43, 3.9291], [0.145_12, 3.19], [0.135_47, 2.3808]]),
+            ("titanium", [[2.7407, 3.8143], [2.5418, 3.4345], [2.267, 3.0385]]),
+        ];
+        for (name, channels) in constants {
+            let listed = material_named(name).unwrap().base_color_linear;
+            for ([n, k], listed) in channels.into_iter().zip(listed) {
+                let reflectance: f32 =
+                    ((n - 1.0f32).powi(2) + k * k) / ((n + 1.0f32).powi(2) + k * k);
+                assert!((reflectance - listed).abs() < 1e-3, "{name}: {reflectance} {listed}");
             }
         }
     }

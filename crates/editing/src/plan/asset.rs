@@ -1,5 +1,6 @@
 //! What is inserted: splats, scene folders, meshes.
 
+use std::io::Read as _;
 use std::path::Path;
 
 use glam::DVec3;
@@ -32,7 +33,7 @@ pub(super) fn load_asset(request: &AssetRequest<'_>, at: &str) -> Result<Asset, 
         let surface = read_surface(&decomposition.surface).map_err(&failed)?;
         let up = DVec3::from_array(decomposition.document.up_in_world);
         (gaussians, Some(surface).filter(|s| !s.triangles.is_empty()), Some(up))
-    } else if has_faces(request.path).map_err(&failed)? {
+    } else if is_ply(request.path) && has_faces(request.path).map_err(&failed)? {
         let mut mesh = read_mesh(request.path).map_err(&failed)?;
         if !mesh.has_materials() {
             give_material(&mut mesh, [0.5; 3], 0.6, 0.0);
@@ -53,6 +54,13 @@ pub(super) fn load_asset(request: &AssetRequest<'_>, at: &str) -> Result<Asset, 
         return Err(EditError::plan(format!("{at}/file"), cause));
     }
     Ok(asset)
+}
+
+/// Whether a file says that it is PLY; other codecs of Gaussians have no faces. What cannot be read is left to the reader to name.
+fn is_ply(path: &Path) -> bool {
+    let mut start = Vec::with_capacity(4);
+    let read = std::fs::File::open(path).and_then(|file| file.take(3).read_to_end(&mut start));
+    read.is_ok() && start == *b"ply"
 }
 
 fn give_material(mesh: &mut Surface, base: [f32; 3], roughness: f32, metallic: f32) {

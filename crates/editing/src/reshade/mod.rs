@@ -101,6 +101,11 @@ pub fn reshade(
     scene_after::reshade(state, options)
 }
 
+/// The surface of an edited scene, when light is not asked to follow: it goes where its Gaussians went. Nothing fills the holes.
+pub fn moved_surface(state: &EditState) -> Surface {
+    scene_after::moved_surface(state)
+}
+
 fn light_of(state: &EditState) -> Result<motes_shading::environment::Environment, ReshadeError> {
     let parts = state.parts.as_ref().ok_or(ReshadeError::NoScene)?;
     let source =

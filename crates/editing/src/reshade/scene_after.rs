@@ -137,6 +137,22 @@ pub(super) fn reshade(
     Ok((surface, report))
 }
 
+/// The surface alone, without light and without lids.
+pub(super) fn moved_surface(state: &EditState) -> Surface {
+    let Some(source) = state.sources.first() else { return Surface::default() };
+    let (Some(gaussians), Some(before)) = (&source.gaussians, &source.surface) else {
+        return source.surface.as_deref().cloned().unwrap_or_default();
+    };
+    let (images, _) = fates(state, gaussians.len());
+    let fate_of_vertex = images.of_vertices(gaussians, before);
+    let mut mesh = surface::moved(before, &images, &fate_of_vertex, &state.motions, |_| false);
+    append_sources(state, &mut mesh);
+    if let Ok(materials) = materials_of(state) {
+        mesh = ratio::with_materials_of(state, &materials, &mesh);
+    }
+    surface::compacted(&mesh)
+}
+
 fn scene_before(state: &EditState) -> Result<RelightScene, ReshadeError> {
     let (Some(parts), Some(source)) = (&state.parts, state.sources.first()) else {
         return Err(ReshadeError::NoScene);
@@ -159,7 +175,12 @@ fn fates(state: &EditState, rows: usize) -> (Images, Vec<Fill>) {
     }
     // What was moved leaves a hole as well; nobody asks for a fill there, and nobody wants none.
     let mut moved: HashMap<Vec<u32>, u32> = HashMap::new();
-    let images = images.with_fates(|row, fate: &Fate| {
+    let own: Vec<Fate> = (0..rows as u32).map(|row| images.of_row(row).clone()).collect();
+    let images = images.with_fates(|row, _| {
+        let is_known =
+            |row: u32| !own[row as usize].motions.is_empty() || deleted.contains_key(&row);
+        let row = state.survivor_of(row, is_known);
+        let fate = &own[row as usize];
         if fate.stays() {
             return fate.clone();
         }

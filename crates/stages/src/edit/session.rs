@@ -8,7 +8,7 @@ use motes_editing::EditState;
 use motes_editing::plan::{
     EditError, Edited, Preview, Resources, orbit_camera, picture, prepare, run_plan, whole_extent,
 };
-use motes_editing::reshade::{ReshadeOptions, ReshadeReport, reshade};
+use motes_editing::reshade::{ReshadeOptions, ReshadeReport, moved_surface, reshade};
 use motes_formats::FormatError;
 use motes_formats::capture::read_capture;
 use motes_formats::documents::Document as _;
@@ -180,6 +180,7 @@ fn follow_light(
         if !unchanged {
             warnings
                 .push("--no-reshade: the light does not follow, shadows stay as they were".into());
+            return Ok((moved_surface(state), None));
         }
         let surface = state.sources.first().and_then(|s| s.surface.as_deref()).cloned();
         return Ok((surface.unwrap_or_default(), None));
