@@ -8,5 +8,6 @@ pub mod decomposing;
 pub mod edit;
 pub mod export;
 pub mod relight;
+pub mod rendering;
 pub mod selecting;
 pub mod training;

@@ -2,31 +2,25 @@
 
 use std::collections::BTreeMap;
 
-use glam::{DQuat, DVec3};
+use glam::DVec3;
 use motes_formats::edit_plan::{
-    ColorChangeDocument, CropOp, DecimateOp, DuplicateOp, EditPlanDocument, EditRecord,
-    KeepDocument, OpDocument, PivotDocument, PivotName, RenderOp, SetMaterialOp, ShadowDocument,
-    SkipRecord, StepRecord, TransformOp, op_pointer,
+    ColorChangeDocument, CropOp, DecimateOp, EditPlanDocument, EditRecord, KeepDocument,
+    OpDocument, SetMaterialOp, ShadowDocument, SkipRecord, StepRecord, op_pointer,
 };
 
 use super::light::set_environment;
 use super::prepare::{Prepared, absolute};
-use super::preview::{Preview, orbit_camera, picture, whole_extent};
+use super::preview::Preview;
 use super::select::select;
 use super::style::apply_style;
-use super::values::{color, extent_of, fill, keep, measure, rotation_of, rows_of};
+use super::values::{color, fill, keep, measure, rows_of};
 use super::{EditError, Resources};
 use crate::ops::color::{ColorChange, ColorMode};
 use crate::ops::material::{MaterialChange, MaterialOutcome, set_material};
 use crate::ops::materials::material_named;
-use crate::ops::ratio_shadow::RatioShadow;
-use crate::ops::{
-    clean, clusters, decimate, delete, duplicate, floaters, ground, order, transform,
-};
-use crate::{EditState, Fill, Similarity};
+use crate::ops::{clean, clusters, decimate, delete, floaters, ground, order};
+use crate::{EditState, Fill};
 
-/// More Gaussians than a file can hold, or than a mistake should make.
-const MAX_GAUSSIANS: usize = 200_000_000;
 /// What came of a plan.
 #[derive(Clone, Debug, Default)]
 pub struct Edited {
@@ -101,7 +95,7 @@ pub(super) struct Run<'a> {
     /// Whether shadows on a plain splat follow by ratio.
     pub(super) ratio_shadow: bool,
     warnings: Vec<String>,
-    previews: Vec<Preview>,
+    pub(super) previews: Vec<Preview>,
 }
 
 impl Run<'_> {
@@ -222,70 +216,6 @@ impl Run<'_> {
         }
     }
 
-    fn transform(
-        &mut self,
-        op: &TransformOp,
-        state: &mut EditState,
-        at: &str,
-    ) -> Result<Outcome, EditError> {
-        let rows = rows_of(state, op.target.as_deref(), at)?;
-        let rotation = rotation_of(op);
-        let scale = op.scale.unwrap_or(1.0);
-        let about_pivot = rotation != DQuat::IDENTITY || scale != 1.0;
-        let pivot = match op.pivot.unwrap_or_default() {
-            _ if !about_pivot => DVec3::ZERO,
-            PivotDocument::Point(p) => DVec3::from_array(p),
-            PivotDocument::Named(PivotName::Origin) => DVec3::ZERO,
-            PivotDocument::Named(PivotName::Centroid) => extent_of(state, &rows, at)?.centroid,
-            PivotDocument::Named(PivotName::Base) => extent_of(state, &rows, at)?.base(),
-        };
-        let shift = DVec3::from_array(op.translate.unwrap_or_default());
-        let motion = Similarity::about(pivot, rotation, scale, shift);
-        if motion.is_identity() {
-            return skipped("nothing would move");
-        }
-        let mut shadow = None;
-        let is_part = rows.len() < state.len();
-        let from = if is_part { extent_of(state, &rows, at)?.centroid } else { DVec3::ZERO };
-        if is_part {
-            state.vacate(&rows, fill(op.fill));
-            self.unlit(state, at, "shadows stay where they were");
-            shadow = self.lift_shadow(state, &rows, at);
-        }
-        transform::transform(state, &rows, &motion);
-        if let Some(shadow) = shadow {
-            let moved = motion.point(from) - from;
-            shadow.apply(&mut state.gaussians, moved, false, &rows);
-        }
-        applied(rows.len())
-    }
-
-    fn duplicate(
-        &mut self,
-        op: &DuplicateOp,
-        state: &mut EditState,
-        at: &str,
-    ) -> Result<Outcome, EditError> {
-        let rows = rows_of(state, op.target.as_deref(), at)?;
-        let copies = rows.len().saturating_mul(op.count as usize);
-        if state.len().saturating_add(copies) > MAX_GAUSSIANS {
-            let cause = format!("{copies} copies are more than {MAX_GAUSSIANS} Gaussians");
-            return Err(EditError::plan(format!("{at}/count"), cause));
-        }
-        let step = DVec3::from_array(op.translate);
-        let shadow = self.ratio_shadow.then(|| RatioShadow::read(state, &rows)).flatten();
-        let selection = duplicate::duplicate(state, &rows, step, op.count as usize);
-        let copied = selection.rows();
-        for k in 1..=op.count {
-            if let Some(shadow) = &shadow {
-                shadow.apply(&mut state.gaussians, step * k as f64, false, &copied);
-            }
-        }
-        keep(state, op.name.as_deref(), selection);
-        self.unlit(state, at, "the copies cast no shadow");
-        applied(copies)
-    }
-
     fn set_material(
         &mut self,
         op: &SetMaterialOp,
@@ -366,51 +296,5 @@ impl Run<'_> {
             self.warn(at, format!("{left} are left: the others have values that are no numbers"));
         }
         applied(rows.len() - left)
-    }
-
-    fn render(&mut self, op: &RenderOp, state: &EditState, at: &str) -> Result<Outcome, EditError> {
-        let size = op.size as usize;
-        let camera = match (&op.view, self.resources.capture) {
-            (Some(_), None) => {
-                let cause = "a view of a capture needs a capture";
-                return Err(EditError::plan(format!("{at}/view"), cause).remedy("give --capture"));
-            }
-            (Some(name), Some((capture, _))) => {
-                let stem = |n: &str| n.rsplit_once('.').map_or(n.to_owned(), |(s, _)| s.to_owned());
-                let found =
-                    capture.views.iter().find(|v| v.name == *name || stem(&v.name) == *name);
-                let view = found.ok_or_else(|| {
-                    EditError::plan(format!("{at}/view"), format!("there is no view \"{name}\""))
-                })?;
-                let full = capture.cameras[view.camera].as_pinhole().ok_or_else(|| {
-                    EditError::plan(format!("{at}/view"), "the camera of this view is no pinhole")
-                })?;
-                let factor = size as f64 / full.width.max(full.height) as f64;
-                let side = |n: usize| ((n as f64 * factor).round() as usize).max(1);
-                (full.resized(side(full.width), side(full.height)), view.camera_from_world)
-            }
-            (None, _) => {
-                let extent = match (&op.target, &state.current) {
-                    (None, None) => whole_extent(&state.gaussians, state.up_in_world),
-                    (target, _) => {
-                        let rows = rows_of(state, target.as_deref(), at)?;
-                        Some(extent_of(state, &rows, at)?)
-                    }
-                };
-                extent
-                    .and_then(|e| orbit_camera(&e, op.azimuth_deg, op.elevation_deg, size))
-                    .ok_or_else(|| EditError::plan(at, "there is nothing to look at"))?
-            }
-        };
-        let image = picture(&state.gaussians, self.resources.antialias, &camera.0, &camera.1);
-        let number = self.previews.len();
-        let file = op.file.clone().unwrap_or_else(|| format!("preview-{number:03}.png"));
-        let plain = !file.contains(['/', '\\']) && file.to_ascii_lowercase().ends_with(".png");
-        if !plain || self.previews.iter().any(|p| p.file == file) {
-            let cause = format!("\"{file}\" is no new name of a PNG file without folders");
-            return Err(EditError::plan(format!("{at}/file"), cause));
-        }
-        self.previews.push(Preview { file, image });
-        applied(state.len())
     }
 }

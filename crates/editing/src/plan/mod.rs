@@ -8,6 +8,7 @@ mod asset;
 mod context;
 mod inserting;
 mod light;
+mod moving;
 mod prepare;
 mod preview;
 mod select;

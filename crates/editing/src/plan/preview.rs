@@ -1,9 +1,14 @@
 //! Pictures of a state.
 
 use glam::{DQuat, DVec3};
+use motes_formats::edit_plan::RenderOp;
 use motes_raster::{Antialias, RenderOptions, render};
 use motes_scene::{Gaussians, ImageU8, Pinhole, Pose};
 
+use super::EditError;
+use super::apply::{Outcome, Run, applied};
+use super::values::{extent_of, rows_of};
+use crate::EditState;
 use crate::ops::measure::Extent;
 
 /// A picture and the name of its file.
@@ -74,4 +79,58 @@ pub fn whole_extent(gaussians: &Gaussians, up: DVec3) -> Option<Extent> {
     };
     let rows: Vec<u32> = (0..gaussians.len() as u32).filter(inside).collect();
     Extent::of(gaussians, &rows, up)
+}
+
+impl Run<'_> {
+    /// The operation `render`.
+    pub(super) fn render(
+        &mut self,
+        op: &RenderOp,
+        state: &EditState,
+        at: &str,
+    ) -> Result<Outcome, EditError> {
+        let size = op.size as usize;
+        let camera = match (&op.view, self.resources.capture) {
+            (Some(_), None) => {
+                let cause = "a view of a capture needs a capture";
+                return Err(EditError::plan(format!("{at}/view"), cause).remedy("give --capture"));
+            }
+            (Some(name), Some((capture, _))) => {
+                let stem = |n: &str| n.rsplit_once('.').map_or(n.to_owned(), |(s, _)| s.to_owned());
+                let found =
+                    capture.views.iter().find(|v| v.name == *name || stem(&v.name) == *name);
+                let view = found.ok_or_else(|| {
+                    EditError::plan(format!("{at}/view"), format!("there is no view \"{name}\""))
+                })?;
+                let full = capture.cameras[view.camera].as_pinhole().ok_or_else(|| {
+                    EditError::plan(format!("{at}/view"), "the camera of this view is no pinhole")
+                })?;
+                let factor = size as f64 / full.width.max(full.height) as f64;
+                let side = |n: usize| ((n as f64 * factor).round() as usize).max(1);
+                (full.resized(side(full.width), side(full.height)), view.camera_from_world)
+            }
+            (None, _) => {
+                let extent = match (&op.target, &state.current) {
+                    (None, None) => whole_extent(&state.gaussians, state.up_in_world),
+                    (target, _) => {
+                        let rows = rows_of(state, target.as_deref(), at)?;
+                        Some(extent_of(state, &rows, at)?)
+                    }
+                };
+                extent
+                    .and_then(|e| orbit_camera(&e, op.azimuth_deg, op.elevation_deg, size))
+                    .ok_or_else(|| EditError::plan(at, "there is nothing to look at"))?
+            }
+        };
+        let image = picture(&state.gaussians, self.resources.antialias, &camera.0, &camera.1);
+        let number = self.previews.len();
+        let file = op.file.clone().unwrap_or_else(|| format!("preview-{number:03}.png"));
+        let plain = !file.contains(['/', '\\']) && file.to_ascii_lowercase().ends_with(".png");
+        if !plain || self.previews.iter().any(|p| p.file == file) {
+            let cause = format!("\"{file}\" is no new name of a PNG file without folders");
+            return Err(EditError::plan(format!("{at}/file"), cause));
+        }
+        self.previews.push(Preview { file, image });
+        applied(state.len())
+    }
 }

@@ -18,7 +18,9 @@ use crate::Fill;
 /// Cells around what was hidden that were hardly seen either.
 const CONTACT: usize = 2;
 /// Points within this many edges of a plane lie on it: as few as find one, since ground is as rough as it is.
-const TOLERANCE_EDGES: [f32; 3] = [2.0, 4.0, 8.0];
+const TOLERANCE_EDGES: [f32; 4] = [2.0, 4.0, 8.0, 16.0];
+/// But for the fewest, no more than this share of the object's size.
+const ROUGHEST: f32 = 0.05;
 /// Colours next to an opening are those of the object as well, within this share of its size.
 const RIM: f32 = 0.04;
 /// In cells.
@@ -85,7 +87,8 @@ pub(super) fn find_hole(
     let edge = 2.0 * before.ray_bias();
     let region = (0.5 * (low + high), (0.5 + NEIGHBOURHOOD) * size);
     let around = points_around(surface, &stays, region, seed);
-    let (plane, tolerance) = TOLERANCE_EDGES.into_iter().find_map(|edges| {
+    let allowed = |edges: &f32| *edges == TOLERANCE_EDGES[0] || edges * edge <= ROUGHEST * size;
+    let (plane, tolerance) = TOLERANCE_EDGES.into_iter().filter(allowed).find_map(|edges| {
         let plane = support_plane(&around, &object, 0.5 * edges * edge, seed)?;
         Some((plane, edges * edge))
     })?;

@@ -16,15 +16,13 @@ use std::process::ExitCode;
 
 use anyhow::Context as _;
 use clap::Parser;
-use motes_formats::camera_path::read_camera_path;
-use motes_formats::capture::read_capture;
 use motes_report::frames::{
-    BetweenOptions, Frame, FrameFiles, FrameFormat, FrameLook, FrameSelection, FrameSize,
-    FrameWriter, RenderReport, VideoOptions, ffmpeg_exists, numbered, path_frames, plan_frames,
-    run_ffmpeg, shell_words,
+    BetweenOptions, FrameFiles, FrameFormat, FrameLook, FrameSelection, FrameSize, FrameWriter,
+    RenderReport, VideoOptions, ffmpeg_exists, numbered, run_ffmpeg, shell_words,
 };
 use motes_report::model::{Model, ModelInput};
-use motes_stage::{CommonArgs, Context, HasCommon, OrBadInput as _, StageError};
+use motes_stage::{CommonArgs, Context, HasCommon, StageError};
+use motes_stages::rendering::ChosenFrames;
 use motes_stages::selecting::MaskFlags;
 use serde::Serialize;
 
@@ -98,7 +96,14 @@ fn run(args: &Args, context: &Context) -> anyhow::Result<RenderReport> {
                 .into());
         }
     }
-    let frames = load_frames(args, context)?;
+    let chosen = ChosenFrames {
+        capture: args.capture.as_deref(),
+        selection: &args.selection,
+        between: &args.between,
+        size: &args.size,
+        video: &args.video,
+    };
+    let frames = chosen.load(context)?;
     context.need_memory(args.look.memory_bytes(&frames, &args.size), "take a smaller --width")?;
     let gaussians = args.input.file()?;
     context.input("gaussians", &gaussians)?;
@@ -141,29 +146,4 @@ fn run(args: &Args, context: &Context) -> anyhow::Result<RenderReport> {
             .filter(|s| s.is_finite()),
         video_command: is_video.then(|| shell_words(&command)),
     })
-}
-
-fn load_frames(args: &Args, context: &Context) -> anyhow::Result<Vec<Frame>> {
-    let mut frames = if let Some(path) = &args.selection.path {
-        context.input("path", path)?;
-        path_frames(&read_camera_path(path)?)
-    } else {
-        // clap waives `requires` for flags that exclude each other, so this is said here.
-        if args.between.is_given() && args.selection.between.is_empty() {
-            return Err(StageError::usage("--t and --frames belong to --between").into());
-        }
-        let source = args.selection.source(&args.between);
-        let (Some(capture), Some(source)) = (&args.capture, source) else {
-            return Err(StageError::usage("nothing to render was chosen").into());
-        };
-        context.input("capture", capture)?;
-        plan_frames(&read_capture(capture)?, &source).or_bad_input()?
-    };
-    for (i, frame) in frames.iter_mut().enumerate() {
-        frame.camera = args.size.apply(&frame.camera);
-        if args.video.numbers_frames() {
-            frame.name = numbered(i);
-        }
-    }
-    Ok(frames)
 }
