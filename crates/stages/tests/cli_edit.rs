@@ -123,6 +123,7 @@ fn bad_plans_fail_with_a_pointer_and_lose_nothing() {
     for (ops, place) in [
         (json!([{ "op": "explode" }]), "/ops/0/op"),
         (json!([{ "op": "transform", "scale": 0 }]), "/ops/0/scale"),
+        (json!([{ "op": "transform", "translate": [1e300, 0, 0] }]), "/ops/0"),
         (json!([{ "op": "delete" }]), "/ops/0/target"),
         (json!([{ "op": "delete", "target": "a" }, select]), "/ops/0/target"),
         (

@@ -6,12 +6,32 @@ use motes_formats::edit_plan::{DuplicateOp, PivotDocument, PivotName, TransformO
 use super::EditError;
 use super::apply::{Outcome, Run, applied, skipped};
 use super::values::{extent_of, fill, keep, rotation_of, rows_of};
+use crate::ops::measure::Extent;
 use crate::ops::ratio_shadow::RatioShadow;
 use crate::ops::{duplicate, transform};
 use crate::{EditState, Similarity};
 
 /// More Gaussians than a file can hold, or than a mistake should make.
 const MAX_GAUSSIANS: usize = 200_000_000;
+
+/// Coordinates beyond lose themselves in single precision: squares of them overflow.
+const MOST_DISTANT: f64 = 1e18;
+
+/// Refuses to move a target out of what a file can hold.
+fn within_range(
+    state: &EditState,
+    rows: &[u32],
+    at: &str,
+    moved: impl Fn(DVec3) -> DVec3,
+) -> Result<(), EditError> {
+    let extent = Extent::of(&state.gaussians, rows, state.up_in_world);
+    let corners = extent.iter().flat_map(|e| [e.min, e.max]);
+    match corners.map(moved).find(|p| !(p.abs().max_element() <= MOST_DISTANT)) {
+        None => Ok(()),
+        Some(p) => Err(EditError::plan(at, format!("the target would be at {p}"))
+            .remedy("coordinates beyond 1e18 cannot be drawn")),
+    }
+}
 
 impl Run<'_> {
     pub(super) fn transform(
@@ -36,6 +56,7 @@ impl Run<'_> {
         if motion.is_identity() {
             return skipped("nothing would move");
         }
+        within_range(state, &rows, at, |p| motion.point(p))?;
         let mut shadow = None;
         let is_part = rows.len() < state.len();
         let from = if is_part { extent_of(state, &rows, at)?.centroid } else { DVec3::ZERO };
@@ -65,6 +86,7 @@ impl Run<'_> {
             return Err(EditError::plan(format!("{at}/count"), cause));
         }
         let step = DVec3::from_array(op.translate);
+        within_range(state, &rows, at, |p| p + step * op.count as f64)?;
         let shadow = self.ratio_shadow.then(|| RatioShadow::read(state, &rows)).flatten();
         let selection = duplicate::duplicate(state, &rows, step, op.count as usize);
         let copied = selection.rows();
