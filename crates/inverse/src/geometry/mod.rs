@@ -2,12 +2,14 @@
 
 mod mesh;
 mod options;
+mod outlines;
 mod patches;
 mod planes;
 mod refine;
 mod report;
 mod seams;
 mod sheet;
+mod silhouettes;
 mod smooth;
 mod splat_depth;
 mod surface_nets;
@@ -153,7 +155,9 @@ fn surface_of(
 
     steps.begin("fusion", 0.3)?;
     let limit = options.max_blocks.max(64);
-    let grid = tsdf::fuse(views, &maps, &flat, voxel, limit, options.carve_weight.max(0.0));
+    let hull = silhouettes::silhouettes(views, &maps, &flat, voxel, options.mirror_spread);
+    let carve = options.carve_weight.max(0.0);
+    let grid = tsdf::fuse(views, &maps, &flat, &hull, voxel, limit, carve);
     let voxel = grid.voxel;
     report.voxel = f64::from(voxel);
     report.blocks = grid.keys.len();
@@ -215,6 +219,7 @@ fn smooth(mesh: &mut Mesh, voxel: f32, options: &GeometryOptions) {
             stiffness: options.stiffness,
             voxel,
             trust: &trust,
+            steady: &trust,
             rest_passes: options.rest_passes,
         };
         let u = plate.solve(60);

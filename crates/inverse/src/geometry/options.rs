@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 #[serde(default, rename_all = "kebab-case")]
 pub struct GeometryOptions {
     /// Edge of a voxel in pixels at the median depth of the photos; smaller is finer and slower
-    #[arg(long, help_heading = "Geometry", default_value_t = 1.0, value_name = "PIXELS")]
+    #[arg(long, help_heading = "Geometry", default_value_t = 1.5, value_name = "PIXELS")]
     pub voxel_pixels: f32,
     /// Blocks of 8x8x8 voxels (4 KiB each) at most; more make the voxels larger
     #[arg(long, help_heading = "Geometry", default_value_t = 100_000, value_name = "COUNT")]
@@ -41,7 +41,7 @@ pub struct GeometryOptions {
     #[arg(long, help_heading = "Geometry", default_value_t = 10.0, value_name = "FACTOR")]
     pub front_power: f32,
     /// Rounds of moving the surface to where the photos agree; 0 leaves it where the Gaussians put it
-    #[arg(long, help_heading = "Geometry", default_value_t = 4, value_name = "COUNT")]
+    #[arg(long, help_heading = "Geometry", default_value_t = 3, value_name = "COUNT")]
     pub refine_rounds: usize,
     /// Farthest that the first round moves the surface; each later one 0.6 of the one before
     #[arg(long, help_heading = "Geometry", default_value_t = 5.0, value_name = "VOXELS")]
@@ -52,6 +52,13 @@ pub struct GeometryOptions {
     /// Distance of the samples of a patch that photos are compared by
     #[arg(long, help_heading = "Geometry", default_value_t = 1.0, value_name = "VOXELS")]
     pub patch_spacing: f32,
+    /// Weight of the outlines of things in the photos against their agreement; 0 leaves outlines out
+    #[arg(long, help_heading = "Geometry", default_value_t = 0.5, value_name = "WEIGHT")]
+    pub outline_weight: f32,
+    /// Difference of brightness between photos (0 to 1, as it is seen) from which a piece of surface counts as one that mirrors, about
+    /// whose place the photos' agreement tells nothing; 0 leaves this out
+    #[arg(long, help_heading = "Geometry", default_value_t = 0.08, value_name = "BRIGHTNESS")]
+    pub mirror_spread: f32,
 }
 
 impl Default for GeometryOptions {

@@ -9,6 +9,7 @@
 
 use glam::Vec3;
 
+use super::silhouettes::median_distance;
 use super::view::View;
 
 /// Samples along the side of a patch.
@@ -37,11 +38,13 @@ pub(super) struct Agreement {
     pub(super) score: f32,
     /// Sum of the weights of the photos that take part.
     pub(super) photos: f32,
+    /// Spread of the brightness of the patch over the photos that take part, 0 to 1: median distance from the median.
+    pub(super) spread: f32,
 }
 
-/// Samples of a patch in a view as a unit vector without its mean; `None` outside of the picture, where it is flat, or
+/// Samples of a patch in a view as a unit vector without its mean, and that mean; `None` outside of the picture, where it is flat, or
 /// where much of the photo does not count.
-fn look_up(view: &View, patch: &Patch) -> Option<[f32; SAMPLES]> {
+fn look_up(view: &View, patch: &Patch) -> Option<([f32; SAMPLES], f32)> {
     let q = view.image_of(patch.center - view.center);
     let [a, b, c] = [patch.along, patch.across, patch.lift].map(|d| view.image_of(d));
     let mut values = [0.0f32; SAMPLES];
@@ -81,7 +84,7 @@ fn look_up(view: &View, patch: &Patch) -> Option<[f32; SAMPLES]> {
         return None;
     }
     let scale = squares.sqrt().recip();
-    Some(values.map(|v| v * scale))
+    Some((values.map(|v| v * scale), mean))
 }
 
 #[inline]
@@ -92,10 +95,12 @@ fn dot(a: &[f32; SAMPLES], b: &[f32; SAMPLES]) -> f32 {
 /// Agreement of `views` about `patch`; `None` when fewer than two can be compared.
 pub(super) fn agreement(all: &[View], views: &[u16], patch: &Patch) -> Option<Agreement> {
     let mut copies = [[0.0f32; SAMPLES]; MOST_VIEWS];
+    let mut means = [0.0f32; MOST_VIEWS];
     let mut n = 0;
     for &i in views.iter().take(MOST_VIEWS) {
-        if let Some(values) = look_up(&all[i as usize], patch) {
+        if let Some((values, mean)) = look_up(&all[i as usize], patch) {
             copies[n] = values;
+            means[n] = mean;
             n += 1;
         }
     }
@@ -122,7 +127,8 @@ pub(super) fn agreement(all: &[View], views: &[u16], patch: &Patch) -> Option<Ag
             sum += *w * c;
             total += *w;
         }
-        out = Agreement { score: sum / total, photos: total };
+        out = Agreement { score: sum / total, photos: total, spread: 0.0 };
     }
+    out.spread = median_distance(&mut means[..n]);
     Some(out)
 }

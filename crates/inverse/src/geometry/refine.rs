@@ -5,11 +5,12 @@
 //! range; between them visibility and normals are renewed.
 
 use glam::Vec3;
-use motes_shading::tracing::{BuildQuality, MeshTracer, Ray, Tracer, TriangleMesh};
+use motes_shading::tracing::{MeshTracer, Ray, Tracer};
 use rayon::prelude::*;
 
 use super::mesh::{Mesh, Neighbours};
 use super::options::GeometryOptions;
+use super::outlines::{Rays, outlines};
 use super::patches::{Agreement, MOST_VIEWS, Patch, agreement};
 use super::smooth::ThinPlate;
 use super::view::View;
@@ -23,6 +24,10 @@ const LEAVE: f32 = 1.5;
 const HOLD: f32 = 5e-3;
 /// A displacement that the plate misses by this many voxels counts for a quarter (Geman & McClure 1987).
 const OUTLIER: f32 = 0.7;
+/// Share of it that is left on mirrors: what no photo tells about follows the outlines.
+const LEAST_HOLD: f32 = 0.02;
+/// Averages over neighbours of how far the photos differ.
+const SPREAD_PASSES: usize = 8;
 /// Averages of the curvature that patches are bent by.
 const CURVATURE_PASSES: usize = 4;
 /// Lift of a sample one step away at most, voxels: a ridge of 90 degrees.
@@ -39,6 +44,8 @@ struct Finding {
     confidence: f32,
     /// Agreement of the photos where the vertex is now.
     before: f32,
+    /// Spread of the brightness of the photos there, 0 to 1; none where no photos agree.
+    spread: Option<f32>,
 }
 
 /// Settings of one round.
@@ -53,6 +60,8 @@ pub(super) struct Round {
     /// Averages of the normals over neighbours before the patches are laid.
     pub(super) normal_passes: usize,
     pub(super) rest_passes: usize,
+    pub(super) outline_weight: f32,
+    pub(super) mirror_spread: f32,
 }
 
 impl Round {
@@ -67,6 +76,8 @@ impl Round {
             normal_passes: 8 >> index.min(2),
             stiffness: options.refine_stiffness,
             rest_passes: options.rest_passes,
+            outline_weight: options.outline_weight.max(0.0),
+            mirror_spread: options.mirror_spread.max(0.0),
         }
     }
 }
@@ -75,16 +86,10 @@ impl Round {
 fn visibility(
     mesh: &Mesh,
     normals: &[Vec3],
-    rest: &Mesh,
+    tracer: &MeshTracer,
     views: &[View],
     voxel: f32,
 ) -> Vec<Vec<u16>> {
-    let mut all = mesh.clone();
-    all.append(rest.clone());
-    let soup = TriangleMesh { vertices: all.vertices, triangles: all.triangles };
-    let Ok(tracer) = MeshTracer::new(&soup, BuildQuality::Fast) else {
-        return vec![Vec::new(); mesh.vertices.len()];
-    };
     let of = |v: usize| {
         let (x, n) = (mesh.vertices[v], normals[v]);
         let origin = x + n * LEAVE * voxel;
@@ -172,14 +177,15 @@ fn find(
     }
     let Some((k, found)) = best else { return Finding::default() };
     let before = scores[steps as usize];
+    let nothing = Finding { before, spread: Some(found.spread), ..Finding::default() };
     // At the end of the range there is no maximum.
     if k == 0 || k + 1 == count {
-        return Finding { before, ..Finding::default() };
+        return nothing;
     }
     let (low, mid, high) = (scores[k - 1], scores[k], scores[k + 1]);
     let bend = 2.0 * mid - low - high;
     if !(bend > 0.0) {
-        return Finding { before, ..Finding::default() };
+        return nothing;
     }
     let offset = (0.5 * (high - low) / bend).clamp(-0.5, 0.5);
     // Fall of the score one voxel away.
@@ -189,14 +195,14 @@ fn find(
     Finding {
         displacement: (k as f32 - steps as f32 + offset) * round.step * voxel,
         confidence: good * good * (sharp / (sharp + 0.1)) * photos,
-        before,
+        ..nothing
     }
 }
 
 /// One round. Returns the mean agreement of the photos before it, over the vertices that two photos see.
 pub(super) fn refine(
     mesh: &mut Mesh,
-    rest: &Mesh,
+    planes: &Mesh,
     views: &[View],
     neighbours: &Neighbours,
     voxel: f32,
@@ -206,15 +212,36 @@ pub(super) fn refine(
     for _ in 0..round.normal_passes {
         normals = super::averaged(&normals, neighbours);
     }
-    let seen = visibility(mesh, &normals, rest, views, voxel);
+    let Some(rays) = Rays::new(mesh, planes) else { return 0.0 };
+    let seen = visibility(mesh, &normals, &rays.all, views, voxel);
     let bent = curvature(mesh, &normals, neighbours);
-    let found: Vec<Finding> = (0..mesh.vertices.len())
+    let mut found: Vec<Finding> = (0..mesh.vertices.len())
         .into_par_iter()
         .with_min_len(64)
         .map(|v| find(views, &seen[v], mesh.vertices[v], normals[v], bent[v], voxel, round))
         .collect();
+    let told: Vec<f64> =
+        found.iter().filter(|f| f.before != 0.0).map(|f| f64::from(f.before)).collect();
+    let steady = steadiness(&found, neighbours, round.mirror_spread);
+    for (f, s) in found.iter_mut().zip(&steady) {
+        f.confidence *= s;
+    }
+    if round.outline_weight > 0.0 {
+        let outlines = outlines(mesh, &normals, &rays, views, voxel);
+        let most = round.range * voxel;
+        for (f, o) in found.iter_mut().zip(&outlines) {
+            let weight = round.outline_weight * o.confidence;
+            let sum = f.confidence + weight;
+            if weight > 0.0 && o.displacement.abs() < most {
+                f.displacement = (f.confidence * f.displacement + weight * o.displacement) / sum;
+                f.confidence = sum;
+            }
+        }
+    }
+    drop(rays);
     // A little hold everywhere: where no photo tells, the surface stays unless its shape pulls.
-    let mut weight: Vec<f32> = found.iter().map(|f| f.confidence + HOLD).collect();
+    let hold: Vec<f32> = steady.iter().map(|s| HOLD * s.max(LEAST_HOLD)).collect();
+    let mut weight: Vec<f32> = found.iter().zip(&hold).map(|(f, h)| f.confidence + h).collect();
     let target: Vec<f32> = found.iter().map(|f| f.displacement).collect();
     let trust: Vec<f32> = found.iter().map(|f| f.confidence + 0.01).collect();
     let mut u = Vec::new();
@@ -228,19 +255,51 @@ pub(super) fn refine(
             stiffness: round.stiffness,
             voxel,
             trust: &trust,
+            steady: &steady,
             rest_passes: round.rest_passes,
         };
         u = plate.solve(60);
-        for (w, (f, u)) in weight.iter_mut().zip(found.iter().zip(&u)) {
+        for ((w, h), (f, u)) in weight.iter_mut().zip(&hold).zip(found.iter().zip(&u)) {
             let off = (f.displacement - u) / (OUTLIER * voxel);
-            *w = f.confidence / (1.0 + off * off).powi(2) + HOLD;
+            *w = f.confidence / (1.0 + off * off).powi(2) + h;
         }
     }
     let most = round.range * voxel;
     for ((x, u), n) in mesh.vertices.iter_mut().zip(u).zip(&normals) {
         *x += *n * u.clamp(-most, most);
     }
-    let told: Vec<f64> =
-        found.iter().filter(|f| f.before != 0.0).map(|f| f64::from(f.before)).collect();
     told.iter().sum::<f64>() / told.len().max(1) as f64
+}
+
+/// How far the photos' agreement about each vertex counts, 0 to 1: little where its brightness changes from photo to photo
+/// as it does on a mirror, whose picture lies behind it and would dig pits.
+fn steadiness(found: &[Finding], neighbours: &Neighbours, mirror_spread: f32) -> Vec<f32> {
+    if !(mirror_spread > 0.0) {
+        return vec![1.0; found.len()];
+    }
+    let mut sum: Vec<f32> = found.iter().map(|f| f.spread.unwrap_or(0.0)).collect();
+    let mut count: Vec<f32> =
+        found.iter().map(|f| f32::from(u8::from(f.spread.is_some()))).collect();
+    for values in [&mut sum, &mut count] {
+        for _ in 0..SPREAD_PASSES {
+            let mean = |v: usize| {
+                let ring = neighbours.at(v);
+                let sum: f32 = ring.iter().map(|&j| values[j as usize]).sum();
+                (sum + values[v]) / (ring.len() + 1) as f32
+            };
+            *values = (0..found.len()).into_par_iter().with_min_len(4096).map(mean).collect();
+        }
+    }
+    let mut all: Vec<f32> = found.iter().filter_map(|f| f.spread).collect();
+    let middle = all.len() / 2;
+    if all.is_empty() {
+        return vec![1.0; found.len()];
+    }
+    let usual = *all.select_nth_unstable_by(middle, f32::total_cmp).1;
+    // Photos of unlike exposure are unsteady everywhere.
+    let limit = mirror_spread.max(2.0 * usual);
+    let of = |(sum, count): (&f32, &f32)| {
+        if *count > 0.0 { (1.0 + (sum / count / limit).powi(2)).powi(-2) } else { 1.0 }
+    };
+    sum.iter().zip(&count).map(of).collect()
 }

@@ -45,10 +45,12 @@ pub(super) fn cut_planes(mesh: &mut Mesh, sheets: &[Sheet], voxel: f32) {
     mesh.retain(|t| keep[t]);
 }
 
-/// Extends open edges that end within `reach` over a sheet down to it: depth maps blur where a thing
-/// stands, and light would pass through the gap.
+/// Extends open edges that end within `reach` over a sheet down to it, along the surface: depth maps blur where a thing
+/// stands, and light would pass through the gap. What bulges goes on inwards, what widens goes straight down, so that no skirt
+/// shows beyond its thing.
 pub(super) fn skirts(mesh: &mut Mesh, sheets: &[Sheet], reach: f32) {
     let edges = mesh.open_edges();
+    let normals = mesh.vertex_normals();
     for sheet in sheets {
         let mut foot_of = BTreeMap::new();
         for &(a, b) in &edges {
@@ -59,7 +61,13 @@ pub(super) fn skirts(mesh: &mut Mesh, sheets: &[Sheet], reach: f32) {
             }
             let [c, d] = ends.map(|(v, p)| {
                 *foot_of.entry(v).or_insert_with(|| {
-                    mesh.vertices.push(p - sheet.plane.normal * sheet.plane.height(p));
+                    let (up, height) = (sheet.plane.normal, sheet.plane.height(p));
+                    let n = normals[v as usize];
+                    let flat = n - up * n.dot(up);
+                    // Towards the inside as far as the surface leans over, 45 degrees at most.
+                    let lean = (-n.dot(up) / flat.length().max(1e-3)).clamp(0.0, 1.0);
+                    let inwards = -flat.normalize_or_zero() * lean;
+                    mesh.vertices.push(p + (inwards - up) * height);
                     mesh.vertices.len() as u32 - 1
                 })
             });

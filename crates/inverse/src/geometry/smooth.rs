@@ -15,6 +15,8 @@ use super::mesh::{Mesh, Neighbours};
 const CREASE: f32 = 0.05;
 /// Averages of it over neighbours, so that noise is no crease.
 const CREASE_PASSES: usize = 4;
+/// Times as many averages where a mirror may be.
+const WIDER: usize = 5;
 /// Vertices per parallel chunk.
 const CHUNK: usize = 4096;
 
@@ -32,6 +34,9 @@ pub(super) struct ThinPlate<'a> {
     pub(super) rest_passes: usize,
     /// How far the curvature at a vertex is believed, above 0.
     pub(super) trust: &'a [f32],
+    /// Where 1, the rest curvature is that of `rest_passes`; where 0, that of [`WIDER`] times as many: pits of mirrors are
+    /// wider than noise.
+    pub(super) steady: &'a [f32],
     /// Length of an edge, unit world.
     pub(super) voxel: f32,
 }
@@ -111,16 +116,28 @@ impl ThinPlate<'_> {
         // Normalised convolution (Knutsson & Westin 1993): what is trusted speaks for what is not.
         let mut trust = self.trust.to_vec();
         let mut common = map(&|v| rest[v] * trust[v]);
-        for _ in 0..self.rest_passes {
-            let mean = |values: &[f32], v: usize| {
-                let ring = self.neighbours.at(v);
-                let sum: f32 = ring.iter().map(|&j| values[j as usize]).sum();
-                (sum + values[v]) / (ring.len() + 1) as f32
-            };
-            common = map(&|v| mean(&common, v));
-            trust = map(&|v| mean(&trust, v));
+        let mean = |values: &[f32], v: usize| {
+            let ring = self.neighbours.at(v);
+            let sum: f32 = ring.iter().map(|&j| values[j as usize]).sum();
+            (sum + values[v]) / (ring.len() + 1) as f32
+        };
+        let pass = |common: &mut Vec<f32>, trust: &mut Vec<f32>| {
+            *common = map(&|v| mean(common, v));
+            *trust = map(&|v| mean(trust, v));
+        };
+        (0..self.rest_passes).for_each(|_| pass(&mut common, &mut trust));
+        let near = map(&|v| common[v] / trust[v].max(1e-12));
+        let mut common = near;
+        if self.steady.iter().any(|&s| s < 1.0) {
+            let mut wide = map(&|v| common[v] * self.steady[v].max(0.01));
+            let mut trust = map(&|v| self.steady[v].max(0.01));
+            (0..self.rest_passes * (WIDER - 1)).for_each(|_| pass(&mut wide, &mut trust));
+            common = map(&|v| {
+                let wide = wide[v] / trust[v].max(1e-12);
+                wide + (common[v] - wide) * self.steady[v]
+            });
         }
-        let rest = map(&|v| rest[v] - common[v] / trust[v].max(1e-12));
+        let rest = map(&|v| rest[v] - common[v]);
         let pulled = weighted(&rest);
         let mut residual = map(&|v| {
             if self.free(v) {

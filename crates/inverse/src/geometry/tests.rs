@@ -6,7 +6,12 @@ use motes_shading::tracing::{Plane as TruthPlane, Ray, Shapes, Sphere, Tracer};
 
 use super::*;
 
-const RADIUS: f64 = 0.3;
+pub(super) const RADIUS: f64 = 0.3;
+
+/// The pictures are small and without noise: voxels of one pixel.
+fn fine() -> GeometryOptions {
+    GeometryOptions { voxel_pixels: 1.0, ..GeometryOptions::default() }
+}
 
 fn shapes() -> Shapes {
     Shapes {
@@ -16,7 +21,7 @@ fn shapes() -> Shapes {
 }
 
 /// `n` photos on a ring that looks down onto the origin, in a world of another size and place.
-fn photos(n: usize, scale: f64, shift: DVec3) -> Vec<Photo> {
+pub(super) fn photos(n: usize, scale: f64, shift: DVec3) -> Vec<Photo> {
     let (width, height) = (160, 120);
     let camera = Pinhole { fx: 170.0, fy: 170.0, cx: 80.0, cy: 60.0, width, height };
     let photo = |i: usize| {
@@ -75,7 +80,7 @@ fn from_depths(
 fn a_sphere_on_a_plane_comes_back() {
     // The wave is half a voxel high: the noise of a depth map.
     for (wave, degrees, distance) in [(0.0, 1.2, 0.1), (0.004, 4.0, 0.2)] {
-        let (mesh, normals, report, unit) = from_depths(wave, &GeometryOptions::default());
+        let (mesh, normals, report, unit) = from_depths(wave, &fine());
         assert_eq!(report.planes, 1, "{report:?}");
         let (mut worst, mut sum, mut angles, mut count) = (0.0f64, 0.0, 0.0f64, 0.0);
         for (x, n) in mesh.vertices.iter().zip(&normals) {
@@ -107,7 +112,7 @@ fn a_sphere_on_a_plane_comes_back() {
 
 #[test]
 fn triangles_are_counter_clockwise_from_outside() {
-    let (mesh, normals, _, unit) = from_depths(0.0, &GeometryOptions::default());
+    let (mesh, normals, _, unit) = from_depths(0.0, &fine());
     let turned = |t: &&[u32; 3]| mesh.area_normal(**t).dot(normals[t[0] as usize]) < 0.0;
     let count = mesh.triangles.iter().filter(turned).count();
     // A few fold over at the crease between sphere and plane.
@@ -244,7 +249,7 @@ fn photos_correct_a_depth_that_is_wrong_everywhere() {
     let error = |refine_rounds: usize| {
         let mut observer = |_: &'static str, _: f32| ControlFlow::Continue(());
         let mut steps = Steps { observer: &mut observer, times: Vec::new(), started: None };
-        let options = GeometryOptions { refine_rounds, ..GeometryOptions::default() };
+        let options = GeometryOptions { refine_rounds, ..fine() };
         let (mesh, _, report) =
             surface_of(&views, exact.clone(), &maps, &options, &mut steps).unwrap();
         let sphere = |v: &Vec3| (v.as_dvec3() - DVec3::new(0.0, 0.0, 0.25)).length() - RADIUS;

@@ -4,6 +4,7 @@
 use glam::IVec3;
 use rayon::prelude::*;
 
+use super::silhouettes::Silhouette;
 use super::splat_depth::DepthMap;
 use super::view::View;
 
@@ -18,6 +19,16 @@ const MAX_FOOTPRINT: f32 = 4.0;
 
 /// Neighbouring pixels whose depths differ by more than this many footprints see two things.
 const STEP: f32 = 8.0;
+
+/// Weight of what the silhouettes leave over, against 1 of a depth; less where depths tell, none where they have this.
+const HULL_WEIGHT: f32 = 0.3;
+const TOLD: f32 = 2.0;
+/// Views that must have a place in their picture for silhouettes to tell about it: this many, and one in this many.
+const HULL_VIEWS: usize = 4;
+const HULL_SHARE: usize = 2;
+/// Depth that is believed less than this is a pit: the grid reaches this many voxels farther to its front.
+const PIT: f32 = 0.5;
+const PIT_REACH: f32 = 24.0;
 
 /// Distances of the corners of one block, in voxels, positive outside; weight 0 where nothing was seen.
 pub(super) struct Block {
@@ -52,12 +63,13 @@ fn touched(
     views: &[View],
     maps: &[DepthMap],
     flat: &[Vec<bool>],
+    hull: &[Silhouette],
     voxel: f32,
     limit: usize,
 ) -> Option<Vec<IVec3>> {
     let edge = voxel * SIDE as f32;
     let reach = TRUNCATION * voxel;
-    let of = |((view, map), flat): ((&View, &DepthMap), &Vec<bool>)| {
+    let of = |(k, ((view, map), flat)): (usize, ((&View, &DepthMap), &Vec<bool>))| {
         let mut keys = Vec::new();
         let mut last = IVec3::MAX;
         let most = MAX_FOOTPRINT * voxel / view.footprint();
@@ -68,7 +80,8 @@ fn touched(
             let ray = view.ray((i % view.width) as f32 + 0.5, (i / view.width) as f32 + 0.5);
             let step = 0.5 * edge / ray.length();
             let half = reach / ray.length();
-            let mut t = z - half;
+            let pit = hull.get(k).is_some_and(|h| h.steady[i] < PIT);
+            let mut t = z - if pit { half * (PIT_REACH / TRUNCATION) } else { half };
             loop {
                 let p = view.center + ray * t.min(z + half);
                 let key = (p / edge).floor().as_ivec3();
@@ -87,7 +100,7 @@ fn touched(
         keys
     };
     let per_view: Vec<Vec<IVec3>> =
-        views.par_iter().zip(maps).zip(flat).with_max_len(1).map(of).collect();
+        views.par_iter().zip(maps).zip(flat).enumerate().with_max_len(1).map(of).collect();
     let mut keys = per_view.concat();
     keys.sort_unstable_by_key(|&k| order(k));
     keys.dedup();
@@ -108,33 +121,44 @@ pub(super) fn median_footprint(views: &[View], maps: &[DepthMap]) -> Option<f32>
 }
 
 /// Fuses the maps on a grid of the given voxel, or of a coarser one when that takes more than
-/// `limit` blocks. Pixels that are `flat` carve, but no grid is laid for them.
+/// `limit` blocks. Pixels that are `flat` carve, but no grid is laid for them. `hull`: per view, or empty.
 pub(super) fn fuse(
     views: &[View],
     maps: &[DepthMap],
     flat: &[Vec<bool>],
+    hull: &[Silhouette],
     voxel: f32,
     limit: usize,
     carve: f32,
 ) -> Grid {
     let mut voxel = voxel;
     let keys = loop {
-        match touched(views, maps, flat, voxel, limit) {
+        match touched(views, maps, flat, hull, voxel, limit) {
             Some(keys) => break keys,
             None => voxel *= 1.25,
         }
     };
-    let blocks = keys.par_iter().map(|&key| integrate(views, maps, voxel, key, carve)).collect();
+    let blocks =
+        keys.par_iter().map(|&key| integrate(views, maps, hull, voxel, key, carve)).collect();
     Grid { voxel, keys, blocks }
 }
 
-fn integrate(views: &[View], maps: &[DepthMap], voxel: f32, key: IVec3, carve: f32) -> Block {
+fn integrate(
+    views: &[View],
+    maps: &[DepthMap],
+    hull: &[Silhouette],
+    voxel: f32,
+    key: IVec3,
+    carve: f32,
+) -> Block {
     let mut block =
         Block { distance: [TRUNCATION; VOXELS], weight: [0.0; VOXELS], seen: [0; VOXELS] };
     let edge = voxel * SIDE as f32;
     let corner = key.as_vec3() * edge;
     let radius = 0.87 * edge;
-    for (view, map) in views.iter().zip(maps) {
+    let mut inside = [TRUNCATION; VOXELS];
+    let mut looks = [0usize; VOXELS];
+    for (k, (view, map)) in views.iter().zip(maps).enumerate() {
         let middle = view.rotation * (corner + 0.5 * edge - view.center);
         if middle.z < -radius {
             continue;
@@ -143,6 +167,14 @@ fn integrate(views: &[View], maps: &[DepthMap], voxel: f32, key: IVec3, carve: f
         {
             let p = corner + local(i).as_vec3() * voxel;
             let Some(q) = view.project(p) else { continue };
+            let mut believed = 1.0;
+            if let (Some(hull), Some(pixel)) = (hull.get(k), view.pixel(q.x, q.y)) {
+                believed = hull.steady[pixel];
+                // From the centre of the last pixel inside to the outline is half a pixel.
+                let within = (hull.depth_inside[pixel] - 0.5) * q.z * view.footprint() / voxel;
+                inside[i] = inside[i].min(within);
+                looks[i] += 1;
+            }
             let Some(z) = depth_at(view, map, q.x, q.y) else { continue };
             let d = (z - q.z) / voxel;
             if !(d > -TRUNCATION) {
@@ -150,12 +182,30 @@ fn integrate(views: &[View], maps: &[DepthMap], voxel: f32, key: IVec3, carve: f
             }
             // A depth is as uncertain as a pixel is wide.
             let w = (voxel / (z * view.footprint())).powi(2).min(1.0);
-            let w = if d < TRUNCATION { w } else { w * carve };
+            let w = believed * if d < TRUNCATION { w } else { w * carve };
             *distance = (*distance * *weight + d.min(TRUNCATION) * w) / (*weight + w);
             *weight += w;
             if d < TRUNCATION {
                 block.seen[i] = block.seen[i].saturating_add(1);
             }
+        }
+    }
+    if hull.is_empty() {
+        return block;
+    }
+    let least = (views.len() / HULL_SHARE).max(HULL_VIEWS);
+    for (i, &within) in inside.iter().enumerate() {
+        if within > 0.0 && looks[i] >= least {
+            let (distance, weight) = (&mut block.distance[i], &mut block.weight[i]);
+            let w = HULL_WEIGHT * (1.0 - *weight / TOLD);
+            if !(w > 0.0) {
+                continue;
+            }
+            if w > *weight {
+                block.seen[i] = u8::MAX;
+            }
+            *distance = (*distance * *weight - within * w) / (*weight + w);
+            *weight += w;
         }
     }
     block

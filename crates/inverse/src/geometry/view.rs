@@ -18,6 +18,8 @@ pub(super) struct View {
     pub(super) camera_from_unit: Pose,
     /// `[h, w]`, luminance of the photo raised to 1/2.2: contrast as it is seen, so that shade counts like light.
     pub(super) luma: Vec<f32>,
+    /// `[h, w]`, channels raised to 1/2.2, of 255.
+    pub(super) color: Vec<[u8; 3]>,
     /// `[h, w]`, 0 to 1.
     pub(super) weight: Vec<f32>,
 }
@@ -37,6 +39,7 @@ impl View {
             camera: *c,
             camera_from_unit,
             luma: luma(&photo.radiance_linear, count),
+            color: color(&photo.radiance_linear, count),
             weight: photo.weight.data.iter().map(|&w| w.max(0.0).clamp(0.0, 1.0)).collect(),
         }
     }
@@ -80,6 +83,24 @@ impl View {
         inside.then(|| y as usize * self.width + x as usize)
     }
 
+    /// Colour between the centres of pixels, 0 to 1, raised to 1/2.2; none outside of the picture or where it does not count.
+    pub(super) fn color_at(&self, p: Vec2) -> Option<Vec3> {
+        let (x, y) = (p.x - 0.5, p.y - 0.5);
+        let (right, bottom) = ((self.width - 1) as f32, (self.height - 1) as f32);
+        if !(x >= 0.0 && y >= 0.0 && x < right && y < bottom) {
+            return None;
+        }
+        let (i, j) = (x as usize, y as usize);
+        let (u, v) = (x - i as f32, y - j as f32);
+        let first = j * self.width + i;
+        let four = [first, first + 1, first + self.width, first + self.width + 1];
+        if four.iter().any(|&k| !(self.weight[k] > 0.5)) {
+            return None;
+        }
+        let [a, b, c, d] = four.map(|k| Vec3::from(self.color[k].map(f32::from)) / 255.0);
+        Some(a.lerp(b, u).lerp(c.lerp(d, u), v))
+    }
+
     /// Length that one pixel covers at depth 1.
     pub(super) fn footprint(&self) -> f32 {
         1.0 / self.focal.max_element()
@@ -96,4 +117,16 @@ fn luma(linear: &ImageF32, count: usize) -> Vec<f32> {
     let mut luma: Vec<f32> = linear.data.chunks_exact(channels).map(of).collect();
     luma.resize(count, 0.0);
     luma
+}
+
+fn color(linear: &ImageF32, count: usize) -> Vec<[u8; 3]> {
+    let channels = linear.channels.max(1);
+    let of = |p: &[f32]| {
+        [0, 1, 2].map(|c: usize| {
+            (p[c.min(channels - 1)].max(0.0).clamp(0.0, 1.0).powf(1.0 / 2.2) * 255.0).round() as u8
+        })
+    };
+    let mut color: Vec<[u8; 3]> = linear.data.chunks_exact(channels).map(of).collect();
+    color.resize(count, [0; 3]);
+    color
 }

@@ -1,0 +1,171 @@
+//! Which pixels see things, and how far their depth is to be believed.
+//!
+//! The Gaussians show what a mirror shows by putting it behind the mirror's surface, so depth there is a pit. Such depth gives
+//! itself away: the photos differ about the brightness of the place. What does not lie is where a thing ends before a
+//! plane, so the pit is closed up to what the silhouettes leave over (the visual hull, Laurentini 1994), weakly.
+
+use glam::Vec2;
+use rayon::prelude::*;
+
+use super::splat_depth::DepthMap;
+use super::view::View;
+
+/// Pixels whose place something nearer than this many voxels hides do not see it.
+const HIDDEN: f32 = 6.0;
+/// Depths of other views that are nearer than this to a place agree about it, voxels.
+const AGREED: f32 = 2.5;
+/// Views that agree about a place from which its depth is believed in full, against the median of the capture.
+const ENOUGH: f32 = 0.7;
+/// Photos that a place is compared in, at least.
+const LEAST_WITNESSES: usize = 4;
+/// Side of the square that differences are averaged over, pixels, odd.
+const BLUR: usize = 9;
+
+/// What one view knows beyond its depth.
+pub(super) struct Silhouette {
+    /// `[h, w]`, 0 to 1: how far the depth of a pixel is believed.
+    pub(super) steady: Vec<f32>,
+    /// `[h, w]`: distance to the nearest pixel that sees a plane, pixels; 0 for those themselves.
+    pub(super) depth_inside: Vec<f32>,
+}
+
+/// Silhouettes before the planes; empty without a plane, as there is nothing to tell things by.
+pub(super) fn silhouettes(
+    views: &[View],
+    maps: &[DepthMap],
+    flat: &[Vec<bool>],
+    voxel: f32,
+    mirror_spread: f32,
+) -> Vec<Silhouette> {
+    if !(mirror_spread > 0.0) || !flat.iter().flatten().any(|&f| f) {
+        return Vec::new();
+    }
+    let maps_of: Vec<Known> = (0..views.len())
+        .into_par_iter()
+        .with_max_len(1)
+        .map(|i| spread_map(i, views, maps, &flat[i], voxel))
+        .collect();
+    let mut all: Vec<f32> =
+        maps_of.iter().flat_map(|m| &m.0).copied().filter(|s| s.is_finite()).step_by(5).collect();
+    if all.is_empty() {
+        return Vec::new();
+    }
+    let limit = mirror_spread.max(2.0 * median(&mut all));
+    let mut all: Vec<f32> =
+        maps_of.iter().flat_map(|m| &m.1).copied().filter(|a| *a > 0.0).step_by(5).collect();
+    let enough = ENOUGH * median(&mut all).max(1.0);
+    let of = |(((spread, agreed), flat), view): ((&Known, &Vec<bool>), &View)| {
+        let spread = blurred(spread, view.width, view.height);
+        let agreed = blurred(agreed, view.width, view.height);
+        let believed = |k: usize| {
+            if flat[k] {
+                return 1.0;
+            }
+            let s = if spread[k].is_finite() { spread[k] } else { 0.0 };
+            let a = if agreed[k].is_finite() { agreed[k] } else { 0.0 };
+            (1.0 + (s / limit).powi(2)).powi(-2) * (a / enough).min(1.0).powi(3)
+        };
+        Silhouette {
+            steady: (0..flat.len()).map(believed).collect(),
+            depth_inside: distance_to(flat, view.width, view.height),
+        }
+    };
+    maps_of.par_iter().zip(flat).zip(views).with_max_len(1).map(of).collect()
+}
+
+/// Two pictures of one view, `[h, w]`.
+type Known = (Vec<f32>, Vec<f32>);
+
+/// Median distance of the photos' brightness from their median at the place that a pixel sees, NaN on planes and
+/// where too few photos see it; and the number of other views whose depth is there too, NaN on planes.
+fn spread_map(i: usize, views: &[View], maps: &[DepthMap], flat: &[bool], voxel: f32) -> Known {
+    let (view, map) = (&views[i], &maps[i]);
+    let mut values: Vec<f32> = Vec::with_capacity(views.len());
+    (0..map.depth.len())
+        .map(|k| {
+            let z = map.depth[k];
+            if flat[k] || !(z > 0.0) {
+                return (f32::NAN, f32::NAN);
+            }
+            let mut agreed = -1.0f32;
+            let at = Vec2::new((k % view.width) as f32 + 0.5, (k / view.width) as f32 + 0.5);
+            let place = view.center + view.ray(at.x, at.y) * z;
+            values.clear();
+            for (other, map) in views.iter().zip(maps) {
+                let Some(q) = other.project(place) else { continue };
+                let Some(k) = other.pixel(q.x, q.y) else { continue };
+                let z = map.depth[k];
+                agreed += f32::from(u8::from((z - q.z).abs() < AGREED * voxel));
+                if z > q.z - HIDDEN * voxel && other.weight[k] > 0.5 {
+                    values.push(other.luma[k]);
+                }
+            }
+            if values.len() < LEAST_WITNESSES.min(views.len()) {
+                return (f32::NAN, agreed);
+            }
+            (median_distance(&mut values), agreed)
+        })
+        .unzip()
+}
+
+fn median(values: &mut [f32]) -> f32 {
+    let middle = values.len() / 2;
+    if values.is_empty() { 0.0 } else { *values.select_nth_unstable_by(middle, f32::total_cmp).1 }
+}
+
+/// Median distance from the median.
+pub(super) fn median_distance(values: &mut [f32]) -> f32 {
+    let middle = median(values);
+    values.iter_mut().for_each(|v| *v = (*v - middle).abs());
+    median(values)
+}
+
+/// Mean over a square of what is finite; NaN where nothing is.
+fn blurred(values: &[f32], width: usize, height: usize) -> Vec<f32> {
+    let half = BLUR / 2;
+    let along = |sums: &[(f32, f32)], step: usize, count: usize, at: usize, first: usize| {
+        let (low, high) = (at.saturating_sub(half), (at + half).min(count - 1));
+        (low..=high).fold((0.0, 0.0), |(s, n), k| {
+            let (a, b) = sums[first + k * step];
+            (s + a, n + b)
+        })
+    };
+    let start: Vec<(f32, f32)> =
+        values.iter().map(|v| if v.is_finite() { (*v, 1.0) } else { (0.0, 0.0) }).collect();
+    let rows: Vec<(f32, f32)> =
+        (0..values.len()).map(|k| along(&start, 1, width, k % width, k / width * width)).collect();
+    (0..values.len())
+        .map(|k| {
+            let (sum, count) = along(&rows, width, height, k / width, k % width);
+            if count > 0.0 { sum / count } else { f32::NAN }
+        })
+        .collect()
+}
+
+/// Distance to the nearest marked pixel, by two passes of the 3-4 chamfer (Borgefors 1986); large without one.
+fn distance_to(marked: &[bool], width: usize, height: usize) -> Vec<f32> {
+    let far = 3.0 * (width + height) as f32;
+    let mut d: Vec<f32> = marked.iter().map(|&m| if m { 0.0 } else { far }).collect();
+    let mut relax = |i: usize, j: usize, steps: [(isize, isize, f32); 4]| {
+        let mut best = d[j * width + i];
+        for (dx, dy, cost) in steps {
+            let (x, y) = (i as isize + dx, j as isize + dy);
+            if x >= 0 && y >= 0 && x < width as isize && y < height as isize {
+                best = best.min(d[y as usize * width + x as usize] + cost);
+            }
+        }
+        d[j * width + i] = best;
+    };
+    let diagonal = 4.0 / 3.0;
+    for j in 0..height {
+        for i in 0..width {
+            relax(i, j, [(-1, 0, 1.0), (0, -1, 1.0), (-1, -1, diagonal), (1, -1, diagonal)]);
+        }
+    }
+    for j in (0..height).rev() {
+        for i in (0..width).rev() {
+            relax(i, j, [(1, 0, 1.0), (0, 1, 1.0), (1, 1, diagonal), (-1, 1, diagonal)]);
+        }
+    }
+    d
+}
