@@ -91,7 +91,8 @@ pub fn weigh_scale(
     let doubt = options.weight_albedo_range * USUAL_SPREAD.powi(-2);
     let highlights = if log_spread.is_finite() { log(&grey) } else { 0.0 };
     let common = (highlights * trust + usual * doubt) / (trust + doubt).max(1e-6);
-    let mut factor = Vec3::splat(common);
+    // What no surface can be, a base colour above 1, is stronger than either.
+    let mut factor = Vec3::splat(common.max(brightest(samples, basis, profile, regions).ln()));
     if log_spread.is_finite() {
         let own =
             Vec3::from([0, 1, 2].map(|c| log(&costs.iter().map(|v| v[c]).collect::<Vec<_>>())));
@@ -99,6 +100,36 @@ pub fn weigh_scale(
     }
     let factor = Vec3::from(factor.to_array().map(f32::exp));
     ScaleEvidence { factor, log_spread, samples: members.len() }
+}
+
+/// A scene's brightest surfaces have at most this base colour: fresh snow and white paint.
+const WHITEST: f32 = 0.9;
+/// Share of the points that may lie above it: noise, and light that was missed.
+const ABOVE: f32 = 0.03;
+
+/// Factor on the light that takes the brightest base colours of what is no metal down to [`WHITEST`]; 0 without any.
+fn brightest(samples: &[Sample], basis: &Basis, profile: &Profile, regions: &Regions) -> f32 {
+    let of = |p: usize| {
+        let label = profile.labels[regions.label[regions.of_sample[p] as usize]];
+        if label.kind == Kind::Metal {
+            return None;
+        }
+        // Least squares without the bound at 1.
+        let (mut a, mut b) = (Vec3::splat(1e-9), Vec3::ZERO);
+        for (k, o) in samples[p].observations.iter().enumerate() {
+            let (slope, offset) = linear(basis.at(p, k, label.roughness), label.kind);
+            a += slope * slope * o.weight;
+            b += slope * (o.radiance - offset) * o.weight;
+        }
+        let base = (b / a).max_element();
+        base.is_finite().then_some(base)
+    };
+    let mut all: Vec<f32> = (0..samples.len()).filter_map(of).collect();
+    if all.is_empty() {
+        return 0.0;
+    }
+    let at = ((all.len() - 1) as f32 * (1.0 - ABOVE)) as usize;
+    all.select_nth_unstable_by(at, f32::total_cmp).1.max(0.0) / WHITEST
 }
 
 /// Least error of what highlights tell, log units: normals and the shape of the light bend them all alike, so more
