@@ -24,7 +24,7 @@ use crate::pixels::PixelShading;
 use crate::rendered::rendered;
 use crate::samples::{Sample, SeenView, choose_samples, vertex_radiance};
 use crate::splat_colors::{ColorTarget, fit_colors};
-use crate::{Photo, TracedSurface};
+use crate::{Photo, TracedSurface, normal_priors};
 
 /// Why there is no decomposition.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
@@ -49,6 +49,8 @@ pub struct Known {
     pub anchors: Vec<(Vec3, Vec3)>,
     /// Base colours that another program predicted, per photo, `[h, w, 3]`, linear, up to a factor per photo.
     pub base_color_priors: Vec<Option<motes_scene::ImageF32>>,
+    /// Normals that another program predicted, per photo, `[h, w, 3]`, unit vectors in world; shorter than 1/2 where there is none.
+    pub normal_priors: Vec<Option<motes_scene::ImageF32>>,
 }
 
 /// What the scale of light against base colour rests on.
@@ -140,8 +142,9 @@ pub fn decompose(
         ControlFlow::Break(()) => Err(DecomposeError::Cancelled),
     };
     step("points", 0.0)?;
-    let scene = TracedSurface::new(surface)?;
+    let mut scene = TracedSurface::new(surface)?;
     let views: Vec<SeenView<'_>> = photos.iter().map(|p| SeenView::new(p, &scene)).collect();
+    normal_priors::apply(&mut scene, &views, &known.normal_priors, options.weight_prior_normals);
     let min_views = 3.min(photos.len()).max(1);
     let samples = choose_samples(&scene, &views, options.samples, min_views);
     if samples.is_empty() {

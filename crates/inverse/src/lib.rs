@@ -6,6 +6,7 @@ mod decompose;
 pub mod geometry;
 pub mod light;
 pub mod materials;
+mod normal_priors;
 mod options;
 mod photo;
 pub mod pixels;

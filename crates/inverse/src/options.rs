@@ -117,6 +117,10 @@ pub struct DecomposeOptions {
     #[arg(long, default_value_t = 10.0, value_name = "PRICE", help_heading = "Priors")]
     pub weight_sparse_metal: f32,
 
+    /// How far predicted normals (--prior-images) replace the surface's own, 0 to 1
+    #[arg(long, default_value_t = 1.0, value_name = "WEIGHT", help_heading = "Priors")]
+    pub weight_prior_normals: f32,
+
     /// Typical base colour, where nothing tells the scale of the light
     #[arg(long, default_value_t = 0.35, value_name = "VALUE", help_heading = "Priors")]
     pub typical_base_color: f32,

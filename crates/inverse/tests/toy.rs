@@ -168,7 +168,10 @@ fn options() -> DecomposeOptions {
 }
 
 fn run(photos: &[Photo], known: &Known) -> Decomposition {
-    let surface = surface();
+    run_on(surface(), photos, known)
+}
+
+fn run_on(surface: Surface, photos: &[Photo], known: &Known) -> Decomposition {
     let gaussians = gaussians(&surface);
     let orientation = Orientation::new(Convention::Blender);
     let render = RenderOptions::default();
@@ -297,6 +300,55 @@ fn with_the_light_given_roughness_metal_and_base_color_come_out() {
     let floor: Vec<usize> =
         (0..d.surface.vertices.len()).filter(|&v| d.surface.vertices[v][2] < 1e-3).collect();
     assert!(floor.iter().all(|&v| d.surface.metallic[v] == 0.0));
+}
+
+#[test]
+fn predicted_normals_mend_wrong_ones_and_what_contradicts_the_surface_is_left_alone() {
+    let light = light(0.2, 8.0);
+    let truth = surface();
+    let traced = TracedSurface::new(truth.clone()).expect("a mesh");
+    let photos = photos(&traced, &light, |_| Material::lambert(Vec3::splat(0.4)));
+    // The ball's normals are off by 17 degrees to all sides; the floor's stay.
+    let mut wrong = truth.clone();
+    for (v, n) in wrong.normals.iter_mut().enumerate() {
+        if wrong.vertices[v][2] > 0.0 {
+            let angle = v as f32 * 2.4;
+            let exact = Vec3::from(*n);
+            let side = exact.any_orthonormal_vector();
+            let aside = side * angle.cos() + exact.cross(side) * angle.sin();
+            *n = (exact + 0.3 * aside).normalize().to_array();
+        }
+    }
+    let predicted = |photo: &Photo, sign: f32| {
+        let rays = ViewRays::new(photo);
+        let data = rays
+            .hits(&traced)
+            .iter()
+            .flat_map(|hit| {
+                let to_viewer = -rays.forward();
+                let n = if hit.is_hit() { traced.frame(hit, to_viewer).1 } else { Vec3::ZERO };
+                (n * sign).to_array()
+            })
+            .collect();
+        Some(ImageF32::from_data(photo.camera.width, photo.camera.height, 3, data))
+    };
+    let error = |sign: Option<f32>| {
+        let normal_priors =
+            sign.map_or_else(Vec::new, |s| photos.iter().map(|p| predicted(p, s)).collect());
+        let known = Known { lights: vec![light.clone()], normal_priors, ..Known::default() };
+        let found = run_on(wrong.clone(), &photos, &known).surface.normals;
+        // What some photo sees: the upper half of the ball.
+        let upper = |v: &usize| truth.vertices[*v][2] > 0.6;
+        let angles: Vec<f32> = (0..found.len())
+            .filter(upper)
+            .map(|v| Vec3::from(found[v]).angle_between(truth.normals[v].into()).to_degrees())
+            .collect();
+        angles.iter().sum::<f32>() / angles.len() as f32
+    };
+    let (without, with, against) = (error(None), error(Some(1.0)), error(Some(-1.0)));
+    println!("normals off by {without}, with predictions {with}, with inverted ones {against}");
+    assert!(without > 10.0 && with < 3.0, "{without} {with}");
+    assert!((against - without).abs() < 1e-3, "{against} {without}");
 }
 
 #[test]

@@ -98,6 +98,8 @@ fn photos_with_an_alpha_channel_are_understood() {
 #[test]
 fn wrong_requests_say_what_is_wrong_and_write_nothing() {
     let toy = prepared();
+    std::fs::create_dir(toy.path("small")).unwrap();
+    write_png(&toy.path("small/view_1_normal.png"), &ImageU8::filled(2, 2, 3, 128)).unwrap();
     let two = ["--environment", "light.exr", "--environment", "light.exr"];
     for (arguments, code, word) in [
         (&["--albedo-anchor", "nobody.png,1,1=0.5"][..], 2, "nobody.png"),
@@ -105,6 +107,7 @@ fn wrong_requests_say_what_is_wrong_and_write_nothing() {
         (&["--environment", "missing.exr"], 3, "missing.exr"),
         (&two[..], 2, "2 lights"),
         (&["--prior-images", "."], 2, "_albedo.png"),
+        (&["--prior-images", "small"], 3, "view_1_normal.png"),
     ] {
         let done = decompose(&toy, &[&["-o", "scene"], arguments].concat());
         assert_code(&done, code);

@@ -20,6 +20,8 @@ use motes_stage::StageError;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize, Serializer};
 
+use super::priors::{NormalFrame, Priors};
+
 /// A channel from here on is clipped.
 const CLIPPED: u8 = 254;
 
@@ -119,10 +121,14 @@ pub struct KnownArgs {
     #[arg(long, value_name = "ANCHOR", conflicts_with = "environment", help_heading = "Known")]
     pub albedo_anchor: Vec<AlbedoAnchor>,
 
-    /// Folder of predictions by other tools: VIEW_albedo.png or .exr, VIEW being the name of a photo without its
-    /// suffix. Only ratios within a photo are used
+    /// Folder of predictions by other tools: VIEW_albedo.png or .exr, of which only ratios within a photo are used, and
+    /// VIEW_normal.png (0 to 255 for -1 to 1) or .exr; VIEW is the name of a photo without its suffix
     #[arg(long, value_name = "DIR", help_heading = "Known")]
     pub prior_images: Option<PathBuf>,
+
+    /// Axes of the normals in --prior-images
+    #[arg(long, value_enum, default_value_t, help_heading = "Known")]
+    pub prior_normal_frame: NormalFrame,
 }
 
 /// Photos of one split of a capture, brought to the exposure of the model; `light` names their light.
@@ -225,16 +231,9 @@ pub(super) fn load_known(
         tracing::debug!("anchored at {first:?}");
     }
     if let Some(folder) = &args.prior_images {
-        known.base_color_priors =
-            photos.iter().map(|p| prior_image(folder, p)).collect::<anyhow::Result<_>>()?;
-        if known.base_color_priors.iter().all(Option::is_none) {
-            let text = format!(
-                "{}: no file is named like a photo, such as {}",
-                folder.display(),
-                prior_name(&photos[0].name, "png")
-            );
-            return Err(StageError::usage(text).into());
-        }
+        let priors = Priors::load(folder, photos, args.prior_normal_frame)?;
+        known.base_color_priors = priors.base_color;
+        known.normal_priors = priors.normals;
     }
     Ok(known)
 }
@@ -258,35 +257,6 @@ impl AlbedoAnchor {
         })?;
         Ok(ray.at(hit.distance))
     }
-}
-
-fn prior_name(photo: &str, suffix: &str) -> String {
-    let stem = Path::new(photo).with_extension("");
-    format!("{}_albedo.{suffix}", stem.to_string_lossy())
-}
-
-fn prior_image(folder: &Path, photo: &Photo) -> anyhow::Result<Option<ImageF32>> {
-    let file =
-        |suffix: &str| Some(folder.join(prior_name(&photo.name, suffix))).filter(|p| p.exists());
-    let (path, image) = if let Some(path) = file("exr") {
-        let image = read_environment(&path)?;
-        (path, image)
-    } else if let Some(path) = file("png") {
-        let mut image = read_image(&path)?.to_f32();
-        image.data.iter_mut().for_each(|v| *v = srgb::decode(*v));
-        (path, image)
-    } else {
-        return Ok(None);
-    };
-    let (w, h) = (photo.camera.width, photo.camera.height);
-    if (image.width, image.height) != (w, h) {
-        let cause = format!(
-            "the picture has {}x{} pixels and its photo {w}x{h}",
-            image.width, image.height
-        );
-        return Err(FormatError::invalid(&path, "", cause).into());
-    }
-    Ok(Some(image))
 }
 
 /// Reads a capture whose world must be that of the first.

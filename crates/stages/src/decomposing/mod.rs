@@ -2,6 +2,7 @@
 
 mod inputs;
 mod outputs;
+mod priors;
 mod report;
 mod request;
 
