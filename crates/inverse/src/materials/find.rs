@@ -5,6 +5,7 @@ use motes_shading::environment::{Environment, EnvironmentMap, MapOptions};
 use motes_shading::integrate::IntegrationOptions;
 
 use super::basis::{Basis, BasisScene};
+use super::contrast::contrast_roughness;
 use super::profile::{Kind, Label, Profile};
 use super::regions::{RegionOptions, Regions, find_regions};
 use super::scale::{ScaleEvidence, weigh_scale};
@@ -158,11 +159,21 @@ fn collect(
                 costs.map(|(_, c)| *c).fold(f32::INFINITY, f32::min) / count.max(1) as f32
             };
             let Label { kind, roughness } = profile.labels[label];
+            let metal = (kind == Kind::Metal)
+                .then(|| metal_color(basis, samples, &regions.of_sample, part, roughness));
             PartMaterial {
                 kind,
-                metal_color_linear: (uniform_metal && kind == Kind::Metal)
-                    .then(|| metal_color(basis, samples, &regions.of_sample, part, roughness)),
-                roughness: refined(profile, costs, kind, roughness, &basis.roughness),
+                metal_color_linear: metal.filter(|_| uniform_metal),
+                roughness: match metal {
+                    Some(color) => {
+                        let fitted = refined(profile, costs, kind, roughness, &basis.roughness);
+                        let of_contrast =
+                            contrast_roughness(basis, samples, &regions.of_sample, part, color);
+                        // One errs upwards with the normals, the other downwards where the light found is too soft.
+                        (fitted * of_contrast.min(fitted)).sqrt()
+                    }
+                    None => refined(profile, costs, kind, roughness, &basis.roughness),
+                },
                 samples: count,
                 costs: [
                     costs[label] / count.max(1) as f32,
