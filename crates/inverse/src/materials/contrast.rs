@@ -12,7 +12,8 @@ const HIGH: f32 = 0.9;
 ///
 /// A fit that compares pixel by pixel prefers a blurred picture to one that is sharp and elsewhere, so it takes every error of
 /// the normals for roughness (regression dilution, Fuller 1987). How much the radiance of a point varies does not depend on where
-/// the picture is. Between the values of roughness, by the logarithm; the first or last one beyond them.
+/// the picture is. Between the values of roughness, by the logarithm; the largest where it varies less than under any, 1 (no bound) where
+/// it varies more.
 pub(super) fn contrast_roughness(
     basis: &Basis,
     samples: &[Sample],
@@ -53,8 +54,9 @@ pub(super) fn contrast_roughness(
     let Some(k) = spreads.iter().position(|s| *s < seen) else {
         return basis.roughness[spreads.len() - 1];
     };
+    // More than any roughness explains: the light found is too soft, and contrast tells nothing.
     if k == 0 {
-        return basis.roughness[0];
+        return 1.0;
     }
     let [a, b] = [spreads[k - 1], spreads[k]].map(|s| s.max(1e-30).ln());
     let t = ((a - seen.max(1e-30).ln()) / (a - b).max(1e-12)).clamp(0.0, 1.0) as f32;
@@ -135,5 +137,12 @@ mod tests {
         }
         let even = contrast_roughness(&basis, &samples, &vec![0; samples.len()], 0, Vec3::ONE);
         assert_eq!(even, 0.8);
+        // A light that is harder than the one that was found.
+        for sample in &mut samples {
+            let values = sample.observations.iter_mut().enumerate();
+            values.for_each(|(k, o)| o.radiance = Vec3::splat(if k % 2 == 0 { 9.0 } else { 0.0 }));
+        }
+        let hard = contrast_roughness(&basis, &samples, &vec![0; samples.len()], 0, Vec3::ONE);
+        assert_eq!(hard, 1.0);
     }
 }
