@@ -127,6 +127,14 @@ impl Neighbours {
         Self { start, list: edges.into_iter().map(|(_, b)| b).collect() }
     }
 
+    /// Mean of a value over a vertex and its neighbours.
+    #[inline]
+    pub(super) fn mean(&self, values: &[f32], v: usize) -> f32 {
+        let ring = self.at(v);
+        let sum: f32 = ring.iter().map(|&j| values[j as usize]).sum();
+        (sum + values[v]) / (ring.len() + 1) as f32
+    }
+
     #[inline]
     pub(super) fn at(&self, v: usize) -> &[u32] {
         &self.list[self.start[v] as usize..self.start[v + 1] as usize]

@@ -63,14 +63,13 @@ pub(super) struct Rays {
 impl Rays {
     /// `None` when there is nothing to be met.
     pub(super) fn new(mesh: &Mesh, planes: &Mesh) -> Option<Self> {
-        let tracer = |m: &Mesh| {
-            let soup =
-                TriangleMesh { vertices: m.vertices.clone(), triangles: m.triangles.clone() };
-            (!m.triangles.is_empty()).then(|| MeshTracer::new(&soup, BuildQuality::Fast).ok())?
+        let tracer = |Mesh { vertices, triangles }: Mesh| {
+            let soup = TriangleMesh { vertices, triangles };
+            (!soup.triangles.is_empty()).then(|| MeshTracer::new(&soup, BuildQuality::Fast).ok())?
         };
         let mut all = mesh.clone();
         all.append(planes.clone());
-        Some(Self { all: tracer(&all)?, planes: tracer(planes) })
+        Some(Self { all: tracer(all)?, planes: tracer(planes.clone()) })
     }
 }
 
@@ -217,7 +216,8 @@ impl Behind<'_> {
         let n = hit.geometric_normal;
         let origin = place - n * n.dot(ray.direction).signum() * 2.0 * self.voxel;
         let mut colors: Vec<Vec3> = Vec::with_capacity(WITNESSES);
-        for (_, other) in self.views.iter().enumerate().filter(|(j, _)| *j != self.view) {
+        let others = self.views.iter().enumerate().filter(|(j, _)| *j != self.view);
+        for (_, other) in others {
             let Some(q) = other.project(place) else { continue };
             let Some(color) = other.color_at(q.truncate()) else { continue };
             let to = other.center - origin;

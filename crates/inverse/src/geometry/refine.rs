@@ -12,6 +12,7 @@ use super::mesh::{Mesh, Neighbours};
 use super::options::GeometryOptions;
 use super::outlines::{Rays, outlines};
 use super::patches::{Agreement, MOST_VIEWS, Patch, agreement};
+use super::silhouettes::{mirror_limit, steady};
 use super::smooth::ThinPlate;
 use super::view::View;
 
@@ -135,11 +136,7 @@ fn curvature(mesh: &Mesh, normals: &[Vec3], neighbours: &Neighbours) -> Vec<f32>
         if run > 0.0 { rise / run } else { 0.0 }
     });
     for _ in 0..CURVATURE_PASSES {
-        mean = map(&|v| {
-            let ring = neighbours.at(v);
-            let sum: f32 = ring.iter().map(|&j| mean[j as usize]).sum();
-            (sum + mean[v]) / (ring.len() + 1) as f32
-        });
+        mean = map(&|v| neighbours.mean(&mean, v));
     }
     mean
 }
@@ -222,8 +219,8 @@ pub(super) fn refine(
         .collect();
     let told: Vec<f64> =
         found.iter().filter(|f| f.before != 0.0).map(|f| f64::from(f.before)).collect();
-    let steady = steadiness(&found, neighbours, round.mirror_spread);
-    for (f, s) in found.iter_mut().zip(&steady) {
+    let believed = steadiness(&found, neighbours, round.mirror_spread);
+    for (f, s) in found.iter_mut().zip(&believed) {
         f.confidence *= s;
     }
     if round.outline_weight > 0.0 {
@@ -240,7 +237,7 @@ pub(super) fn refine(
     }
     drop(rays);
     // A little hold everywhere: where no photo tells, the surface stays unless its shape pulls.
-    let hold: Vec<f32> = steady.iter().map(|s| HOLD * s.max(LEAST_HOLD)).collect();
+    let hold: Vec<f32> = believed.iter().map(|s| HOLD * s.max(LEAST_HOLD)).collect();
     let mut weight: Vec<f32> = found.iter().zip(&hold).map(|(f, h)| f.confidence + h).collect();
     let target: Vec<f32> = found.iter().map(|f| f.displacement).collect();
     let trust: Vec<f32> = found.iter().map(|f| f.confidence + 0.01).collect();
@@ -255,7 +252,7 @@ pub(super) fn refine(
             stiffness: round.stiffness,
             voxel,
             trust: &trust,
-            steady: &steady,
+            steady: &believed,
             rest_passes: round.rest_passes,
         };
         u = plate.solve(60);
@@ -282,24 +279,13 @@ fn steadiness(found: &[Finding], neighbours: &Neighbours, mirror_spread: f32) ->
         found.iter().map(|f| f32::from(u8::from(f.spread.is_some()))).collect();
     for values in [&mut sum, &mut count] {
         for _ in 0..SPREAD_PASSES {
-            let mean = |v: usize| {
-                let ring = neighbours.at(v);
-                let sum: f32 = ring.iter().map(|&j| values[j as usize]).sum();
-                (sum + values[v]) / (ring.len() + 1) as f32
-            };
+            let mean = |v: usize| neighbours.mean(values, v);
             *values = (0..found.len()).into_par_iter().with_min_len(4096).map(mean).collect();
         }
     }
-    let mut all: Vec<f32> = found.iter().filter_map(|f| f.spread).collect();
-    let middle = all.len() / 2;
-    if all.is_empty() {
-        return vec![1.0; found.len()];
-    }
-    let usual = *all.select_nth_unstable_by(middle, f32::total_cmp).1;
-    // Photos of unlike exposure are unsteady everywhere.
-    let limit = mirror_spread.max(2.0 * usual);
+    let limit = mirror_limit(mirror_spread, found.iter().filter_map(|f| f.spread).collect());
     let of = |(sum, count): (&f32, &f32)| {
-        if *count > 0.0 { (1.0 + (sum / count / limit).powi(2)).powi(-2) } else { 1.0 }
+        if *count > 0.0 { steady(sum / count, limit) } else { 1.0 }
     };
     sum.iter().zip(&count).map(of).collect()
 }

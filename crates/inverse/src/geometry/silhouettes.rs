@@ -45,12 +45,12 @@ pub(super) fn silhouettes(
         .with_max_len(1)
         .map(|i| spread_map(i, views, maps, &flat[i], voxel))
         .collect();
-    let mut all: Vec<f32> =
+    let spreads: Vec<f32> =
         maps_of.iter().flat_map(|m| &m.0).copied().filter(|s| s.is_finite()).step_by(5).collect();
-    if all.is_empty() {
+    if spreads.is_empty() {
         return Vec::new();
     }
-    let limit = mirror_spread.max(2.0 * median(&mut all));
+    let limit = mirror_limit(mirror_spread, spreads);
     let mut all: Vec<f32> =
         maps_of.iter().flat_map(|m| &m.1).copied().filter(|a| *a > 0.0).step_by(5).collect();
     let enough = ENOUGH * median(&mut all).max(1.0);
@@ -63,7 +63,7 @@ pub(super) fn silhouettes(
             }
             let s = if spread[k].is_finite() { spread[k] } else { 0.0 };
             let a = if agreed[k].is_finite() { agreed[k] } else { 0.0 };
-            (1.0 + (s / limit).powi(2)).powi(-2) * (a / enough).min(1.0).powi(3)
+            steady(s, limit) * (a / enough).min(1.0).powi(3)
         };
         Silhouette {
             steady: (0..flat.len()).map(believed).collect(),
@@ -71,6 +71,17 @@ pub(super) fn silhouettes(
         }
     };
     maps_of.par_iter().zip(flat).zip(views).with_max_len(1).map(of).collect()
+}
+
+/// The spread of brightness from which a place counts as a mirror: the one asked for, or twice the usual one, as photos of
+/// unlike exposure differ everywhere.
+pub(super) fn mirror_limit(asked: f32, mut spreads: Vec<f32>) -> f32 {
+    asked.max(2.0 * median(&mut spreads))
+}
+
+/// How far to believe what photos show of a place with a spread of brightness, 1 to 0; a quarter at the limit.
+pub(super) fn steady(spread: f32, limit: f32) -> f32 {
+    (1.0 + (spread / limit).powi(2)).powi(-2)
 }
 
 /// Two pictures of one view, `[h, w]`.

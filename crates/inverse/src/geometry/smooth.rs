@@ -76,11 +76,7 @@ impl ThinPlate<'_> {
     /// `b_v`: edges and thin things bend more easily than what is nearly flat.
     fn bending_weights(&self, rest: &[f32]) -> Vec<f32> {
         let n = rest.len();
-        let step = |values: &[f32], v: usize| {
-            let ring = self.neighbours.at(v);
-            let sum: f32 = ring.iter().map(|&j| values[j as usize]).sum();
-            (sum + values[v]) / (ring.len() + 1) as f32
-        };
+        let step = |values: &[f32], v: usize| self.neighbours.mean(values, v);
         let mut mean = rest.to_vec();
         for _ in 0..CREASE_PASSES {
             mean = (0..n).into_par_iter().with_min_len(CHUNK).map(|v| step(&mean, v)).collect();
@@ -116,18 +112,12 @@ impl ThinPlate<'_> {
         // Normalised convolution (Knutsson & Westin 1993): what is trusted speaks for what is not.
         let mut trust = self.trust.to_vec();
         let mut common = map(&|v| rest[v] * trust[v]);
-        let mean = |values: &[f32], v: usize| {
-            let ring = self.neighbours.at(v);
-            let sum: f32 = ring.iter().map(|&j| values[j as usize]).sum();
-            (sum + values[v]) / (ring.len() + 1) as f32
-        };
         let pass = |common: &mut Vec<f32>, trust: &mut Vec<f32>| {
-            *common = map(&|v| mean(common, v));
-            *trust = map(&|v| mean(trust, v));
+            *common = map(&|v| self.neighbours.mean(common, v));
+            *trust = map(&|v| self.neighbours.mean(trust, v));
         };
         (0..self.rest_passes).for_each(|_| pass(&mut common, &mut trust));
-        let near = map(&|v| common[v] / trust[v].max(1e-12));
-        let mut common = near;
+        let mut common = map(&|v| common[v] / trust[v].max(1e-12));
         if self.steady.iter().any(|&s| s < 1.0) {
             let mut wide = map(&|v| common[v] * self.steady[v].max(0.01));
             let mut trust = map(&|v| self.steady[v].max(0.01));
