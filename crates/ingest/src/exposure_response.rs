@@ -8,9 +8,8 @@
 //! reference) + constant` is fitted by least squares, and kept when it explains the gains better
 //! than no response by more than its cost (Schwarz 1978, the Bayesian information criterion).
 
+use motes_math::median::median;
 use motes_scene::{ExposureResponse, ImageU8};
-
-use crate::geometry::median;
 
 /// Half side of the square that is averaged around a point, share of the long side: wide enough for
 /// a keypoint's scatter and for grain, narrow enough for one surface.

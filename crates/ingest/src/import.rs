@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 use motes_formats::capture::write_capture;
 use motes_formats::images::{exposure_stops, image_dimensions, image_dimensions_upright};
+use motes_math::median::median;
 use motes_scene::{Camera, Capture, Pose, SparsePoints, Split, UnitWorld, View};
 
 use crate::error::{IngestError, Result};
@@ -288,9 +289,7 @@ fn report(gathered: &Gathered, capture: &Capture) -> ImportReport {
         points: capture.points.len(),
         mean_reprojection_error_px: geometry::mean_reprojection_error(gathered),
         median_parallax_degrees: geometry::median_parallax_degrees(gathered),
-        median_points_per_photo: geometry::median(
-            seen.iter().map(|photo| photo.observations.len() as f64).collect(),
-        ),
+        median_points_per_photo: median(seen.iter().map(|photo| photo.observations.len() as f64)),
         mean_grid_coverage: mean_coverage,
         world_origin: capture.world_origin.to_array(),
         camera_bounds: bounds(capture),

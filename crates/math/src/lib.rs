@@ -4,6 +4,7 @@ pub mod adam;
 pub mod codebook;
 pub mod kmeans;
 pub mod knn;
+pub mod median;
 pub mod metrics;
 pub mod resample;
 pub mod rng;

@@ -9,7 +9,7 @@ use motes_shading::integrate::SurfacePoint;
 use motes_shading::tracing::Ray;
 use rayon::prelude::*;
 
-use crate::scene::{RelightScene, colored};
+use crate::scene::RelightScene;
 
 /// Blended alpha never reaches 1; from here on a pixel counts as covered.
 const FULL_ALPHA: f32 = 0.95;
@@ -223,7 +223,7 @@ impl StandIn {
         let positive = depths.iter().copied().filter(|z| *z > 0.0 && z.is_finite());
         let range = positive.fold([f32::INFINITY, 0.0], |[a, b], z| [a.min(z), b.max(z)]);
         let length = (range[1] - range[0]).max(f32::MIN_POSITIVE);
-        let splats = colored(&scene.gaussians, |i| [(depths[i] - range[0]) / length; 3]);
+        let splats = scene.gaussians.colored(|i| [(depths[i] - range[0]) / length; 3]);
         let options = RenderOptions { antialias: scene.antialias, ..RenderOptions::default() };
         let draw = |splats: &Gaussians| render(splats, &coarse, camera_from_world, &options);
         Self { depth: draw(&splats), normal: draw(&scene.normal_splats), range }

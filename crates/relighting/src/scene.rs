@@ -1,7 +1,6 @@
 //! A decomposed scene, ready for light.
 
 use glam::Vec3;
-use motes_math::sh::SH_C0;
 use motes_raster::Antialias;
 use motes_scene::{Gaussians, Materials, Surface};
 use motes_shading::brdf::{Lobes, Material};
@@ -75,12 +74,12 @@ impl RelightScene {
             triangles: surface.triangles.clone(),
         };
         let tracer = MeshTracer::new(&mesh, BuildQuality::Balanced)?;
-        let base_color_splats = colored(&gaussians, |i| materials.base_color_linear[i]);
-        let property_splats = colored(&gaussians, |i| {
+        let base_color_splats = gaussians.colored(|i| materials.base_color_linear[i]);
+        let property_splats = gaussians.colored(|i| {
             let unobserved = if materials.observations[i] == 0 { 1.0 } else { 0.0 };
             [materials.roughness[i], materials.metallic[i], unobserved]
         });
-        let normal_splats = colored(&gaussians, |i| materials.normals[i].map(|v| 0.5 + 0.5 * v));
+        let normal_splats = gaussians.colored(|i| materials.normals[i].map(|v| 0.5 + 0.5 * v));
         let ray_bias = ray_bias(&mesh);
         Ok(Self {
             gaussians,
@@ -157,20 +156,6 @@ pub(crate) struct SurfaceHit {
     pub(crate) normal: Vec3,
     pub(crate) distance: f32,
     pub(crate) hit: Hit,
-}
-
-/// The same Gaussians with one colour each, taken as stored by the rasterizer: 0.5 + SH.
-pub(crate) fn colored(gaussians: &Gaussians, color: impl Fn(usize) -> [f32; 3]) -> Gaussians {
-    let coefficient = |v: f32| (v.max(0.0).clamp(0.0, 1.0) - 0.5) / SH_C0 as f32;
-    Gaussians {
-        means: gaussians.means.clone(),
-        rotations: gaussians.rotations.clone(),
-        log_scales: gaussians.log_scales.clone(),
-        opacity_logits: gaussians.opacity_logits.clone(),
-        sh_degree: 0,
-        sh: (0..gaussians.len()).flat_map(|i| color(i).map(coefficient)).collect(),
-        extra: Vec::new(),
-    }
 }
 
 /// Half the median edge: what a reconstructed surface is rough by.

@@ -1,5 +1,7 @@
 //! The model: a set of anisotropic 3D Gaussians as a struct of arrays.
 
+use motes_math::sh::SH_C0;
+
 /// Values of a PLY column that motes does not interpret, in their stored type.
 #[derive(Clone, Debug, PartialEq)]
 #[expect(missing_docs, reason = "one variant per PLY scalar type")]
@@ -158,6 +160,21 @@ impl Gaussians {
         self.opacity_logits = pick(&self.opacity_logits, rows);
         for column in &mut self.extra {
             column.values.gather(rows);
+        }
+    }
+
+    /// The same Gaussians with one colour each, towards every viewer and without other columns: sRGB-encoded as a picture shows it,
+    /// or any other number to be drawn. Values are clamped to 0 to 1, NaN to 0.
+    pub fn colored(&self, color: impl Fn(usize) -> [f32; 3]) -> Self {
+        let coefficient = |v: f32| (v.max(0.0).clamp(0.0, 1.0) - 0.5) / SH_C0 as f32;
+        Self {
+            means: self.means.clone(),
+            rotations: self.rotations.clone(),
+            log_scales: self.log_scales.clone(),
+            opacity_logits: self.opacity_logits.clone(),
+            sh_degree: 0,
+            sh: (0..self.len()).flat_map(|i| color(i).map(coefficient)).collect(),
+            extra: Vec::new(),
         }
     }
 

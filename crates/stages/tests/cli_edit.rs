@@ -133,6 +133,23 @@ fn bad_plans_fail_with_a_pointer_and_lose_nothing() {
         (json!([nothing]), "/ops/0/steps"),
         (json!([{ "op": "drop_nan" }, file]), "/ops/1/steps/0"),
         (json!([missing]), "/ops/0/file"),
+        // What reads itself: the output that it writes, a part of it, the plan as a thing.
+        (json!([{ "op": "insert", "file": "out" }]), "/ops/0/file"),
+        (
+            json!([{ "op": "drop_nan" }, { "op": "swap", "file": "./scene/../out/gaussians.ply" }]),
+            "/ops/1/file",
+        ),
+        (json!([{ "op": "set_environment", "file": "out/environment.exr" }]), "/ops/0/file"),
+        (json!([{ "op": "insert", "file": "plan.json" }]), "/ops/0"),
+        (
+            json!([{ "op": "select", "steps": [{ "by": "file", "path": "plan.json" }] }]),
+            "/ops/0/steps/0",
+        ),
+        (
+            json!([{ "op": "insert", "file": "scene", "align": "none", "at": [1e18, 0, 0], "scale": 1e18 }]),
+            "/ops/0",
+        ),
+        (json!([{ "op": "insert", "file": "scene", "at": [0, 1e19, 0] }]), "/ops/0/at/1"),
         (json!([{ "op": "set_material", "name": "mithril" }]), "/ops/0/name"),
         (
             json!([{ "op": "select", "steps": [{ "by": "ids", "ids": [4_000_000] }] }]),

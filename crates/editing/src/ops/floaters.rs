@@ -6,6 +6,7 @@
 //! the distance over its own radius where that is larger than usual.
 
 use motes_math::knn::rms_neighbour_distance;
+use motes_math::median::median;
 
 use crate::EditState;
 
@@ -26,27 +27,22 @@ pub fn floaters(state: &EditState, rows: &[u32], neighbours: usize, deviations: 
         let scales = state.gaussians.log_scales[row as usize];
         scales.into_iter().fold(f32::NEG_INFINITY, f32::max)
     };
-    let usual_radius = median(rows.iter().map(|r| radius(*r)).collect());
+    let usual_radius = median_of(rows.iter().map(|r| radius(*r)));
     let apart: Vec<f32> = rows
         .iter()
         .zip(&distances)
         .map(|(row, d)| d.max(f32::MIN_POSITIVE).ln() - (radius(*row) - usual_radius).max(0.0))
         .collect();
-    let middle = median(apart.clone());
-    let spread = median(apart.iter().map(|d| (d - middle).abs()).collect());
+    let middle = median_of(apart.iter().copied());
+    let spread = median_of(apart.iter().map(|d| (d - middle).abs()));
     let deviation = (DEVIATION_OF_MAD * spread).max(LEAST_DEVIATION);
     let bound = middle + deviations as f32 * deviation;
     rows.iter().zip(&apart).filter(|(_, d)| **d > bound).map(|(row, _)| *row).collect()
 }
 
-/// Of the finite values; 0 when there are none.
-fn median(mut values: Vec<f32>) -> f32 {
-    values.retain(|v| v.is_finite());
-    if values.is_empty() {
-        return 0.0;
-    }
-    let middle = values.len() / 2;
-    *values.select_nth_unstable_by(middle, f32::total_cmp).1
+/// 0 of nothing.
+fn median_of(values: impl Iterator<Item = f32>) -> f32 {
+    median(values.map(f64::from)).unwrap_or(0.0) as f32
 }
 
 #[cfg(test)]

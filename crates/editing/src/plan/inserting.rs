@@ -6,6 +6,7 @@ use motes_formats::edit_plan::{AlignDocument, FitDocument, InsertOp, SwapOp};
 use super::EditError;
 use super::apply::{Outcome, Run, applied};
 use super::asset::{AssetRequest, load_asset};
+use super::moving::within_range;
 use super::preview::whole_extent;
 use super::values::{extent_of, fill, flat, keep, rows_of};
 use crate::ops::insert::{Asset, AssetSize, InsertNotes, insert};
@@ -66,6 +67,7 @@ impl Run<'_> {
         name: Option<&str>,
         at: &str,
     ) -> Result<Outcome, EditError> {
+        within_range(asset.extent(), at, |p| placement.point(p))?;
         let (selection, notes) = insert(state, asset, placement);
         self.tell(&notes, state, at);
         self.drop_ball_shadow(state, &selection.rows(), at);

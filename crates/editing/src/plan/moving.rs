@@ -17,18 +17,16 @@ const MAX_GAUSSIANS: usize = 200_000_000;
 /// Coordinates beyond lose themselves in single precision: squares of them overflow.
 const MOST_DISTANT: f64 = 1e18;
 
-/// Refuses to move a target out of what a file can hold.
-fn within_range(
-    state: &EditState,
-    rows: &[u32],
+/// Refuses to move matter out of what a file can hold.
+pub(super) fn within_range(
+    extent: Option<Extent>,
     at: &str,
     moved: impl Fn(DVec3) -> DVec3,
 ) -> Result<(), EditError> {
-    let extent = Extent::of(&state.gaussians, rows, state.up_in_world);
     let corners = extent.iter().flat_map(|e| [e.min, e.max]);
     match corners.map(moved).find(|p| !(p.abs().max_element() <= MOST_DISTANT)) {
         None => Ok(()),
-        Some(p) => Err(EditError::plan(at, format!("the target would be at {p}"))
+        Some(p) => Err(EditError::plan(at, format!("it would be at {p}"))
             .remedy("coordinates beyond 1e18 cannot be drawn")),
     }
 }
@@ -56,7 +54,8 @@ impl Run<'_> {
         if motion.is_identity() {
             return skipped("nothing would move");
         }
-        within_range(state, &rows, at, |p| motion.point(p))?;
+        let extent = Extent::of(&state.gaussians, &rows, state.up_in_world);
+        within_range(extent, at, |p| motion.point(p))?;
         let mut shadow = None;
         let is_part = rows.len() < state.len();
         let from = if is_part { extent_of(state, &rows, at)?.centroid } else { DVec3::ZERO };
@@ -86,7 +85,8 @@ impl Run<'_> {
             return Err(EditError::plan(format!("{at}/count"), cause));
         }
         let step = DVec3::from_array(op.translate);
-        within_range(state, &rows, at, |p| p + step * op.count as f64)?;
+        let extent = Extent::of(&state.gaussians, &rows, state.up_in_world);
+        within_range(extent, at, |p| p + step * op.count as f64)?;
         let shadow = self.ratio_shadow.then(|| RatioShadow::read(state, &rows)).flatten();
         let selection = duplicate::duplicate(state, &rows, step, op.count as usize);
         let copied = selection.rows();

@@ -1,6 +1,6 @@
 //! What can be checked before any Gaussian is read.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use motes_formats::edit_plan::{EditPlanDocument, OpDocument, op_pointer};
 use motes_formats::selectors::{SelectStep, Selector};
@@ -17,11 +17,18 @@ pub struct Prepared {
     pub undone: Vec<(usize, usize)>,
 }
 
-/// Finds what `undo` takes back, and checks that files and materials that the plan names are there.
+/// Finds what `undo` takes back, and checks that files and materials that the plan names are there. `written` are the
+/// files and folders that the plan will be answered with.
 ///
 /// # Errors
-/// A file does not exist, or the library has no such material.
-pub fn prepare(plan: &EditPlanDocument, folder: &Path) -> Result<Prepared, EditError> {
+/// A file does not exist or is one that will be written, or the library has no such material.
+pub fn prepare(
+    plan: &EditPlanDocument,
+    folder: &Path,
+    written: &[&Path],
+) -> Result<Prepared, EditError> {
+    let written: Vec<PathBuf> =
+        written.iter().filter_map(|path| std::fs::canonicalize(path).ok()).collect();
     let mut effective: Vec<usize> = Vec::new();
     let mut undone = Vec::new();
     for (i, op) in plan.ops.iter().enumerate() {
@@ -31,6 +38,12 @@ pub fn prepare(plan: &EditPlanDocument, folder: &Path) -> Result<Prepared, EditE
                 let cause = format!("no such file or folder: {}", folder.join(&name).display());
                 return Err(EditError::plan(format!("{at}{key}"), cause)
                     .remedy("files are named relative to the plan"));
+            }
+            let full = std::fs::canonicalize(folder.join(&name)).unwrap_or_default();
+            if let Some(output) = written.iter().find(|output| full.starts_with(output)) {
+                let cause = format!("it would read what it writes: {}", output.display());
+                return Err(EditError::plan(format!("{at}{key}"), cause)
+                    .remedy("write to another place, or run it on a copy"));
             }
         }
         if let Some((key, name)) = material_of(op)

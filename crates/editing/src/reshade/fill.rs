@@ -4,6 +4,7 @@
 //! the model puts on it. New Gaussians are lit anew, so that no shadow is continued.
 
 use glam::{Mat3, Quat, Vec3};
+use motes_math::median::median;
 use motes_math::sigmoid::{logit, sigmoid};
 use motes_scene::{Gaussians, Materials, Surface};
 
@@ -144,7 +145,8 @@ pub(super) fn continued_looks(
     }
     let known: Vec<bool> = weights.iter().map(|w| *w > 0.0).collect();
     // Cells in deep shadow, where an object touched the plane, know little about its colour.
-    let usual = median(weights.iter().copied().filter(|w| *w > 0.0).collect());
+    let usual = median(weights.iter().filter(|w| **w > 0.0).map(|w| f64::from(*w)));
+    let usual = usual.unwrap_or(1.0) as f32;
     for (sum, weight) in sums.iter_mut().zip(&mut weights).filter(|(_, w)| **w > 0.0) {
         let trust = (*weight / usual).min(1.0);
         sum.iter_mut().for_each(|v| *v *= trust / *weight);
@@ -153,12 +155,6 @@ pub(super) fn continued_looks(
     let mut looks = pull_push(grid.size, sums, weights);
     grid.smooth(&mut looks, &known);
     looks
-}
-
-/// The upper of the two in the middle; 1 of nothing.
-fn median(mut values: Vec<f32>) -> f32 {
-    values.sort_by(f32::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(1.0)
 }
 
 /// Distance of new Gaussians: as dense as those around.

@@ -69,12 +69,12 @@ pub(super) struct Left<'a> {
 
 /// The hole with a number, if matter left one and there is a plane to close it with.
 pub(super) fn find_hole(
-    left_scene: &Left<'_>,
+    matter: &Left<'_>,
     projection: &Projection,
     (number, fill): (u32, Fill),
     seed: u64,
 ) -> Option<Hole> {
-    let Left { before, images, fate_of_vertex, cover } = *left_scene;
+    let Left { before, images, fate_of_vertex, cover } = *matter;
     let surface = before.surface();
     let at = |v: u32| Vec3::from(surface.vertices[v as usize]);
     let left = |v: u32| images.fate(fate_of_vertex[v as usize]).hole == Some(number);
@@ -99,7 +99,7 @@ pub(super) fn find_hole(
         grid.mark(&mut under, corners.map(at));
     }
     let under = grid.grown(&under, CONTACT);
-    let held = held(&grid, left_scene, tolerance, projection);
+    let held = held(&grid, matter, tolerance, projection);
     let raised = plane.normal * before.ray_bias();
     let hidden = |c: usize| cover.hides(plane.point(grid.middle(c)) + raised, plane.normal);
     let open: Vec<bool> = (0..grid.cells())
@@ -210,11 +210,11 @@ impl Hole {
         }
         if height < -HELD * self.tolerance {
             // Below the plane nothing was to be seen but through the hole.
-            let around = (0..8).map(|k| {
+            let mut around = (0..8).map(|k| {
                 let (sin, cos) = (std::f32::consts::FRAC_PI_4 * k as f32).sin_cos();
                 p + (plane.axes[0] * cos + plane.axes[1] * sin) * largest
             });
-            return self.is_open(p) || around.into_iter().any(|p| self.is_open(p));
+            return self.is_open(p) || around.any(|p| self.is_open(p));
         }
         let normal = Vec3::from(before.materials.normals[row]);
         let is_ground =

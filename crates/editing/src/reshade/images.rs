@@ -74,7 +74,7 @@ impl Images {
     }
 
     /// The same with other fates.
-    pub(super) fn with_fates(self, mut fate_of: impl FnMut(u32, &Fate) -> Fate) -> Self {
+    pub(super) fn with_fates(&self, mut fate_of: impl FnMut(u32, &Fate) -> Fate) -> Self {
         let rows = 0..self.of_row.len() as u32;
         Self::numbered(rows.map(|row| fate_of(row, self.of_row(row))).collect())
     }

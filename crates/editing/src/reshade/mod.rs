@@ -23,6 +23,7 @@ mod fill;
 mod grid;
 mod hole;
 mod images;
+mod learned;
 mod patch;
 mod plane_picture;
 mod ratio;

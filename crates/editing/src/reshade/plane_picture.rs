@@ -36,11 +36,10 @@ pub(super) fn plane_picture(
     let mut flat = gaussians.clone();
     flat.extra.clear();
     flat.gather(rows);
-    let mut even = flat.with_sh_degree(0);
-    for (i, sh) in even.sh.chunks_exact_mut(3).enumerate() {
+    let even = flat.colored(|i| {
         let seen = views.iter().map(|v| projection.radiance(flat.sh_of(i), *v)).sum::<Vec3>();
-        projection.set_dc(sh, seen / VIEWS as f32);
-    }
+        (seen / VIEWS as f32).to_array().map(|v| srgb::encode(v.clamp(0.0, 1.0)))
+    });
     let [width, height] = grid.size;
     let distance = DISTANCE * f64::from(grid.pitch) * width.max(height) as f64;
     let [u, v] = plane.axes.map(|a| a.as_dvec3());

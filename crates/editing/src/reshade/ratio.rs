@@ -8,10 +8,10 @@ use motes_scene::{Materials, Surface};
 use rayon::prelude::*;
 
 use super::ReshadeOptions;
-use super::calibrate::{Calibration, Observed, changed_grid, is_change};
+use super::calibrate::Calibration;
 use super::colors::{DIRECTIONS, Projection};
-use super::hole::{ALIGNED, Hole, covered};
-use super::plane_picture::plane_picture;
+use super::hole::Hole;
+use super::learned::learned;
 use crate::{EditState, Origin, SCENE};
 
 /// Ratios beyond these say more about noise than about light.
@@ -19,7 +19,7 @@ const RATIO: [f32; 2] = [0.02, 20.0];
 /// Light below this share of the scene's brightest counts as this: nothing is divided by darkness.
 const DARKNESS: f32 = 2e-3;
 /// From here on a Gaussian is a metal: it shows its surroundings, not its light.
-const METAL: f32 = 0.5;
+pub(super) const METAL: f32 = 0.5;
 /// Roughness and metallic that differ by less are the same.
 const SAME: f32 = 1e-4;
 /// Viewers below this cosine learn nothing about a Gaussian.
@@ -85,89 +85,113 @@ fn same_lobe(before: &RelightScene, after: &RelightScene, row: u32, i: usize) ->
         && (a.metallic[row] - b.metallic[i]).abs() < SAME
 }
 
+/// A scene and its light.
+pub(super) type Lit<'a> = (&'a RelightScene, &'a Relighter<'a>);
+
 /// Scales the colours whose light changed; returns how many, and what was learned at each hole.
 pub(super) fn scale(
     state: &mut EditState,
     rows: &Rows,
-    before: (&RelightScene, &Relighter<'_>),
-    after: (&RelightScene, &Relighter<'_>),
+    before: Lit<'_>,
+    after: Lit<'_>,
     holes: &[&Hole],
     projection: &Projection,
     options: &ReshadeOptions,
 ) -> (usize, Vec<Option<Calibration>>) {
-    let then: Vec<Probe> = rows.scaled.iter().map(|(_, then, _)| *then).collect();
-    let now: Vec<Probe> = rows.scaled.iter().map(|(.., now)| *now).collect();
-    let white_then = before.1.white_radiance(&then, options.samples);
-    let white_now = after.1.white_radiance(&now, options.samples);
-    let brightest = white_then.iter().map(|w| w.max_element()).fold(0.0f32, f32::max);
-    let darkness = Vec3::splat((DARKNESS * brightest).max(f32::MIN_POSITIVE));
-    let tint = |i: u32| {
-        let origin = &state.origins[i as usize];
-        let (a, b) = (&before.0.materials, &after.0.materials);
-        if !state.material_changed[i as usize] || origin.row == Origin::NEW_ROW {
-            return Vec3::ONE;
-        }
-        let least = Vec3::splat(0.01);
-        let of = |m: &Materials, k: usize| Vec3::from(m.base_color_linear[k]).max(least);
-        of(b, i as usize) / of(a, origin.row as usize)
-    };
-    let bounded = |ratio: Vec3| ratio.clamp(Vec3::splat(RATIO[0]), Vec3::splat(RATIO[1]));
-    let ratio = |now: Vec3, then: Vec3| bounded((now + darkness) / (then + darkness));
-    let log = |white: &[Vec3]| -> Vec<Vec3> {
-        white.iter().map(|w| (*w + darkness).map(f32::ln)).collect()
-    };
-    let [log_then, log_now] = [log(&white_then), log(&white_now)];
-    let mut shifts = vec![Vec3::ZERO; rows.scaled.len()];
-    let mut calibrations = Vec::new();
-    for hole in holes {
-        let lying: Vec<usize> = (0..rows.scaled.len())
-            .filter(|&k| {
-                let (i, then, now) = &rows.scaled[k];
-                then.position.distance(now.position) <= hole.tolerance
-                    && hole.on_plane(now.position)
-                    && now.normal.dot(hole.grid.plane.normal) > ALIGNED
-                    && after.0.materials.metallic[*i as usize] < METAL
-            })
-            .collect();
-        let calibration = calibrated(
-            state,
-            rows,
-            &lying,
-            hole,
-            [&log_then, &log_now],
-            |probes| {
-                [before.1, after.1].map(|lit| log(&lit.white_radiance(probes, options.samples)))
-            },
-            before.0,
-            projection,
-        );
-        if let Some(calibration) = &calibration {
-            for &k in &lying {
-                shifts[k] += calibration.shift_at(rows.scaled[k].2.position);
-            }
-        }
-        calibrations.push(calibration);
-    }
+    let white = White::new(rows, before, after, options.samples);
+    let (shifts, calibrations) =
+        learned(state, rows, &white, before, after, holes, projection, options);
     let exponents: Vec<Vec3> = calibrations.iter().flatten().filter_map(|c| c.exponent).collect();
     // One model made all of the light, so its error is one.
     let exponent = match exponents.len() {
         0 => Vec3::ONE,
         n => exponents.iter().sum::<Vec3>() / n as f32,
     };
-    let even = |k: usize, i: u32| {
-        bounded((exponent * (log_now[k] - log_then[k]) - shifts[k]).map(f32::exp)) * tint(i)
-    };
-    let changed: Vec<usize> = (0..rows.scaled.len())
-        .filter(|&k| {
-            let change = even(k, rows.scaled[k].0) - Vec3::ONE;
-            change.abs().max_element() > options.tolerance
+    let even: Vec<Vec3> = (0..rows.scaled.len())
+        .map(|k| {
+            let change = exponent * (white.log_now[k] - white.log_then[k]) - shifts[k];
+            bounded(change.map(f32::exp)) * tint(state, before.0, after.0, rows.scaled[k].0)
         })
         .collect();
+    let is_changed = |k: &usize| (even[*k] - Vec3::ONE).abs().max_element() > options.tolerance;
+    let changed: Vec<usize> = (0..rows.scaled.len()).filter(is_changed).collect();
     // Metals once more, per viewer and with all lobes.
-    let is_metal = |k: usize| after.0.materials.metallic[rows.scaled[k].0 as usize] >= METAL;
-    let metals: Vec<usize> = changed.iter().copied().filter(|k| is_metal(*k)).collect();
-    let seen = |normal: Vec3| -> Vec<usize> {
-        (0..DIRECTIONS).filter(|d| projection.to_viewer[*d].dot(normal) > GRAZING).collect()
+    let is_metal = |k: &usize| after.0.materials.metallic[rows.scaled[*k].0 as usize] >= METAL;
+    let metals: Vec<usize> = changed.iter().copied().filter(is_metal).collect();
+    let mirrored = mirrored(state, rows, &metals, before, after, projection, options, &white);
+
+    let k3 = 3 * state.gaussians.sh_coefficients();
+    let mut colors: Vec<(u32, Vec<f32>)> = changed
+        .iter()
+        .map(|&k| (rows.scaled[k].0, state.gaussians.sh_of(rows.scaled[k].0 as usize).to_vec()))
+        .collect();
+    colors.par_iter_mut().zip(&changed).with_min_len(32).for_each(|((_, sh), &k)| {
+        match metals.binary_search(&k) {
+            Ok(m) => projection.scale(sh, |d| mirrored[m][d].unwrap_or(even[k])),
+            Err(_) => projection.scale(sh, |_| even[k]),
+        }
+    });
+    for (i, sh) in &colors {
+        state.gaussians.sh[*i as usize * k3..][..k3].copy_from_slice(sh);
+    }
+    (colors.len(), calibrations)
+}
+
+fn bounded(ratio: Vec3) -> Vec3 {
+    ratio.clamp(Vec3::splat(RATIO[0]), Vec3::splat(RATIO[1]))
+}
+
+/// Base color after over that before.
+fn tint(state: &EditState, before: &RelightScene, after: &RelightScene, i: u32) -> Vec3 {
+    let row = state.origins[i as usize].row;
+    if !state.material_changed[i as usize] || row == Origin::NEW_ROW {
+        return Vec3::ONE;
+    }
+    let of = |scene: &RelightScene, k: usize| {
+        Vec3::from(scene.materials.base_color_linear[k]).max(Vec3::splat(0.01))
+    };
+    of(after, i as usize) / of(before, row as usize)
+}
+
+/// Logarithms of the radiance of white matte matter in the place of every row that is scaled.
+pub(super) struct White {
+    pub(super) log_then: Vec<Vec3>,
+    pub(super) log_now: Vec<Vec3>,
+    /// Added to radiances before they are divided.
+    darkness: Vec3,
+}
+
+impl White {
+    fn new(rows: &Rows, before: Lit<'_>, after: Lit<'_>, samples: u32) -> Self {
+        let then: Vec<Probe> = rows.scaled.iter().map(|(_, then, _)| *then).collect();
+        let now: Vec<Probe> = rows.scaled.iter().map(|(.., now)| *now).collect();
+        let then = before.1.white_radiance(&then, samples);
+        let now = after.1.white_radiance(&now, samples);
+        let brightest = then.iter().map(|w| w.max_element()).fold(0.0f32, f32::max);
+        let darkness = Vec3::splat((DARKNESS * brightest).max(f32::MIN_POSITIVE));
+        let mut white = Self { log_then: Vec::new(), log_now: Vec::new(), darkness };
+        (white.log_then, white.log_now) = (white.log(&then), white.log(&now));
+        white
+    }
+
+    pub(super) fn log(&self, radiance: &[Vec3]) -> Vec<Vec3> {
+        radiance.iter().map(|w| (*w + self.darkness).map(f32::ln)).collect()
+    }
+}
+
+/// Ratios per viewer of [`DIRECTIONS`] for the rows `metals`; none for viewers that learn nothing.
+fn mirrored(
+    state: &EditState,
+    rows: &Rows,
+    metals: &[usize],
+    before: Lit<'_>,
+    after: Lit<'_>,
+    projection: &Projection,
+    options: &ReshadeOptions,
+    white: &White,
+) -> Vec<[Option<Vec3>; DIRECTIONS]> {
+    let seen = |normal: Vec3| {
+        (0..DIRECTIONS).filter(move |d| projection.to_viewer[*d].dot(normal) > GRAZING)
     };
     let questions = |scene: &RelightScene, past: bool| -> Vec<Question> {
         let question = |k: &usize| {
@@ -185,76 +209,23 @@ pub(super) fn scale(
                 base_color_linear: Vec3::from(m.base_color_linear[row]),
                 roughness: m.roughness[row],
                 metallic: m.metallic[row],
-                to_viewer: seen(now.normal).into_iter().map(turned).collect(),
+                to_viewer: seen(now.normal).map(turned).collect(),
             }
         };
         metals.iter().map(question).collect()
     };
     let samples = options.samples.div_ceil(2);
-    let shown_then = before.1.radiance(&questions(before.0, true), samples);
-    let shown_now = after.1.radiance(&questions(after.0, false), samples);
-
-    let k3 = 3 * state.gaussians.sh_coefficients();
-    let mut colors: Vec<(u32, Vec<f32>)> = changed
-        .iter()
-        .map(|&k| (rows.scaled[k].0, state.gaussians.sh_of(rows.scaled[k].0 as usize).to_vec()))
-        .collect();
-    colors.par_iter_mut().zip(&changed).with_min_len(32).for_each(|((i, sh), &k)| {
-        let even = even(k, *i);
-        match metals.binary_search(&k) {
-            Ok(m) => {
-                let seen = seen(rows.scaled[k].2.normal);
-                let per_viewer = |d: usize| match seen.binary_search(&d) {
-                    Ok(at) => ratio(shown_now[m][at], shown_then[m][at]),
-                    Err(_) => even,
-                };
-                projection.scale(sh, per_viewer);
-            }
-            Err(_) => projection.scale(sh, |_| even),
+    let then = before.1.radiance(&questions(before.0, true), samples);
+    let now = after.1.radiance(&questions(after.0, false), samples);
+    let of_metal = |(m, k): (usize, &usize)| {
+        let mut ratios = [None; DIRECTIONS];
+        for (at, d) in seen(rows.scaled[*k].2.normal).enumerate() {
+            let ratio = (now[m][at] + white.darkness) / (then[m][at] + white.darkness);
+            ratios[d] = Some(bounded(ratio));
         }
-    });
-    for (i, sh) in &colors {
-        state.gaussians.sh[*i as usize * k3..][..k3].copy_from_slice(sh);
-    }
-    (colors.len(), calibrations)
-}
-
-/// Learns from the plane of a hole, as the Gaussians that lie in it look.
-fn calibrated(
-    state: &EditState,
-    rows: &Rows,
-    lying: &[usize],
-    hole: &Hole,
-    logs: [&[Vec3]; 2],
-    log_white: impl Fn(&[Probe]) -> [Vec<Vec3>; 2],
-    before: &RelightScene,
-    projection: &Projection,
-) -> Option<Calibration> {
-    let place = |k: &usize| rows.scaled[*k].2.position;
-    let changed: Vec<Vec3> =
-        lying.iter().filter(|k| is_change(logs[0][**k], logs[1][**k])).map(place).collect();
-    let plane = hole.grid.plane;
-    let grid = changed_grid(plane, hole.object_size, &changed)?;
-    let shown: Vec<u32> = lying.iter().map(|k| rows.scaled[*k].0).collect();
-    let mut radiance = plane_picture(&grid, &state.gaussians, &shown, projection, before.antialias);
-    let covered = covered(&grid, before.surface(), hole.tolerance, &|_| true);
-    let of_hole = |marks: &[bool], c: usize| {
-        hole.grid.cell(plane.flat(plane.point(grid.middle(c)))).is_some_and(|c| marks[c])
+        ratios
     };
-    let blurred = (0..grid.cells()).map(|c| of_hole(&hole.blurred, c)).collect();
-    for (c, radiance) in radiance.iter_mut().enumerate() {
-        if !covered[c] || of_hole(&hole.open, c) {
-            *radiance = None;
-        }
-    }
-    let probe = |c: usize| Probe {
-        position: plane.point(grid.middle(c)),
-        normal: plane.normal,
-        item: (1 << 40) + c as u64,
-    };
-    let probes: Vec<Probe> = (0..grid.cells()).map(probe).collect();
-    let [log_before, log_after] = log_white(&probes);
-    Calibration::new(grid, &Observed { radiance, blurred, log_before, log_after })
+    metals.iter().enumerate().map(of_metal).collect()
 }
 
 /// Lights what fills holes: its unlit colour times the light that is there now.
@@ -262,7 +233,7 @@ pub(super) fn light_filling(
     state: &mut EditState,
     first_filled: usize,
     unlit: &[Vec3],
-    after: (&RelightScene, &Relighter<'_>),
+    after: Lit<'_>,
     projection: &Projection,
     options: &ReshadeOptions,
 ) {

@@ -175,12 +175,11 @@ fn fates(state: &EditState, rows: usize) -> (Images, Vec<Fill>) {
     }
     // What was moved leaves a hole as well; nobody asks for a fill there, and nobody wants none.
     let mut moved: HashMap<Vec<u32>, u32> = HashMap::new();
-    let own: Vec<Fate> = (0..rows as u32).map(|row| images.of_row(row).clone()).collect();
     let images = images.with_fates(|row, _| {
         let is_known =
-            |row: u32| !own[row as usize].motions.is_empty() || deleted.contains_key(&row);
+            |row: u32| !images.of_row(row).motions.is_empty() || deleted.contains_key(&row);
         let row = state.survivor_of(row, is_known);
-        let fate = &own[row as usize];
+        let fate = images.of_row(row);
         if fate.stays() {
             return fate.clone();
         }

@@ -17,7 +17,6 @@ mod refit;
 mod warp;
 
 use glam::Vec3;
-use motes_math::sh::SH_C0;
 use motes_raster::{Antialias, RenderOptions, render};
 use motes_scene::{Gaussians, ImageF32, Pinhole, Pose};
 use thiserror::Error;
@@ -143,20 +142,6 @@ fn limited(original: &ImageF32, edited: &ImageF32, share: &ImageF32) -> ImageF32
 fn rms(a: &ImageF32, b: &ImageF32) -> f64 {
     let squares = a.data.iter().zip(&b.data).map(|(a, b)| f64::from(a - b).powi(2));
     (squares.sum::<f64>() / a.data.len().max(1) as f64).sqrt()
-}
-
-/// The same Gaussians, white where chosen and black elsewhere.
-fn as_mask(gaussians: &Gaussians, chosen: &[bool]) -> Gaussians {
-    let value = |on: &bool| if *on { 0.5 } else { -0.5 } / SH_C0 as f32;
-    Gaussians {
-        means: gaussians.means.clone(),
-        rotations: gaussians.rotations.clone(),
-        log_scales: gaussians.log_scales.clone(),
-        opacity_logits: gaussians.opacity_logits.clone(),
-        sh_degree: 0,
-        sh: chosen.iter().flat_map(|on| [value(on); 3]).collect(),
-        extra: Vec::new(),
-    }
 }
 
 fn pixel(image: &ImageF32, at: usize) -> Vec3 {

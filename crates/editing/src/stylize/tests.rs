@@ -1,6 +1,7 @@
 #![allow(clippy::print_stdout, reason = "numbers for docs/editing.md, shown with --nocapture")]
 
 use glam::DVec3;
+use motes_math::sh::SH_C0;
 
 use super::*;
 

@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 use motes_raster::{Antialias, RenderOptions, render};
 use motes_scene::{Gaussians, ImageF32};
 
-use super::{StyleView, as_mask, pixel};
+use super::{StyleView, pixel};
 
 /// A point is seen when its depth agrees with that of the picture to this share.
 const DEPTH_TOLERANCE: f64 = 0.02;
@@ -42,7 +42,8 @@ impl Sight {
             }
         }
         let plain = RenderOptions { antialias, ..RenderOptions::default() };
-        let mask = render(&as_mask(gaussians, chosen), camera, pose, &plain).color;
+        let mask =
+            render(&gaussians.colored(|i| [f32::from(chosen[i]); 3]), camera, pose, &plain).color;
         let share = mask.data.chunks_exact(3).map(|p| p[0].max(0.0).clamp(0.0, 1.0)).collect();
         let share = ImageF32::from_data(camera.width, camera.height, 1, share);
         Self { view: view.clone(), color: shown.color, depth, share }

@@ -3,16 +3,18 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use super::ops::{InsertOp, OpDocument, SelectOp, SetMaterialOp, StylizeOp, TransformOp};
+use super::check_steps::check_steps;
+use super::ops::{InsertOp, OpDocument, SetMaterialOp, StylizeOp, TransformOp};
 use super::values::{BoxDocument, ColorModeDocument, PivotDocument, SphereDocument};
 use super::{EditPlanDocument, MAX_OPS};
 use crate::error::{FormatError, Result, quoted};
-use crate::selectors::{SelectStep, Selector};
 
 /// Copies that one operation may make, and steps that one may undo.
 const MAX_COUNT: u64 = 10_000;
 /// Gaussians that a mesh may become.
 const MAX_MESH_GAUSSIANS: u64 = 10_000_000;
+/// Coordinates, lengths and factors beyond, and factors below its inverse, do not survive squares in single precision.
+const LARGEST: f64 = 1e18;
 /// The target that is always there.
 const ALL: &str = "all";
 
@@ -22,7 +24,7 @@ pub fn op_pointer(index: usize) -> String {
 }
 
 /// A mistake: the rest of the pointer, the cause, the remedy.
-type Fault = (String, String, Option<String>);
+pub(super) type Fault = (String, String, Option<String>);
 
 /// Checks a plan; `name` stands for the file in errors. Whether files exist and selections fit is seen when
 /// they are read.
@@ -49,11 +51,13 @@ pub fn check_plan(plan: &EditPlanDocument, name: &Path) -> Result<()> {
     }
     let later = names(plan);
     let mut known = BTreeSet::new();
-    let mut undoable = 0u64;
+    // What may be undone, and the names that go with it.
+    let mut done: Vec<Option<&str>> = Vec::new();
+    let mut taken = BTreeSet::new();
     for (i, op) in plan.ops.iter().enumerate() {
         let checked = check_values(op)
-            .and_then(|()| check_target(op, &known, &later))
-            .and_then(|()| check_undo(op, &mut undoable));
+            .and_then(|()| check_target(op, &known, &taken, &later))
+            .and_then(|()| check_undo(op, done.len() as u64));
         if let Err((place, cause, remedy)) = checked {
             return invalid(format!("{}{place}", op_pointer(i)), cause, remedy);
         }
@@ -66,6 +70,13 @@ pub fn check_plan(plan: &EditPlanDocument, name: &Path) -> Result<()> {
                 let cause = format!("the name {} is given twice", quoted(id));
                 return invalid(place(), cause, None);
             }
+        }
+        if let OpDocument::Undo(undo) = op {
+            for name in done.drain(done.len() - undo.steps as usize..).flatten() {
+                taken.extend(known.take(name));
+            }
+        } else {
+            done.push(defined(op).map(|(_, id)| id));
         }
     }
     Ok(())
@@ -90,6 +101,7 @@ fn defined(op: &OpDocument) -> Option<(&'static str, &str)> {
 fn check_target(
     op: &OpDocument,
     known: &BTreeSet<String>,
+    taken: &BTreeSet<String>,
     later: &BTreeSet<String>,
 ) -> std::result::Result<(), Fault> {
     for (key, target) in op.references() {
@@ -99,6 +111,9 @@ fn check_target(
         let own = defined(op).is_some_and(|(_, id)| id == target);
         let cause = match () {
             () if own => format!("{} refers to itself", quoted(target)),
+            () if taken.contains(target) => {
+                format!("the operation that makes {} was taken back", quoted(target))
+            }
             () if later.contains(target) => {
                 format!("{} is made by a later operation", quoted(target))
             }
@@ -110,23 +125,19 @@ fn check_target(
     Ok(())
 }
 
-fn check_undo(op: &OpDocument, undoable: &mut u64) -> std::result::Result<(), Fault> {
-    let OpDocument::Undo(undo) = op else {
-        *undoable += 1;
-        return Ok(());
-    };
-    if undo.steps == 0 || undo.steps > *undoable {
-        let (steps, there) = (undo.steps, *undoable);
-        let cause = format!("{steps} steps cannot be undone, {there} were done");
-        return Err(("/steps".into(), cause, None));
+fn check_undo(op: &OpDocument, undoable: u64) -> std::result::Result<(), Fault> {
+    match op {
+        OpDocument::Undo(undo) if undo.steps == 0 || undo.steps > undoable => {
+            let cause = format!("{} steps cannot be undone, {undoable} were done", undo.steps);
+            Err(("/steps".into(), cause, None))
+        }
+        _ => Ok(()),
     }
-    *undoable -= undo.steps;
-    Ok(())
 }
 
 fn check_values(op: &OpDocument) -> std::result::Result<(), Fault> {
     match op {
-        OpDocument::Select(op) => check_select(op),
+        OpDocument::Select(op) => check_steps(&op.steps),
         OpDocument::Transform(op) => check_transform(op),
         OpDocument::Duplicate(op) => {
             finite("/translate", &op.translate)?;
@@ -173,36 +184,6 @@ fn check_values(op: &OpDocument) -> std::result::Result<(), Fault> {
         | OpDocument::Measure(_)
         | OpDocument::Undo(_) => Ok(()),
     }
-}
-
-fn check_select(op: &SelectOp) -> std::result::Result<(), Fault> {
-    if op.steps.is_empty() {
-        return Err(("/steps".into(), "nothing is selected: there are no steps".into(), None));
-    }
-    for (i, step) in op.steps.iter().enumerate() {
-        let SelectStep::Select(step) = step else { continue };
-        let at = |key: &str| format!("/steps/{i}/{key}");
-        match &step.selector {
-            Selector::Sphere { center, radius } => {
-                finite(&at("center"), center)?;
-                positive(&at("radius"), *radius)?;
-            }
-            Selector::Box { center, half_size, rotation } => {
-                finite(&at("center"), center)?;
-                finite(&at("half_size"), half_size)?;
-                direction(&at("rotation"), rotation)?;
-            }
-            Selector::HalfSpace { normal, point } => {
-                direction(&at("normal"), normal)?;
-                finite(&at("point"), point)?;
-            }
-            Selector::Ids { ids } if ids.is_empty() => {
-                return Err((at("ids"), "no Gaussian is named".into(), None));
-            }
-            _ => {}
-        }
-    }
-    Ok(())
 }
 
 fn check_transform(op: &TransformOp) -> std::result::Result<(), Fault> {
@@ -299,17 +280,17 @@ fn color(place: &str, mode: ColorModeDocument, rgb: &[f64]) -> std::result::Resu
     Ok(())
 }
 
-fn finite(place: &str, values: &[f64]) -> std::result::Result<(), Fault> {
-    match values.iter().position(|v| !v.is_finite()) {
-        None => Ok(()),
-        Some(i) if values.len() > 1 => {
-            Err((format!("{place}/{i}"), format!("{} is no finite number", values[i]), None))
-        }
-        Some(i) => Err((place.into(), format!("{} is no finite number", values[i]), None)),
-    }
+pub(super) fn finite(place: &str, values: &[f64]) -> std::result::Result<(), Fault> {
+    let Some(i) = values.iter().position(|v| !(v.abs() <= LARGEST)) else { return Ok(()) };
+    let place = if values.len() > 1 { format!("{place}/{i}") } else { place.into() };
+    let cause = match values[i].is_finite() {
+        true => format!("{:e} is farther from 0 than {LARGEST:e}", values[i]),
+        false => format!("{} is no finite number", values[i]),
+    };
+    Err((place, cause, None))
 }
 
-fn direction(place: &str, values: &[f64]) -> std::result::Result<(), Fault> {
+pub(super) fn direction(place: &str, values: &[f64]) -> std::result::Result<(), Fault> {
     finite(place, values)?;
     let length = values.iter().map(|v| v * v).sum::<f64>();
     if length > 0.0 && length.is_finite() {
@@ -318,18 +299,23 @@ fn direction(place: &str, values: &[f64]) -> std::result::Result<(), Fault> {
     Err((place.into(), format!("{values:?} has no direction"), None))
 }
 
-fn positive(place: &str, value: f64) -> std::result::Result<(), Fault> {
+pub(super) fn positive(place: &str, value: f64) -> std::result::Result<(), Fault> {
     if value > 0.0 && value.is_finite() {
-        return Ok(());
+        return range(place, value, 1.0 / LARGEST, LARGEST);
     }
     Err((place.into(), format!("{value} is no number above 0"), None))
 }
 
-fn range(place: &str, value: f64, low: f64, high: f64) -> std::result::Result<(), Fault> {
+pub(super) fn range(
+    place: &str,
+    value: f64,
+    low: f64,
+    high: f64,
+) -> std::result::Result<(), Fault> {
     if (low..=high).contains(&value) {
         return Ok(());
     }
-    Err((place.into(), format!("{value} is not from {low} to {high}"), None))
+    Err((place.into(), format!("{value:?} is not from {low:?} to {high:?}"), None))
 }
 
 fn bounded(place: &str, value: u64, most: u64) -> std::result::Result<(), Fault> {

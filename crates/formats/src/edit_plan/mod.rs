@@ -5,6 +5,7 @@
 //! its place.
 
 mod check;
+mod check_steps;
 mod ops;
 mod parse;
 mod pointer;

@@ -69,6 +69,34 @@ fn every_mistake_has_a_pointer() {
             r#"{"op": "duplicate", "translate": [0, 0, 1], "target": "b", "as": "b"}"#,
             "/ops/0/target",
         ),
+        (r#"{"op": "transform", "translate": [0, -1e19, 0]}"#, "/ops/0/translate/1"),
+        (r#"{"op": "transform", "scale": 1e-300}"#, "/ops/0/scale"),
+        (r#"{"op": "transform", "pivot": [0, 0, 1e40]}"#, "/ops/0/pivot/2"),
+        (r#"{"op": "insert", "file": "a.ply", "at": [1e300, 0, 0]}"#, "/ops/0/at/0"),
+        (r#"{"op": "insert", "file": "a.ply", "height": 1e30}"#, "/ops/0/height"),
+        (r#"{"op": "insert", "file": "a.ply", "rotate_deg": 1e30}"#, "/ops/0/rotate_deg"),
+        (r#"{"op": "set_environment", "file": "a.exr", "exposure": 1e-30}"#, "/ops/0/exposure"),
+        (r#"{"op": "keep_largest", "reach": 1e19}"#, "/ops/0/reach"),
+        (
+            r#"{"op": "crop", "sphere": {"center": [0, 1e19, 0], "radius": 1}}"#,
+            "/ops/0/sphere/center/1",
+        ),
+        (
+            r#"{"op": "select", "steps": [{"by": "all"}, {"post": "grow", "distance": -1}]}"#,
+            "/ops/0/steps/1/distance",
+        ),
+        (
+            r#"{"op": "select", "steps": [{"by": "brush", "view": "a", "points": [[0, 0], [1, 1e20]], "radius": 3}]}"#,
+            "/ops/0/steps/0/points/1/1",
+        ),
+        (
+            r#"{"op": "select", "steps": [{"by": "object", "clicks": [{"view": "a", "pixel": [1e99, 2]}]}]}"#,
+            "/ops/0/steps/0/clicks/0/pixel/0",
+        ),
+        (
+            r#"{"op": "select", "steps": [{"by": "connected", "seed": [0, 0, 0], "distance": 0}]}"#,
+            "/ops/0/steps/0/distance",
+        ),
     ] {
         let text = error(ops);
         assert!(text.contains(&format!("({place}")), "{ops}: {text}");
@@ -77,6 +105,34 @@ fn every_mistake_has_a_pointer() {
     assert!(text.contains("unknown variant `magic`"), "{text}");
     assert!(error(r#"{"op": "explode"}"#).contains("help: the operations are select, transform"));
     assert!(error(&format!(r#"{{"op": "delete", "target": "a"}}, {select}"#)).contains("later"));
+}
+
+#[test]
+fn cycles_are_refused_where_they_begin() {
+    let select = |id: &str, from: &str| {
+        format!(
+            r#"{{"op": "select", "id": "{id}", "from": "{from}", "steps": [{{"post": "invert"}}]}}"#
+        )
+    };
+    let (undo, measure) = (r#"{"op": "undo", "steps": 1}"#, r#"{"op": "measure", "target": "a"}"#);
+    let (a, b) = (select("a", "all"), select("b", "a"));
+    for (ops, place) in [
+        (select("a", "a"), "/ops/0/from"),
+        (format!("{}, {}", select("a", "b"), b), "/ops/0/from"),
+        (format!("{}, {}, {}", select("a", "c"), b, select("c", "b")), "/ops/0/from"),
+        // What was taken back is not there, and what takes back is not taken back.
+        (undo.to_owned(), "/ops/0/steps"),
+        (format!("{a}, {undo}, {undo}"), "/ops/2/steps"),
+        (format!("{a}, {undo}, {measure}"), "/ops/2/target"),
+        (format!("{a}, {b}, {}, {measure}", r#"{"op": "undo", "steps": 2}"#), "/ops/3/target"),
+        (format!("{a}, {}", r#"{"op": "undo", "steps": 18446744073709551615}"#), "/ops/1/steps"),
+    ] {
+        let text = error(&ops);
+        assert!(text.contains(&format!("({place})")), "{ops}: {text}");
+    }
+    // A name that was taken back may be given again.
+    let again = plan(&format!("{a}, {undo}, {a}, {measure}"));
+    assert!(parse_edit_plan(again.as_bytes(), Path::new("plan.json")).is_ok());
 }
 
 #[test]

@@ -6,12 +6,12 @@ use std::path::{Path, PathBuf};
 
 use motes_formats::colmap::read_model;
 use motes_formats::images::image_dimensions;
+use motes_math::median::median;
 
 use super::colmap_step::Step;
 use super::options::{CameraSharing, Matcher};
 use super::{Request, SfmReport, Solution};
 use crate::error::{IngestError, Result};
-use crate::geometry::median;
 use crate::progress::Progress;
 
 /// Pairs grow with the square of the photos: up to this many, all are compared.
@@ -313,7 +313,7 @@ fn parallax(model: &motes_formats::colmap::ColmapModel) -> Option<f64> {
             .collect();
         crate::geometry::widest_angle_degrees(&rays)
     });
-    median(angles.collect())
+    median(angles)
 }
 
 #[cfg(test)]

@@ -8,6 +8,7 @@
 //! d_v = weighted median of |r_iv - g_v - r_i|,   ω_v = 1 / (1 + (d_v / 3 s)²)²,   s = median of d_v
 //! ```
 
+use motes_math::median::weighted_median;
 use rayon::prelude::*;
 
 use super::Agreement;
@@ -138,17 +139,8 @@ fn mean(values: &[(f32, f32)], by: impl Fn(f32) -> f32) -> f32 {
 }
 
 /// Weighted median; 0 of nothing.
-fn median(mut values: Vec<(f32, f32)>) -> f32 {
-    values.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let half: f64 = 0.5 * values.iter().map(|(_, w)| f64::from(*w)).sum::<f64>();
-    let mut sum = 0.0;
-    for (v, w) in &values {
-        sum += f64::from(*w);
-        if sum >= half {
-            return *v;
-        }
-    }
-    0.0
+fn median(values: Vec<(f32, f32)>) -> f32 {
+    weighted_median(values).unwrap_or(0.0)
 }
 
 #[cfg(test)]

@@ -90,7 +90,9 @@ pub fn run_edit(job: &EditJob<'_>, context: &Context) -> anyhow::Result<EditAnsw
     let folder = name.parent().filter(|p| job.plan.is_some() && !p.as_os_str().is_empty());
     let folder = folder.unwrap_or(Path::new("."));
     let failed = |error| stage_error(error, &name);
-    let prepared = prepare(&plan, folder).map_err(failed)?;
+    let written: Vec<&Path> =
+        [&output, &log].into_iter().chain(&thumbnails).map(PathBuf::as_path).collect();
+    let prepared = prepare(&plan, folder, &written).map_err(failed)?;
     let capture = job.capture.map(|path| load_capture(path, context)).transpose()?;
     let mut input = match (job.scene, job.gaussians) {
         (Some(scene), _) => Input::scene(scene, context)?,

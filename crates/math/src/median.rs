@@ -1,0 +1,53 @@
+//! The middle of values, by one rule everywhere.
+
+/// The median: the value in the middle, the mean of the two in the middle of an even count. Values that are not finite are left
+/// out; none of nothing.
+pub fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
+    let mut values: Vec<f64> = values.into_iter().filter(|v| v.is_finite()).collect();
+    let middle = values.len() / 2;
+    let is_even = values.len().is_multiple_of(2);
+    if values.is_empty() {
+        return None;
+    }
+    let (below, upper, _) = values.select_nth_unstable_by(middle, f64::total_cmp);
+    let upper = *upper;
+    let lower = below.iter().copied().max_by(f64::total_cmp).filter(|_| is_even);
+    // Halves first: the sum of two large values may not be finite.
+    Some(lower.map_or(upper, |lower| 0.5 * lower + 0.5 * upper))
+}
+
+/// The median of values with weights, `(value, weight)`: the smallest at which the weights of it and of what is below
+/// reach half of all. Values must be numbers and weights not negative; none without a weight.
+pub fn weighted_median(mut values: Vec<(f32, f32)>) -> Option<f32> {
+    values.retain(|(_, weight)| *weight > 0.0);
+    values.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let half = 0.5 * values.iter().map(|(_, weight)| f64::from(*weight)).sum::<f64>();
+    let mut sum = 0.0;
+    let reached = values.iter().find(|(_, weight)| {
+        sum += f64::from(*weight);
+        sum >= half
+    });
+    reached.map(|(value, _)| *value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_middle_is_found_whatever_the_order() {
+        assert_eq!(median([3.0, 1.0, 2.0]), Some(2.0));
+        assert_eq!(median([3.0, 1.0, 2.0, 10.0]), Some(2.5));
+        assert_eq!(median([f64::NAN, 4.0, f64::INFINITY]), Some(4.0));
+        assert_eq!(median([f64::MAX, f64::MAX]), Some(f64::MAX));
+        assert_eq!(median([f64::NAN]), None);
+    }
+
+    #[test]
+    fn weights_count_as_repetitions() {
+        let values = vec![(5.0, 1.0), (1.0, 3.0), (9.0, 1.0)];
+        assert_eq!(weighted_median(values), Some(1.0));
+        assert_eq!(weighted_median(vec![(2.0, 1.0), (1.0, 1.0)]), Some(1.0));
+        assert_eq!(weighted_median(vec![(2.0, 0.0)]), None);
+    }
+}
