@@ -3,6 +3,7 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
+use crate::continuation::continuations;
 use crate::diffusion::{Graph, Link};
 use crate::plane::SupportPlane;
 use crate::strength::{across_border, across_views};
@@ -61,6 +62,7 @@ impl SceneIndex {
             .into_par_iter()
             .flat_map_iter(|v| links_of_view(&views, &offsets, v, plane.as_ref()))
             .collect();
+        links.extend(continuations(&views, &offsets, plane.as_ref()));
         for (v, view) in views.iter().enumerate() {
             for (border, &strength) in view.borders.iter().zip(&strengths[v]) {
                 let nodes = border.segments.map(|s| s + offsets[v]);

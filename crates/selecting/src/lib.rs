@@ -7,11 +7,13 @@
 
 mod cache;
 mod color;
+mod continuation;
 mod diffusion;
 mod error;
 mod extent;
 mod index;
 mod interpret;
+mod intruders;
 mod lift;
 mod masks;
 mod max_flow;

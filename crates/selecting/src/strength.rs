@@ -66,7 +66,8 @@ pub(crate) fn across_views(s: &Segment, t: &Segment, plane: Option<&SupportPlane
     either(&[color(s, t), support(s, t, plane), TURNED_MOST * step(angle, TURNED)])
 }
 
-fn color(s: &Segment, t: &Segment) -> f32 {
+/// By colour alone, 0 to [`COLOR_MOST`].
+pub(crate) fn color(s: &Segment, t: &Segment) -> f32 {
     COLOR_MOST * step(difference(s.lab, t.lab), COLOR)
 }
 

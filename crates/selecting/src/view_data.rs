@@ -118,6 +118,11 @@ impl ViewData {
         inside.then(|| self.labels[y as usize * self.camera.width + x as usize])
     }
 
+    /// Depth at a pixel of the working size, 0 where nothing is; `None` outside the picture.
+    pub(crate) fn depth_at(&self, x: f64, y: f64) -> Option<f32> {
+        self.segment_at(x, y).map(|_| self.depth[y as usize * self.camera.width + x as usize])
+    }
+
     /// Pixel and depth of a world point; `None` behind the camera.
     pub fn project(&self, point: Vec3) -> Option<([f64; 2], f64)> {
         let p = self.camera_from_world.transform_point(point.as_dvec3());
