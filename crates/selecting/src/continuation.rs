@@ -157,3 +157,53 @@ fn is_empty(views: &[ViewData], a: &End<'_>, b: &End<'_>) -> bool {
         })
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::view_data::Border;
+    use motes_raster::LabelVotes;
+    use motes_scene::{Pinhole, Pose};
+
+    /// A board at depth 2 behind a bar at depth 1, facing the camera; `depth` is what is seen.
+    fn view(depth: impl Fn(u32) -> f32) -> ViewData {
+        let segment = |x: f32, z: f32, width: f32| Segment {
+            center_px: [x, 5.0],
+            area_px: 100.0,
+            point: [(x - 15.0) / 10.0 * z, 0.0, z],
+            normal: [0.0, 0.0, -1.0],
+            width,
+            inverse_depth: [0.0, 0.0, 1.0 / z],
+            ..Segment::default()
+        };
+        let labels: Vec<u32> = (0..300).map(|p| p % 30 / 10).collect();
+        let border =
+            |a: u32, x: f32| Border { segments: [a, a + 1], length_px: 10.0, at_px: [x, 5.0] };
+        ViewData {
+            camera: Pinhole { fx: 10.0, fy: 10.0, cx: 15.0, cy: 5.0, width: 30, height: 10 },
+            camera_from_world: Pose::IDENTITY,
+            depth: labels.iter().map(|&l| depth(l)).collect(),
+            labels,
+            segments: vec![
+                segment(5.0, 2.0, 1.0),
+                segment(15.0, 1.0, 0.5),
+                segment(25.0, 2.0, 1.0),
+            ],
+            borders: vec![border(0, 10.0), border(1, 20.0)],
+            votes: LabelVotes { offsets: vec![0; 4], gaussians: vec![], weights: vec![] },
+        }
+    }
+
+    #[test]
+    fn a_board_goes_on_behind_a_bar_unless_a_view_sees_through() {
+        let seen = |label: u32| if label == 1 { 1.0 } else { 2.0 };
+        let links = continuations(&[view(seen)], &[0, 3], None);
+        assert_eq!(links.len(), 1);
+        assert_eq!(links[0].nodes, [0, 2]);
+        // Straight on, a third of the reach apart.
+        let likely = (-(2.0f32 / 3.0).powi(2)).exp();
+        assert!((links[0].weight - WEIGHT * likely).abs() < 1e-5, "{}", links[0].weight);
+        let through = ViewData { borders: Vec::new(), ..view(|_| 50.0) };
+        assert!(continuations(&[view(seen), through], &[0, 3, 6], None).is_empty());
+    }
+}

@@ -66,3 +66,44 @@ pub(crate) fn intruders(index: &SceneIndex, set: &[u32], marks: &[Mark]) -> (Vec
     let share = area(&found) / area(set).max(1e-12);
     (found, share)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::view_data::{Segment, ViewData};
+    use motes_raster::LabelVotes;
+    use motes_scene::{Pinhole, Pose};
+
+    #[test]
+    fn what_is_inside_a_shell_is_found_and_what_touches_it_is_not() {
+        let shell = 400;
+        let on_shell = |k: usize| direction(k % SLABS) * if k < 2 * SLABS { 1.0 } else { 0.97 };
+        let sign = |k: usize| if k.is_multiple_of(2) { 1.0 } else { -1.0 };
+        let mut points: Vec<Vec3> = (0..shell).map(|k| on_shell(k) * sign(k / SLABS)).collect();
+        // Inside, inside but excluded, touching, outside.
+        points.extend([Vec3::ZERO, Vec3::splat(0.1), Vec3::X * 1.02, Vec3::X * 1.5]);
+        let n = points.len();
+        let segment = |p: &Vec3| Segment {
+            area_px: 1.0,
+            point: p.to_array(),
+            width: 0.1,
+            ..Segment::default()
+        };
+        let view = ViewData {
+            camera: Pinhole { fx: 1.0, fy: 1.0, cx: 0.5, cy: 0.5, width: n, height: 1 },
+            camera_from_world: Pose::IDENTITY,
+            labels: (0..n as u32).collect(),
+            depth: vec![1.0; n],
+            segments: points.iter().map(segment).collect(),
+            borders: Vec::new(),
+            votes: LabelVotes { offsets: vec![0; n + 1], gaussians: vec![], weights: vec![] },
+        };
+        let index = SceneIndex::new(vec![0], vec![view], 0);
+        let set: Vec<u32> = (0..shell as u32).collect();
+        let mut marks = vec![Mark::Free; n];
+        marks[shell + 1] = Mark::Negative;
+        let (inside, share) = intruders(&index, &set, &marks);
+        assert_eq!(inside, [shell as u32]);
+        assert!((share - 1.0 / shell as f32).abs() < 1e-6, "{share}");
+    }
+}

@@ -118,8 +118,7 @@ impl Region {
     }
 }
 
-/// The whole object. While something lies inside the set that was found, the walk starts from that too and the next
-/// larger set is taken; where this never ends, the set that was found first.
+/// The whole object.
 fn whole(index: &SceneIndex, chain: &[Step], marks: &[Mark], least: f32) -> Option<Region> {
     let (count, last) = best_set(chain, least, f32::INFINITY, AREA_POWER)?;
     let first = Region::new(index, &chain[..count], last, marks);
@@ -128,42 +127,50 @@ fn whole(index: &SceneIndex, chain: &[Step], marks: &[Mark], least: f32) -> Opti
     }
     // It may be a piece of one thing with another thing: from the smallest closed one on.
     let smallest = best_set(chain, least.max(0.25 * last.area), last.area, NEXT_POWER)
-        .map(|(count, last)| Region::new(index, &chain[..count], last, marks));
-    let mut region = smallest.filter(|r| r.share >= INSIDE);
+        .map(|(count, last)| Region::new(index, &chain[..count], last, marks))
+        .filter(|r| r.share >= INSIDE);
+    let completed = completed(index, smallest.as_ref().unwrap_or(&first), marks);
+    Some(completed.unwrap_or(first))
+}
+
+/// While something lies inside a region, the walk starts from that too and the next larger set is taken; `None` where
+/// this never ends.
+fn completed(index: &SceneIndex, region: &Region, marks: &[Mark]) -> Option<Region> {
     let mut marks = marks.to_vec();
+    let mut found: Option<Region> = None;
     for _ in 0..TAKINGS {
-        let current = region.as_ref().unwrap_or(&first);
+        let current = found.as_ref().unwrap_or(region);
         current.inside.iter().for_each(|&n| marks[n as usize] = Mark::Positive);
-        let chain = sweep(index, &probabilities(&index.graph, &marks), &marks);
-        let larger = current.last.area * (1.0 + current.share);
-        let Some((count, last)) = best_set(&chain, larger, f32::INFINITY, NEXT_POWER) else {
-            break;
-        };
-        let next = Region::new(index, &chain[..count], last, &marks);
+        let next = next_larger(index, current.last.area * (1.0 + current.share), &marks)?;
         if next.share < INSIDE {
             return Some(next);
         }
-        region = Some(next);
+        found = Some(next);
     }
-    Some(first)
+    None
 }
 
-/// Probabilities of the walk from the positive marks. With clicks of both kinds a superpixel is of the kind that a
-/// walk meets first: what is nearer to the negative ones is marked.
-fn walk(index: &SceneIndex, seeds: &Seeds, mut marks: Vec<Mark>) -> (Vec<Mark>, Vec<f32>) {
-    let likely = probabilities(&index.graph, &marks);
-    if !seeds.negative.is_empty() {
-        let mut opposed = marks.clone();
-        opposed.iter_mut().filter(|m| **m == Mark::Positive).for_each(|m| *m = Mark::Negative);
-        seeds.negative.iter().flatten().for_each(|&n| opposed[n as usize] = Mark::Positive);
-        let other = probabilities(&index.graph, &opposed);
-        for (mark, (mine, other)) in marks.iter_mut().zip(likely.iter().zip(&other)) {
-            if *mark == Mark::Free && other > mine {
-                *mark = Mark::Negative;
-            }
+/// The next closed set from an area on.
+fn next_larger(index: &SceneIndex, area: f32, marks: &[Mark]) -> Option<Region> {
+    let chain = sweep(index, &probabilities(&index.graph, marks), marks);
+    let (count, last) = best_set(&chain, area, f32::INFINITY, NEXT_POWER)?;
+    Some(Region::new(index, &chain[..count], last, marks))
+}
+
+/// Takes from a region what a walk from the negative clicks meets before one from the positive ones.
+fn without(index: &SceneIndex, seeds: &Seeds, marks: &mut [Mark], region: &mut Region) {
+    let likely = probabilities(&index.graph, marks);
+    let mut opposed = marks.to_vec();
+    opposed.iter_mut().filter(|m| **m == Mark::Positive).for_each(|m| *m = Mark::Negative);
+    seeds.negative.iter().flatten().for_each(|&n| opposed[n as usize] = Mark::Positive);
+    let other = probabilities(&index.graph, &opposed);
+    for (mark, (mine, other)) in marks.iter_mut().zip(likely.iter().zip(&other)) {
+        if *mark == Mark::Free && other > mine {
+            *mark = Mark::Negative;
         }
     }
-    (marks, likely)
+    region.nodes.retain(|&n| marks[n as usize] != Mark::Negative);
+    region.last.area = region.nodes.iter().map(|&n| index.area(n)).sum();
 }
 
 /// Masks of the regions that a prompt can mean and their scores, the largest first.
@@ -173,8 +180,39 @@ pub(crate) fn nested_regions(
     count: usize,
 ) -> Vec<(Vec<f32>, f32)> {
     let least = LEAST_PER_VIEW * index.views.len() as f32;
-    let (marks, likely) = walk(index, seeds, marks(index, seeds));
-    let chain = sweep(index, &likely, &marks);
+    let first_click = Seeds {
+        positive: seeds.positive.iter().take(1).cloned().collect(),
+        negative: Vec::new(),
+        ..seeds.clone()
+    };
+    let marks_of_first = marks(index, &first_click);
+    let likely = probabilities(&index.graph, &marks_of_first);
+    let chain = sweep(index, &likely, &marks_of_first);
+    let Some(mut whole) = whole(index, &chain, &marks_of_first, least) else {
+        // Smaller than any object that was thought of: what is more likely than not.
+        let likely = probabilities(&index.graph, &marks(index, seeds));
+        let mask = likely.iter().map(|&p| f32::from(u8::from(p > 0.5))).collect();
+        return vec![(mask, 0.0)];
+    };
+    let mut all = marks(index, seeds);
+    if !seeds.negative.is_empty() {
+        without(index, seeds, &mut all, &mut whole);
+    }
+    let mut is_found = vec![false; index.nodes()];
+    whole.nodes.iter().for_each(|&n| is_found[n as usize] = true);
+    let is_missed = |nodes: &Vec<u32>| {
+        2 * nodes.iter().filter(|&&n| is_found[n as usize]).count() <= nodes.len()
+    };
+    if seeds.positive.iter().skip(1).any(is_missed) {
+        // What was found stays, and grows as far as the new clicks need.
+        whole.nodes.iter().for_each(|&n| all[n as usize] = Mark::Positive);
+        if let Some(larger) = next_larger(index, whole.last.area, &all) {
+            whole = match larger.share < INSIDE {
+                true => larger,
+                false => completed(index, &larger, &all).unwrap_or(larger),
+            };
+        }
+    }
     let mut out = Vec::new();
     let mut add = |nodes: &mut dyn Iterator<Item = u32>, last: &Step| {
         let mut mask = vec![0.0; index.nodes()];
@@ -182,17 +220,10 @@ pub(crate) fn nested_regions(
         out.push((mask, 1.0 - last.conductance));
         PART_SHARE * last.area
     };
-    if let Some(whole) = whole(index, &chain, &marks, least) {
-        let mut most = add(&mut whole.nodes.iter().copied(), &whole.last);
-        for _ in 1..count {
-            let Some((k, last)) = best_set(&chain, least, most, AREA_POWER) else { break };
-            most = add(&mut chain[..k].iter().map(|s| s.node), &last);
-        }
-    }
-    if out.is_empty() {
-        // Smaller than any object that was thought of: what is more likely than not.
-        let mask = likely.iter().map(|&p| f32::from(u8::from(p > 0.5))).collect();
-        out.push((mask, 0.0));
+    let mut most = add(&mut whole.nodes.iter().copied(), &whole.last);
+    for _ in 1..count {
+        let Some((k, last)) = best_set(&chain, least, most, AREA_POWER) else { break };
+        most = add(&mut chain[..k].iter().map(|s| s.node), &last);
     }
     out
 }
