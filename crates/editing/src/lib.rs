@@ -3,11 +3,12 @@
 //! - [`EditState`] is what a plan works on: the Gaussians that are there now and the history of each.
 //! - [`ops`] has one function per operation, on the state alone.
 //! - [`plan`] applies `edit-plan.json`.
-//! - [`reshade`] makes the light follow.
+//! - [`reshade`] makes the light follow and fills holes; [`refit`] fits the filling to photos.
 //! - [`stylize`] fits the scene to pictures that a program edited.
 
 pub mod ops;
 pub mod plan;
+pub mod refit;
 pub mod reshade;
 mod similarity;
 mod state;

@@ -147,8 +147,16 @@ impl Folder {
     /// # Errors
     /// When the file cannot be written.
     pub fn ids(&self, shot: &Shot, b: &Buffers) -> anyhow::Result<()> {
+        self.ids_as(&format!("aov/{}_id.png", shot.name), b)
+    }
+
+    /// Object ids as grey values, by name.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn ids_as(&self, name: &str, b: &Buffers) -> anyhow::Result<()> {
         let image = ImageU8::from_data(b.depth.width, b.depth.height, 1, b.ids.clone());
-        Ok(write_png(&self.root.join(format!("aov/{}_id.png", shot.name)), &image)?)
+        Ok(write_png(&self.root.join(name), &image)?)
     }
 
     /// The models of the train and of the test views, as text.

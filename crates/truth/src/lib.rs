@@ -13,6 +13,7 @@ pub mod lights;
 pub mod oracle;
 pub mod path;
 mod points;
+mod removed;
 pub mod render;
 pub mod scenes;
 pub mod score;
@@ -34,6 +35,8 @@ use crate::path::PathTracer;
 use crate::render::{Buffers, buffers, radiance};
 use crate::scenes::SceneName;
 use crate::world::World;
+
+pub use removed::make_removed;
 
 /// How a scene is made.
 #[derive(Clone, Copy, Debug)]

@@ -76,9 +76,6 @@ pub(super) fn fill_with_plane(
     let grid = &hole.grid;
     let mut filling = Filling::default();
     let spacing = spacing(hole, gaussians, neighbours);
-    let normal = grid.plane.normal;
-    let rotation =
-        Quat::from_mat3(&Mat3::from_cols(grid.plane.axes[0], grid.plane.axes[1], normal));
     let sigma = SPREAD * spacing;
     let across = (grid.size[0] as f32 * grid.pitch / spacing).ceil() as usize;
     let along = (grid.size[1] as f32 * grid.pitch / spacing).ceil() as usize;
@@ -88,7 +85,10 @@ pub(super) fn fill_with_plane(
         let flat = grid.corner_at(at);
         let Some(cell) = grid.cell(flat).filter(|c| hole.open[*c]) else { continue };
         let (look, g, m) = (&looks[cell], &mut filling.gaussians, &mut filling.materials);
-        g.means.push(grid.plane.point(flat).to_array());
+        let normal = grid.normal(flat);
+        let along = (grid.plane.axes[0] - normal * normal.dot(grid.plane.axes[0])).normalize();
+        let rotation = Quat::from_mat3(&Mat3::from_cols(along, normal.cross(along), normal));
+        g.means.push(grid.point(flat).to_array());
         g.rotations.push([rotation.w, rotation.x, rotation.y, rotation.z]);
         g.log_scales.push([sigma.ln(), sigma.ln(), (FLATNESS * sigma).ln()]);
         g.opacity_logits.push(logit(OPACITY));

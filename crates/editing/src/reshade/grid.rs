@@ -17,6 +17,8 @@ pub(super) struct Grid {
     low: [f32; 2],
     pub(super) pitch: f32,
     pub(super) size: [usize; 2],
+    /// Height of the ground over the plane per cell, world units; empty where it is the plane.
+    pub(super) relief: Vec<f32>,
 }
 
 impl Grid {
@@ -42,6 +44,7 @@ impl Grid {
             low,
             pitch,
             size,
+            relief: Vec::new(),
         })
     }
 

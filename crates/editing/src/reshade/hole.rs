@@ -12,6 +12,7 @@ use super::cover::Cover;
 use super::grid::Grid;
 use super::images::Images;
 use super::plane_picture::plane_picture;
+use super::relief::{LEVEL, LOOSE, Oriented, raise};
 use super::support::support_plane;
 use crate::Fill;
 
@@ -23,17 +24,23 @@ const TOLERANCE_EDGES: [f32; 4] = [2.0, 4.0, 8.0, 16.0];
 const ROUGHEST: f32 = 0.05;
 /// Colours next to an opening are those of the object as well, within this share of its size.
 const RIM: f32 = 0.04;
+/// What is this near to an opening is fitted together with what fills it, share of the object's size.
+const REFIT_RIM: f32 = 0.08;
 /// In cells.
 const MAX_RIM: usize = 32;
 /// Gaps of up to twice as many cells between openings are open, too.
 const CLOSING: usize = 4;
 /// Gaussians within this many tolerances of a plane hold it: few views place ground less well than a mesh of all does.
 const HELD: f32 = 3.0;
+/// An object is at its foot below this share of its size.
+const UNDER: f32 = 0.25;
 /// Points that are drawn around an object to find its plane.
 const POINTS: usize = 16_384;
 const PURPOSE: u64 = 0x484f_4c45;
 /// The plane is looked for this share of the object's size around it.
 const NEIGHBOURHOOD: f32 = 0.35;
+/// Gaussians around whose normals agree less with the ground belong to what stands on it.
+pub(super) const GROUNDED: f32 = 0.5;
 /// Normals of a plane agree with its own by this cosine.
 pub(super) const ALIGNED: f32 = 0.9;
 /// The grid reaches this share of the object's size beyond it: far enough for colours to go on from, and for a
@@ -87,12 +94,8 @@ pub(super) fn find_hole(
     let edge = 2.0 * before.ray_bias();
     let region = (0.5 * (low + high), (0.5 + NEIGHBOURHOOD) * size);
     let around = points_around(surface, &stays, region, seed);
-    let allowed = |edges: &f32| *edges == TOLERANCE_EDGES[0] || edges * edge <= ROUGHEST * size;
-    let (plane, tolerance) = TOLERANCE_EDGES.into_iter().filter(allowed).find_map(|edges| {
-        let plane = support_plane(&around, &object, 0.5 * edges * edge, seed)?;
-        Some((plane, edges * edge))
-    })?;
-    let grid = Grid::over(plane, &object, edge, margin(fill) * size)?;
+    let (grid, tolerance) =
+        ground(&around, &object, size, edge, margin(fill), before.up_in_world, seed)?;
     let covered = covered(&grid, surface, tolerance, &stays);
     let mut under = vec![false; grid.cells()];
     for corners in surface.triangles.iter().filter(|corners| corners.iter().any(|v| left(*v))) {
@@ -100,8 +103,8 @@ pub(super) fn find_hole(
     }
     let under = grid.grown(&under, CONTACT);
     let held = held(&grid, matter, tolerance, projection);
-    let raised = plane.normal * before.ray_bias();
-    let hidden = |c: usize| cover.hides(plane.point(grid.middle(c)) + raised, plane.normal);
+    let raised = grid.plane.normal * before.ray_bias();
+    let hidden = |c: usize| cover.hides(grid.point(grid.middle(c)) + raised, grid.plane.normal);
     let open: Vec<bool> = (0..grid.cells())
         .into_par_iter()
         .with_min_len(64)
@@ -114,6 +117,56 @@ pub(super) fn find_hole(
     Some(Hole { grid, open, blurred, covered, tolerance, object_size: size })
 }
 
+/// The ground that an object stood on as cells, and how far off it its points may be: a plane if one holds the surface around,
+/// heights over a looser one otherwise.
+fn ground(
+    around: &[Oriented],
+    object: &[Vec3],
+    size: f32,
+    edge: f32,
+    margin: f32,
+    up: Vec3,
+    seed: u64,
+) -> Option<(Grid, f32)> {
+    let points: Vec<Vec3> = around.iter().map(|o| o.point).collect();
+    let over = |plane| Grid::over(plane, object, edge, margin * size);
+    let tolerances = || {
+        let allowed = |edges: &f32| *edges == TOLERANCE_EDGES[0] || edges * edge <= ROUGHEST * size;
+        TOLERANCE_EDGES.into_iter().filter(allowed).map(|edges| edges * edge)
+    };
+    let even = tolerances().find_map(|tolerance| {
+        let plane = support_plane(&points, object, 0.5 * tolerance, seed)?;
+        Some((plane, tolerance))
+    });
+    if let Some((plane, tolerance)) = even {
+        return Some((over(plane)?, tolerance));
+    }
+    // Uneven ground is level all the same, and at the foot of what stands on it: the tops of other things are not.
+    let (low, high) = object
+        .iter()
+        .map(|p| p.dot(up))
+        .fold((f32::INFINITY, f32::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+    let foot = low + UNDER * (high - low);
+    let is_foot = |o: &&Oriented| o.normal.dot(up) >= LEVEL && o.point.dot(up) <= foot;
+    let level: Vec<Oriented> = around.iter().filter(is_foot).copied().collect();
+    let points: Vec<Vec3> = level.iter().map(|o| o.point).collect();
+    LOOSE.into_iter().find_map(|share| {
+        let plane = support_plane(&points, object, share * size, seed)?;
+        if !(plane.normal.dot(up) >= ALIGNED) {
+            return None;
+        }
+        let mut grid = over(plane)?;
+        // What is straight under the object and at its foot is not known.
+        let mut under = vec![false; grid.cells()];
+        for p in object.iter().filter(|p| plane.height(**p) < UNDER * size) {
+            grid.cell(plane.flat(*p)).into_iter().for_each(|cell| under[cell] = true);
+        }
+        let under = grid.grown(&under, 2 * CONTACT);
+        let tolerance = raise(&mut grid, &level, &under, 2.0 * share * size, tolerances())?;
+        Some((grid, tolerance))
+    })
+}
+
 /// Cells that Gaussians which stayed and lie in the plane cover. Under an object a splat often has none: what cameras saw
 /// past its edge lies as dark matter below the plane.
 fn held(grid: &Grid, left: &Left<'_>, tolerance: f32, projection: &Projection) -> Vec<bool> {
@@ -121,7 +174,7 @@ fn held(grid: &Grid, left: &Left<'_>, tolerance: f32, projection: &Projection) -
     let lies = |i: &u32| {
         let p = Vec3::from(gaussians.means[*i as usize]);
         left.images.of_row(*i).stays()
-            && grid.plane.height(p).abs() <= HELD * tolerance
+            && grid.height(p).abs() <= HELD * tolerance
             && grid.cell(grid.plane.flat(p)).is_some()
     };
     let rows: Vec<u32> = (0..gaussians.len() as u32).filter(lies).collect();
@@ -139,7 +192,7 @@ pub(super) fn covered(
     let mut covered = vec![false; grid.cells()];
     for corners in surface.triangles.iter().filter(|corners| corners.iter().all(|v| stays(*v))) {
         let triangle = corners.map(|v| Vec3::from(surface.vertices[v as usize]));
-        if triangle.iter().all(|p| grid.plane.height(*p).abs() <= tolerance) {
+        if triangle.iter().all(|p| grid.height(*p).abs() <= tolerance) {
             grid.mark(&mut covered, triangle);
         }
     }
@@ -157,7 +210,7 @@ fn points_around(
     stays: &impl Fn(u32) -> bool,
     (center, radius): (Vec3, f32),
     seed: u64,
-) -> Vec<Vec3> {
+) -> Vec<Oriented> {
     let corners = |t: &[u32; 3]| t.map(|v| Vec3::from(surface.vertices[v as usize]));
     let near = |t: &&[u32; 3]| {
         let [a, b, c] = corners(t);
@@ -183,14 +236,19 @@ fn points_around(
     let mut rng = keyed_rng(seed, PURPOSE, 0);
     let draw = |_| {
         let at = areas.partition_point(|a| *a < rng.random_range(0.0..sum));
-        let [a, b, c] = corners(&triangles[at.min(triangles.len() - 1)]);
+        let triangle = &triangles[at.min(triangles.len() - 1)];
+        let [a, b, c] = corners(triangle);
         let (mut u, mut v): (f32, f32) = (rng.random_range(0.0..1.0), rng.random_range(0.0..1.0));
         if u + v > 1.0 {
             (u, v) = (1.0 - u, 1.0 - v);
         }
-        a + (b - a) * u + (c - a) * v
+        let normal = (b - a).cross(c - a).normalize_or_zero();
+        // Its vertices know which side is out.
+        let out = triangle.iter().map(|v| Vec3::from(surface.normals[*v as usize])).sum::<Vec3>();
+        let normal = if normal.dot(out) < 0.0 { -normal } else { normal };
+        Oriented { point: a + (b - a) * u + (c - a) * v, normal }
     };
-    (0..POINTS).map(draw).filter(|p| p.distance(center) <= radius).collect()
+    (0..POINTS).map(draw).filter(|o| o.point.distance(center) <= radius).collect()
 }
 
 impl Hole {
@@ -198,7 +256,7 @@ impl Hole {
     pub(super) fn was_inside(&self, before: &RelightScene, cover: &Cover, row: usize) -> bool {
         let plane = &self.grid.plane;
         let p = Vec3::from(before.gaussians.means[row]);
-        let height = plane.height(p);
+        let height = self.grid.height(p);
         let largest = before.gaussians.log_scales[row].into_iter().fold(f32::MIN, f32::max).exp();
         // What lies deeper does not show.
         if !(height > -3.0 * self.tolerance.max(largest)) {
@@ -232,9 +290,21 @@ impl Hole {
         (self.on_plane(p) && self.is_open(p)) || cover.hides(p, self.grid.plane.normal)
     }
 
+    /// Whether a point is in the plane and close to the open cells but not over them.
+    pub(super) fn on_rim(&self, rim: &[bool], p: Vec3) -> bool {
+        self.grid.height(p).abs() <= HELD * self.tolerance
+            && self.grid.cell(self.grid.plane.flat(p)).is_some_and(|c| rim[c])
+    }
+
+    /// Cells around the open ones as far as a fit of the filling reaches.
+    pub(super) fn rim(&self) -> Vec<bool> {
+        let steps = ((REFIT_RIM * self.object_size / self.grid.pitch).ceil() as usize).min(MAX_RIM);
+        self.grid.grown(&self.open, steps)
+    }
+
     /// Whether a point lies on the plane.
     pub(super) fn on_plane(&self, p: Vec3) -> bool {
-        self.grid.plane.height(p).abs() <= self.tolerance
+        self.grid.height(p).abs() <= self.tolerance
     }
 
     /// A mesh over the open cells and one ring around them, without material.
@@ -251,8 +321,8 @@ impl Hole {
                 if *slot == u32::MAX {
                     *slot = lid.vertices.len() as u32;
                     let flat = grid.corner_at([x as f32, y as f32]);
-                    lid.vertices.push(grid.plane.point(flat).to_array());
-                    lid.normals.push(grid.plane.normal.to_array());
+                    lid.vertices.push(grid.point(flat).to_array());
+                    lid.normals.push(grid.normal(flat).to_array());
                 }
                 *slot
             });

@@ -27,6 +27,9 @@ pub(super) fn learned(
         [before.1, after.1].map(|lit| white.log(&lit.white_radiance(probes, options.samples)))
     };
     let of_hole = |hole: &&Hole| {
+        if hole.grid.is_uneven() {
+            return None;
+        }
         let lies = |k: &usize| {
             let (i, then, now) = &rows.scaled[*k];
             then.position.distance(now.position) <= hole.tolerance

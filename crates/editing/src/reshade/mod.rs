@@ -27,6 +27,7 @@ mod learned;
 mod patch;
 mod plane_picture;
 mod ratio;
+mod relief;
 mod scene_after;
 mod support;
 mod surface;
@@ -37,6 +38,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::EditState;
+use crate::refit::Fills;
 
 /// How light follows an edit.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -71,10 +73,17 @@ pub struct ReshadeReport {
     pub leftovers: usize,
     /// κ of each shadow that went: by how much deeper the photos show it than the model, per channel.
     pub shadow_exponents: Vec<[f32; 3]>,
+    /// Holes on ground that is no plane.
+    pub uneven: usize,
+    /// Why places that were left stay open.
+    pub unfilled: Vec<String>,
     /// Triangles of the surface before and after.
     pub triangles: [usize; 2],
     /// What could not be done, and why.
     pub warnings: Vec<String>,
+    /// Rows that fill holes and rows around them, for a fit that may follow.
+    #[serde(skip)]
+    pub fills: Fills,
 }
 
 /// Why light could not follow.

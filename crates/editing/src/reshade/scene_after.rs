@@ -10,11 +10,12 @@ use rayon::prelude::*;
 use super::colors::Projection;
 use super::cover::{Cover, Orphans};
 use super::fill::{Filling, Neighbour, continued_looks, dressed_lid, fill_with_plane};
-use super::hole::{Hole, Left, find_hole};
+use super::hole::{GROUNDED, Hole, Left, find_hole};
 use super::images::{Fate, Images};
 use super::patch::best_shift;
 use super::ratio::{self, Rows};
 use super::{ReshadeError, ReshadeOptions, ReshadeReport, light_of, surface};
+use crate::refit::Fills;
 use crate::{EditState, Fill, Origin, SCENE, Similarity};
 
 /// Directions per vertex for the light that surfaces send on, beside those per Gaussian.
@@ -42,10 +43,14 @@ pub(super) fn reshade(
             find_hole(&left, &projection, (k as u32, *fill), options.seed)
         });
         match found {
-            Some(hole) => holes.push((hole, *fill)),
-            None => report
-                .warnings
-                .push("no plane was found around a place that was left: it stays open".to_owned()),
+            Some(hole) => {
+                report.uneven += usize::from(hole.grid.is_uneven());
+                holes.push((hole, *fill));
+            }
+            None => report.unfilled.push(
+                "around a place that was left the surface is neither a plane nor a field of heights: it stays open"
+                    .to_owned(),
+            ),
         }
     }
     let replaced = replaced_vertices(&before, cover.as_ref(), &holes);
@@ -65,6 +70,7 @@ pub(super) fn reshade(
     // Under another light nothing of the old colours stays, so the old light need not be known.
     let lit_before = Relighter::new(&before, &light, &quality, options.seed);
     let mut looks = Vec::with_capacity(holes.len());
+    let first_new = state.len();
     for (hole, fill) in &mut holes {
         let neighbours = neighbours(state, &before, &lit_before, hole, &projection, options);
         let of_hole = continued_looks(hole, &state.gaussians, &materials_of(state)?, &neighbours);
@@ -93,6 +99,7 @@ pub(super) fn reshade(
         hole_of_filled.resize(unlit.len(), number);
         append_filling(state, filling);
     }
+    report.fills = fills_of(state, &holes, first_new);
     // Rays must meet the new materials, or the bounce light of an object keeps its old colour.
     mesh = ratio::with_materials_of(state, &materials_of(state)?, &mesh);
 
@@ -280,6 +287,8 @@ fn neighbours(
             && state.motions[origin.motion as usize].is_identity()
             && hole.on_plane(p)
             && grid.cell(grid.plane.flat(p)).is_some()
+            && Vec3::from(before.materials.normals[origin.row as usize]).dot(grid.plane.normal)
+                > GROUNDED
     };
     let rows: Vec<u32> = (0..state.len() as u32).filter(is_near).collect();
     let probes: Vec<_> = rows
@@ -295,6 +304,22 @@ fn neighbours(
         Neighbour { row, radiance: projection.radiance(sh, probe.normal), white_radiance }
     };
     rows.iter().zip(&probes).zip(white).map(neighbour).collect()
+}
+
+/// What fills the holes, from a row on, and what was there around them.
+fn fills_of(state: &EditState, holes: &[(Hole, Fill)], first_new: usize) -> Fills {
+    let rims: Vec<Vec<bool>> = holes.iter().map(|(hole, _)| hole.rim()).collect();
+    let around = |i: &u32| {
+        let origin = &state.origins[*i as usize];
+        let p = Vec3::from(state.gaussians.means[*i as usize]);
+        origin.source == SCENE
+            && state.motions[origin.motion as usize].is_identity()
+            && holes.iter().zip(&rims).any(|((hole, _), rim)| hole.on_rim(rim, p))
+    };
+    Fills {
+        filled: (first_new as u32..state.len() as u32).collect(),
+        rim: (0..first_new as u32).filter(around).collect(),
+    }
 }
 
 /// Copies the Gaussians of the plane that are `shift` away from the open cells; returns how many.
@@ -314,7 +339,9 @@ fn copy_patch(state: &mut EditState, hole: &Hole, shift: [f32; 2]) -> usize {
     let mut copies = state.gaussians.clone();
     copies.gather(&rows);
     for mean in &mut copies.means {
-        *mean = (Vec3::from(*mean) - offset).to_array();
+        let (from, to) = (Vec3::from(*mean), Vec3::from(*mean) - offset);
+        let relief = |p: Vec3| hole.grid.relief_at(plane.flat(p));
+        *mean = (to + plane.normal * (relief(to) - relief(from))).to_array();
     }
     let origins = rows.iter().map(|&i| state.origins[i as usize]).collect();
     let first = state.len() as u32;

@@ -6,7 +6,7 @@ use std::path::Path;
 use super::check_steps::check_steps;
 use super::ops::{InsertOp, OpDocument, SetMaterialOp, StylizeOp, TransformOp};
 use super::values::{BoxDocument, ColorModeDocument, PivotDocument, SphereDocument};
-use super::{EditPlanDocument, MAX_OPS};
+use super::{EditPlanDocument, MAX_FIT_STEPS, MAX_OPS};
 use crate::error::{FormatError, Result, quoted};
 
 /// Copies that one operation may make, and steps that one may undo.
@@ -48,6 +48,10 @@ pub fn check_plan(plan: &EditPlanDocument, name: &Path) -> Result<()> {
         && let Err((_, cause, _)) = direction("", &up)
     {
         return invalid("/up_in_world".into(), cause, None);
+    }
+    if let Some(steps) = plan.refit_steps.filter(|steps| *steps > MAX_FIT_STEPS) {
+        let cause = format!("{steps} is not from 0 to {MAX_FIT_STEPS}");
+        return invalid("/refit_steps".into(), cause, None);
     }
     let later = names(plan);
     let mut known = BTreeSet::new();
@@ -251,7 +255,7 @@ fn check_stylize(op: &StylizeOp) -> std::result::Result<(), Fault> {
         }
     }
     bounded("/rounds", u64::from(op.rounds), 100)?;
-    bounded("/steps", u64::from(op.steps), 100_000)
+    bounded("/steps", u64::from(op.steps), u64::from(MAX_FIT_STEPS))
 }
 
 fn check_box(region: &BoxDocument) -> std::result::Result<(), Fault> {

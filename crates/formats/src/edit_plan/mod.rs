@@ -25,6 +25,8 @@ pub use values::*;
 
 /// Plans with more operations are refused.
 pub const MAX_OPS: usize = 10_000;
+/// Most steps of a fit.
+pub const MAX_FIT_STEPS: u32 = 100_000;
 /// Plans with more bytes are refused before they are read.
 pub const MAX_PLAN_BYTES: u64 = 16 << 20;
 /// Name of the log in an edited scene folder.
@@ -48,6 +50,11 @@ pub struct EditPlanDocument {
     /// What happens to shadows on a plain splat. Decomposed scenes trace theirs.
     #[serde(default)]
     pub shadow: ShadowDocument,
+    /// Steps of the fit of fillings to the photos, where a decomposed scene is edited with a capture; 0: none. Default: what the
+    /// program finds enough when there is a capture.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(max = 100_000))]
+    pub refit_steps: Option<u32>,
     /// The operations, at most 10 000. Files are named relative to this document.
     #[schemars(length(max = 10_000))]
     pub ops: Vec<OpDocument>,
@@ -59,7 +66,7 @@ pub struct EditPlanDocument {
 impl Document for EditPlanDocument {
     const FORMAT: &'static str = "motes/edit-plan";
     const MAJOR: u32 = 1;
-    const MINOR: u32 = 0;
+    const MINOR: u32 = 1;
 }
 
 impl EditPlanDocument {
@@ -71,6 +78,7 @@ impl EditPlanDocument {
             seed,
             up_in_world: None,
             shadow: ShadowDocument::None,
+            refit_steps: None,
             ops,
             record: None,
         }

@@ -3,6 +3,7 @@
 use std::fmt;
 use std::path::PathBuf;
 
+use motes_editing::refit::RefitReport;
 use motes_editing::reshade::ReshadeReport;
 use motes_formats::edit_plan::{SkipRecord, StepRecord};
 use serde::Serialize;
@@ -28,6 +29,8 @@ pub struct EditAnswer {
     pub thumbnails: Vec<PathBuf>,
     /// What light did; null where it had nothing to follow.
     pub light: Option<ReshadeReport>,
+    /// What the fit of fillings did; null where there was none.
+    pub refit: Option<RefitReport>,
     /// Of all threads.
     pub cpu_seconds: Option<f64>,
 }
@@ -57,6 +60,14 @@ impl fmt::Display for EditAnswer {
             writeln!(
                 f,
                 "light: {scaled} Gaussians scaled, {shaded} shaded anew, {filled} fill holes"
+            )?;
+        }
+        if let Some(refit) = &self.refit {
+            let (gaussians, views, [was, is]) = (refit.gaussians, refit.views, refit.residual);
+            let share = 100.0 * refit.photo_share;
+            writeln!(
+                f,
+                "fit: {gaussians} Gaussians to {views} photos, believed in {share:.0} % of the pixels: {was:.4} to {is:.4}"
             )?;
         }
         Ok(())

@@ -8,13 +8,17 @@ use motes_editing::EditState;
 use motes_editing::plan::{
     EditError, Edited, Preview, Resources, orbit_camera, picture, prepare, run_plan, whole_extent,
 };
+use motes_editing::refit::{Fills, RefitOptions, Refitted, refit};
 use motes_editing::reshade::{ReshadeOptions, ReshadeReport, moved_surface, reshade};
 use motes_formats::FormatError;
 use motes_formats::capture::read_capture;
 use motes_formats::documents::Document as _;
-use motes_formats::edit_plan::{EditPlanDocument, ShadowDocument, check_plan, read_edit_plan};
+use motes_formats::edit_plan::{
+    EditPlanDocument, EditRecord, MAX_FIT_STEPS, ShadowDocument, SkipRecord, check_plan,
+    read_edit_plan,
+};
 use motes_formats::selection::BoundGaussians;
-use motes_scene::{Capture, Pinhole, Pose, Surface};
+use motes_scene::{Capture, Pinhole, Pose, Split, Surface};
 use motes_stage::{Context, OrBadInput as _, StageError};
 use serde::Serialize;
 
@@ -22,7 +26,10 @@ use super::answer::EditAnswer;
 use super::flags::OpFlags;
 use super::input::Input;
 use super::output::{log_path, write_log, write_previews, write_scene};
+use crate::training::load_training_images;
 
+/// Steps of the fit of fillings when nothing is said.
+const REFIT_STEPS: u32 = 100;
 /// Longer side of thumbnails, pixels.
 const THUMBNAIL: usize = 480;
 
@@ -38,6 +45,11 @@ pub struct ReshadeFlags {
     /// [default: the plan's]
     #[arg(long, value_enum, value_name = "HOW", conflicts_with = "scene")]
     pub shadow: Option<ShadowChoice>,
+
+    /// Steps of the fit of what fills holes to the photos of --capture, 0 to 100000; 0: none
+    /// [default: the plan's, else 100 when there is a capture]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=i64::from(MAX_FIT_STEPS)))]
+    pub refit_steps: Option<u32>,
 
     /// Directions towards the light per Gaussian that light is traced along, 1 to 65536
     #[arg(long, value_name = "N", default_value_t = 64,
@@ -126,8 +138,21 @@ pub fn run_edit(job: &EditJob<'_>, context: &Context) -> anyhow::Result<EditAnsw
     let Edited { executed, mut record, mut previews } =
         run_plan(&plan, &prepared, &mut input.state, &resources).map_err(failed)?;
     context.check_interrupted()?;
-    let (surface, light) =
-        follow_light(&mut input.state, job.reshade, plan.seed, &mut record.warnings)?;
+    let (surface, light) = follow_light(&mut input.state, job.reshade, plan.seed, &mut record)?;
+    let refitted = match &light {
+        Some(light) => refit_fills(&mut input.state, &light.fills, &plan, &resources, context)?,
+        None => None,
+    };
+    let refit = match refitted {
+        Some(Refitted::Done(report)) => Some(report),
+        Some(Refitted::Skipped(why)) => {
+            let (at, op, why) = ("/refit_steps".into(), "refit".into(), why.into());
+            record.skipped.push(SkipRecord { at, op, why });
+            None
+        }
+        Some(Refitted::Stopped) => return Err(StageError::interrupted("interrupted").into()),
+        None => None,
+    };
     previews.extend(before.into_iter().chain(snap(&input.state, "after.png")));
     if thumbnails.is_none() && !previews.is_empty() {
         context.warn("pictures were not written: give --thumbnails");
@@ -147,10 +172,12 @@ pub fn run_edit(job: &EditJob<'_>, context: &Context) -> anyhow::Result<EditAnsw
         warnings: record.warnings.clone(),
         thumbnails: Vec::new(),
         light,
+        refit,
         cpu_seconds: None,
     };
     context.stop_if_dry_run_with(&answer)?;
-    let executed = EditPlanDocument { ops: executed, record: Some(record), ..plan };
+    let refit_steps = answer.refit.as_ref().map(|refit| refit.steps).or(plan.refit_steps);
+    let executed = EditPlanDocument { ops: executed, refit_steps, record: Some(record), ..plan };
     if let Some(folder) = &thumbnails {
         answer.thumbnails = write_previews(folder, &previews)?;
     }
@@ -175,12 +202,13 @@ fn follow_light(
     state: &mut EditState,
     options: &ReshadeFlags,
     seed: u64,
-    warnings: &mut Vec<String>,
+    record: &mut EditRecord,
 ) -> anyhow::Result<(Surface, Option<ReshadeReport>)> {
     let unchanged = state.parts.is_none() || state.change().is_empty();
     if unchanged || options.no_reshade {
         if !unchanged {
-            warnings
+            record
+                .warnings
                 .push("--no-reshade: the light does not follow, shadows stay as they were".into());
             return Ok((moved_surface(state), None));
         }
@@ -189,8 +217,42 @@ fn follow_light(
     }
     let options = ReshadeOptions { samples: options.reshade_samples, seed, ..Default::default() };
     let (surface, report) = reshade(state, &options).or_bad_input()?;
-    warnings.extend(report.warnings.iter().cloned());
+    record.warnings.extend(report.warnings.iter().cloned());
+    record.skipped.extend(report.unfilled.iter().map(|why| SkipRecord {
+        at: "/ops".into(),
+        op: "fill".into(),
+        why: why.clone(),
+    }));
     Ok((surface, Some(report)))
+}
+
+/// Fits what fills holes to the photos, when there are holes, photos and steps to take.
+fn refit_fills(
+    state: &mut EditState,
+    fills: &Fills,
+    plan: &EditPlanDocument,
+    resources: &Resources<'_>,
+    context: &Context,
+) -> anyhow::Result<Option<Refitted>> {
+    let steps = match (plan.refit_steps, resources.capture) {
+        (steps, Some(_)) => steps.unwrap_or(REFIT_STEPS),
+        (None | Some(0), None) => 0,
+        (Some(_), None) => {
+            let error = EditError::plan("/refit_steps", "a fit needs photos");
+            return Err(stage_error(error.remedy("give --capture, or 0"), resources.plan));
+        }
+    };
+    let Some((capture, document)) = resources.capture.filter(|_| steps > 0) else {
+        return Ok(None);
+    };
+    if fills.filled.is_empty() {
+        return Ok(None);
+    }
+    let pinhole = |i: &usize| capture.cameras[capture.views[*i].camera].as_pinhole().is_some();
+    let views: Vec<usize> = capture.views_of(Split::Train).into_iter().filter(pinhole).collect();
+    let photos = load_training_images(document, capture, &views)?;
+    let options = RefitOptions { steps, seed: plan.seed, antialias: resources.antialias };
+    Ok(Some(refit(state, fills, &photos, &options, &|| context.interrupted())))
 }
 
 /// The plan of the file and of the flags, and what errors call it.
@@ -210,6 +272,7 @@ fn plan_of(job: &EditJob<'_>, context: &Context) -> anyhow::Result<(EditPlanDocu
         Some(ShadowChoice::None) => ShadowDocument::None,
         None => plan.shadow,
     };
+    plan.refit_steps = job.reshade.refit_steps.or(plan.refit_steps);
     plan.record = None;
     plan.version = EditPlanDocument::version();
     if !job.flags.ops.is_empty() {

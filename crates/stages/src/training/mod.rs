@@ -11,6 +11,7 @@ mod start;
 mod world;
 
 pub use model_report::ModelReport;
+pub(crate) use photos::load_training_images;
 pub use profile::ProfileReport;
 pub use report::{HistoryRow, TrainReport};
 pub use scores::{Held, Target, TargetOutcome};

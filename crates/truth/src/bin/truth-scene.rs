@@ -8,7 +8,7 @@ use clap::Parser;
 use motes_shading::brdf::Lobes;
 use motes_truth::oracle::write_oracle;
 use motes_truth::scenes::SceneName;
-use motes_truth::{MakeOptions, make};
+use motes_truth::{MakeOptions, make, make_removed};
 
 /// Make a ground-truth scene: photos, cameras, lights, relit pictures and buffers
 #[derive(Parser, Debug)]
@@ -25,6 +25,9 @@ struct Args {
     /// The ground-truth folder whose photos the Gaussians of --oracle were trained on
     #[arg(long, value_name = "DIR")]
     truth: Option<PathBuf>,
+    /// Write the test views without an object, test/removed_OBJECT, into the folder OUTPUT of this scene instead
+    #[arg(long, value_name = "OBJECT", conflicts_with = "oracle")]
+    without: Option<String>,
     /// Columns; rows are three quarters of it
     #[arg(long, value_name = "PIXELS", default_value_t = 480)]
     width: usize,
@@ -64,6 +67,9 @@ fn main() -> anyhow::Result<()> {
     };
     if let (Some(gaussians), Some(truth)) = (&args.oracle, &args.truth) {
         return write_oracle(args.scene, options.lobes, truth, gaussians, &args.output);
+    }
+    if let Some(object) = &args.without {
+        return make_removed(args.scene, object, &args.output);
     }
     let pool = rayon::ThreadPoolBuilder::new().num_threads(args.threads).build()?;
     pool.install(|| {
