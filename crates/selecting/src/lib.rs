@@ -8,6 +8,7 @@
 mod cache;
 mod color;
 mod continuation;
+mod corrections;
 mod diffusion;
 mod error;
 mod extent;

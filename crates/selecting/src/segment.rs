@@ -1,5 +1,6 @@
 //! From a prompt to masks of all views: regions, then rounds of lifting and cutting.
 
+use crate::corrections::{contradictions, corrected};
 use crate::diffusion::{Mark, Step, probabilities, sweep};
 use crate::index::SceneIndex;
 use crate::intruders::intruders;
@@ -43,14 +44,14 @@ const PART_SHARE: f32 = 0.6;
 /// below `CLOSED` are all alike: several objects that touch are together always a little better closed
 /// than each, and then the smaller set is wanted. An object rests on its support; what touches other things along
 /// much of its border, or hangs in the air, is rather a part of one.
-const AREA_POWER: f32 = 0.4;
+pub(crate) const AREA_POWER: f32 = 0.4;
 const CLOSED: f32 = 0.015;
 const CONTACT: f32 = 0.2;
 /// Where a smaller set is known to be incomplete: the next larger one that is closed, not the one that is meant.
 const NEXT_POWER: f32 = 0.8;
 /// Something lies inside a set from this share of its area on. On all objects that were tried it is less for the object,
 /// 0.05 to 0.1 for one loop of a knot.
-const INSIDE: f32 = 0.015;
+pub(crate) const INSIDE: f32 = 0.015;
 /// Times that what lies inside is taken along.
 const TAKINGS: usize = 8;
 /// What is added to the cost of a set that does not rest on the support plane, in shares of it: what lies on another
@@ -89,7 +90,7 @@ pub(crate) fn marks(index: &SceneIndex, seeds: &Seeds) -> Vec<Mark> {
 }
 
 /// What says against a set being what is meant.
-fn cost(s: &Step, power: f32) -> f32 {
+pub(crate) fn cost(s: &Step, power: f32) -> f32 {
     let aloft = 1.0 + ALOFT * (-s.resting / RESTING).exp();
     (s.conductance + CLOSED + CONTACT * s.contact) * s.area.powf(power) * aloft
 }
@@ -103,15 +104,15 @@ fn best_set(chain: &[Step], least: f32, most: f32, power: f32) -> Option<(usize,
 }
 
 /// A set, its last step, what lies inside it and the share of its area that this is.
-struct Region {
-    nodes: Vec<u32>,
-    last: Step,
-    inside: Vec<u32>,
-    share: f32,
+pub(crate) struct Region {
+    pub(crate) nodes: Vec<u32>,
+    pub(crate) last: Step,
+    pub(crate) inside: Vec<u32>,
+    pub(crate) share: f32,
 }
 
 impl Region {
-    fn new(index: &SceneIndex, steps: &[Step], last: Step, marks: &[Mark]) -> Self {
+    pub(crate) fn new(index: &SceneIndex, steps: &[Step], last: Step, marks: &[Mark]) -> Self {
         let nodes: Vec<u32> = steps.iter().map(|s| s.node).collect();
         let (inside, share) = intruders(index, &nodes, marks);
         Self { nodes, last, inside, share }
@@ -119,7 +120,12 @@ impl Region {
 }
 
 /// The whole object.
-fn whole(index: &SceneIndex, chain: &[Step], marks: &[Mark], least: f32) -> Option<Region> {
+pub(crate) fn whole(
+    index: &SceneIndex,
+    chain: &[Step],
+    marks: &[Mark],
+    least: f32,
+) -> Option<Region> {
     let (count, last) = best_set(chain, least, f32::INFINITY, AREA_POWER)?;
     let first = Region::new(index, &chain[..count], last, marks);
     if first.share < INSIDE {
@@ -135,7 +141,7 @@ fn whole(index: &SceneIndex, chain: &[Step], marks: &[Mark], least: f32) -> Opti
 
 /// While something lies inside a region, the walk starts from that too and the next larger set is taken; `None` where
 /// this never ends.
-fn completed(index: &SceneIndex, region: &Region, marks: &[Mark]) -> Option<Region> {
+pub(crate) fn completed(index: &SceneIndex, region: &Region, marks: &[Mark]) -> Option<Region> {
     let mut marks = marks.to_vec();
     let mut found: Option<Region> = None;
     for _ in 0..TAKINGS {
@@ -151,26 +157,10 @@ fn completed(index: &SceneIndex, region: &Region, marks: &[Mark]) -> Option<Regi
 }
 
 /// The next closed set from an area on.
-fn next_larger(index: &SceneIndex, area: f32, marks: &[Mark]) -> Option<Region> {
+pub(crate) fn next_larger(index: &SceneIndex, area: f32, marks: &[Mark]) -> Option<Region> {
     let chain = sweep(index, &probabilities(&index.graph, marks), marks);
     let (count, last) = best_set(&chain, area, f32::INFINITY, NEXT_POWER)?;
     Some(Region::new(index, &chain[..count], last, marks))
-}
-
-/// Takes from a region what a walk from the negative clicks meets before one from the positive ones.
-fn without(index: &SceneIndex, seeds: &Seeds, marks: &mut [Mark], region: &mut Region) {
-    let likely = probabilities(&index.graph, marks);
-    let mut opposed = marks.to_vec();
-    opposed.iter_mut().filter(|m| **m == Mark::Positive).for_each(|m| *m = Mark::Negative);
-    seeds.negative.iter().flatten().for_each(|&n| opposed[n as usize] = Mark::Positive);
-    let other = probabilities(&index.graph, &opposed);
-    for (mark, (mine, other)) in marks.iter_mut().zip(likely.iter().zip(&other)) {
-        if *mark == Mark::Free && other > mine {
-            *mark = Mark::Negative;
-        }
-    }
-    region.nodes.retain(|&n| marks[n as usize] != Mark::Negative);
-    region.last.area = region.nodes.iter().map(|&n| index.area(n)).sum();
 }
 
 /// Masks of the regions that a prompt can mean and their scores, the largest first.
@@ -194,24 +184,8 @@ pub(crate) fn nested_regions(
         let mask = likely.iter().map(|&p| f32::from(u8::from(p > 0.5))).collect();
         return vec![(mask, 0.0)];
     };
-    let mut all = marks(index, seeds);
-    if !seeds.negative.is_empty() {
-        without(index, seeds, &mut all, &mut whole);
-    }
-    let mut is_found = vec![false; index.nodes()];
-    whole.nodes.iter().for_each(|&n| is_found[n as usize] = true);
-    let is_missed = |nodes: &Vec<u32>| {
-        2 * nodes.iter().filter(|&&n| is_found[n as usize]).count() <= nodes.len()
-    };
-    if seeds.positive.iter().skip(1).any(is_missed) {
-        // What was found stays, and grows as far as the new clicks need.
-        whole.nodes.iter().for_each(|&n| all[n as usize] = Mark::Positive);
-        if let Some(larger) = next_larger(index, whole.last.area, &all) {
-            whole = match larger.share < INSIDE {
-                true => larger,
-                false => completed(index, &larger, &all).unwrap_or(larger),
-            };
-        }
+    if contradictions(index, seeds, &whole.nodes) > 0 {
+        whole = corrected(index, seeds, whole, least);
     }
     let mut out = Vec::new();
     let mut add = |nodes: &mut dyn Iterator<Item = u32>, last: &Step| {
