@@ -1,8 +1,8 @@
 //! What further clicks make of the set that the first one found.
 //!
 //! A click that contradicts the set says either that it is nearly right, or that it is another thing. Three answers
-//! compete: the set corrected, a search anew with all clicks as seeds, and the set with what each click sets out by
-//! itself added or taken away.
+//! compete: the set corrected, a search anew with all clicks as seeds, and the set without what each negative click finds
+//! by itself.
 
 use crate::diffusion::{Mark, Step, probabilities, sweep};
 use crate::index::SceneIndex;
@@ -36,7 +36,7 @@ pub(crate) fn corrected(index: &SceneIndex, seeds: &Seeds, found: Region, least:
     let answers = [
         Some(trimmed_and_grown(index, seeds, &all, &found)),
         anew(index, seeds, &all, least),
-        Some(clicks_apart(index, seeds, &found, least)),
+        clicks_apart(index, seeds, &found, least),
     ];
     let measured = answers.into_iter().flatten().filter_map(|nodes| measured(index, &nodes, &all));
     let key = |region: &Region| {
@@ -110,26 +110,78 @@ fn searched(index: &SceneIndex, marks: &[Mark], least: f32) -> Option<Vec<u32>> 
     whole(index, &chain, marks, least).map(|region| region.nodes)
 }
 
-/// The set, with what each positive click outside it finds by itself and without what each negative one
-/// inside it finds; neither reaches clicks of the other kind.
-fn clicks_apart(index: &SceneIndex, seeds: &Seeds, found: &Region, least: f32) -> Vec<u32> {
+/// The set without what each negative click inside it finds by itself, short of the positive clicks.
+fn clicks_apart(index: &SceneIndex, seeds: &Seeds, found: &Region, least: f32) -> Option<Vec<u32>> {
     let mut is_in = membership(index, &found.nodes);
-    for (own, others, adds) in
-        [(&seeds.positive, &seeds.negative, true), (&seeds.negative, &seeds.positive, false)]
-    {
-        for click in own {
-            if holds(&is_in, click) == adds {
-                continue;
-            }
-            let alone = Seeds {
-                positive: vec![click.clone()],
-                negative: others.clone(),
-                outside: seeds.outside.clone(),
-                boxes: Vec::new(),
-            };
-            let object = searched(index, &marks(index, &alone), least).unwrap_or_default();
-            object.iter().for_each(|&n| is_in[n as usize] = adds);
+    let mut is_other = false;
+    for click in &seeds.negative {
+        if !holds(&is_in, click) {
+            continue;
         }
+        let alone = Seeds {
+            positive: vec![click.clone()],
+            negative: seeds.positive.clone(),
+            ..Seeds::default()
+        };
+        let object = searched(index, &marks(index, &alone), least).unwrap_or_default();
+        object.iter().for_each(|&n| is_in[n as usize] = false);
+        is_other |= !object.is_empty();
     }
-    (0..index.nodes() as u32).filter(|&n| is_in[n as usize]).collect()
+    is_other.then(|| (0..index.nodes() as u32).filter(|&n| is_in[n as usize]).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::view_data::{Segment, ViewData};
+    use motes_raster::LabelVotes;
+    use motes_scene::{Pinhole, Pose};
+
+    /// Superpixels in a row that nothing parts.
+    fn row(count: usize) -> SceneIndex {
+        let segment = |k: usize| Segment {
+            area_px: 81.0,
+            point: [k as f32, 0.0, 1.0],
+            width: 1.0,
+            ..Segment::default()
+        };
+        let view = ViewData {
+            camera: Pinhole { fx: 1.0, fy: 1.0, cx: 0.5, cy: 0.5, width: count, height: 1 },
+            camera_from_world: Pose::IDENTITY,
+            labels: (0..count as u32).collect(),
+            depth: vec![1.0; count],
+            segments: (0..count).map(segment).collect(),
+            borders: Vec::new(),
+            votes: LabelVotes { offsets: vec![0; count + 1], gaussians: vec![], weights: vec![] },
+        };
+        SceneIndex::new(vec![0], vec![view], 0)
+    }
+
+    #[test]
+    fn clicks_contradict_by_most_of_what_they_hit_and_in_their_order() {
+        let index = row(6);
+        let seeds = Seeds {
+            positive: vec![vec![0], vec![2, 3, 4]],
+            negative: vec![vec![1, 5]],
+            order: vec![true, false, true],
+            ..Seeds::default()
+        };
+        assert_eq!(contradictions(&index, &seeds, &[0, 1]), 1, "half of the negative one is in");
+        assert_eq!(contradictions(&index, &seeds, &[0, 3, 4]), 0);
+        assert_eq!(contradictions(&index, &seeds, &[1, 5]), 3);
+        let two = seeds.first(2);
+        assert_eq!((two.positive.len(), two.negative.len()), (1, 1));
+        assert_eq!(contradictions(&index, &two, &[0]), 0, "the third is not made yet");
+    }
+
+    #[test]
+    fn what_is_measured_is_the_set_without_what_is_excluded() {
+        let index = row(6);
+        let mut marks = vec![Mark::Free; 6];
+        marks[2] = Mark::Negative;
+        let region = measured(&index, &[1, 2, 3], &marks).unwrap();
+        assert_eq!(region.nodes, [1, 3]);
+        assert!((region.last.area - 2.0).abs() < 1e-6, "{}", region.last.area);
+        assert!(measured(&index, &[2], &marks).is_none());
+    }
 }

@@ -31,6 +31,7 @@ pub(crate) fn seeds(
             let ([x, y], view) = (click.pixel, click.view.clone());
             return Err(SelectError::NothingThere { view, x, y });
         }
+        seeds.order.push(click.positive);
         let list = if click.positive { &mut seeds.positive } else { &mut seeds.negative };
         list.push(nodes);
     }
@@ -42,6 +43,7 @@ pub(crate) fn seeds(
         }
         let mut seen = std::collections::BTreeSet::new();
         nodes.retain(|n| seen.insert(*n));
+        seeds.order.push(scribble.positive);
         let list = if scribble.positive { &mut seeds.positive } else { &mut seeds.negative };
         list.push(nodes);
     }

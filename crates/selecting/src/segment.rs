@@ -13,10 +13,27 @@ pub struct Seeds {
     pub positive: Vec<Vec<u32>>,
     /// Likewise for negative ones.
     pub negative: Vec<Vec<u32>>,
+    /// Clicks and strokes in the order in which they were made: whether each is positive.
+    pub order: Vec<bool>,
     /// Superpixels outside a rectangle around the object.
     pub outside: Vec<u32>,
     /// Superpixels inside a rectangle around the object, per rectangle.
     pub boxes: Vec<Vec<u32>>,
+}
+
+impl Seeds {
+    /// The first clicks, with the first positive one.
+    pub(crate) fn first(&self, count: usize) -> Self {
+        let order: Vec<bool> = self.order.iter().copied().take(count).collect();
+        let positive = order.iter().filter(|&&p| p).count();
+        Self {
+            positive: self.positive.iter().take(positive.max(1)).cloned().collect(),
+            negative: self.negative.iter().take(order.len() - positive).cloned().collect(),
+            outside: self.outside.clone(),
+            boxes: self.boxes.clone(),
+            order,
+        }
+    }
 }
 
 /// Rounds of lifting, rendering and cutting, and the weight of smoothness.
@@ -170,11 +187,7 @@ pub(crate) fn nested_regions(
     count: usize,
 ) -> Vec<(Vec<f32>, f32)> {
     let least = LEAST_PER_VIEW * index.views.len() as f32;
-    let first_click = Seeds {
-        positive: seeds.positive.iter().take(1).cloned().collect(),
-        negative: Vec::new(),
-        ..seeds.clone()
-    };
+    let first_click = Seeds { negative: Vec::new(), ..seeds.first(1) };
     let marks_of_first = marks(index, &first_click);
     let likely = probabilities(&index.graph, &marks_of_first);
     let chain = sweep(index, &likely, &marks_of_first);
@@ -184,8 +197,12 @@ pub(crate) fn nested_regions(
         let mask = likely.iter().map(|&p| f32::from(u8::from(p > 0.5))).collect();
         return vec![(mask, 0.0)];
     };
-    if contradictions(index, seeds, &whole.nodes) > 0 {
-        whole = corrected(index, seeds, whole, least);
+    // Each click corrects the answer to those before it.
+    for count in 1..=seeds.order.len().max(1) {
+        let so_far = if count < seeds.order.len() { seeds.first(count) } else { seeds.clone() };
+        if contradictions(index, &so_far, &whole.nodes) > 0 {
+            whole = corrected(index, &so_far, whole, least);
+        }
     }
     let mut out = Vec::new();
     let mut add = |nodes: &mut dyn Iterator<Item = u32>, last: &Step| {
