@@ -1,8 +1,8 @@
 //! What further clicks make of the set that the first one found.
 //!
-//! A click that contradicts the set says either that it is nearly right, or that it is another thing. Three answers
-//! compete: the set corrected, a search anew with all clicks as seeds, and the set without what each negative click finds
-//! by itself.
+//! A positive click outside the set says that it is too small: it grows. A negative one inside says that it is nearly
+//! right, or that it is another thing; three answers compete: the set corrected, a search anew with all clicks as seeds,
+//! and the set without what each negative click finds by itself.
 
 use crate::diffusion::{Mark, Step, probabilities, sweep};
 use crate::index::SceneIndex;
@@ -33,11 +33,14 @@ pub(crate) fn contradictions(index: &SceneIndex, seeds: &Seeds, nodes: &[u32]) -
 /// those the one with nothing inside it, then the one of the least cost.
 pub(crate) fn corrected(index: &SceneIndex, seeds: &Seeds, found: Region, least: f32) -> Region {
     let all = marks(index, seeds);
-    let answers = [
-        Some(trimmed_and_grown(index, seeds, &all, &found)),
-        anew(index, seeds, &all, least),
-        clicks_apart(index, seeds, &found, least),
-    ];
+    let grown = trimmed_and_grown(index, seeds, &all, &found);
+    let only_negative = Seeds { positive: Vec::new(), ..seeds.clone() };
+    if contradictions(index, &only_negative, &found.nodes) == 0 {
+        // Too little was found, not another thing.
+        return measured(index, &grown, &all).unwrap_or(found);
+    }
+    let answers =
+        [Some(grown), anew(index, seeds, &all, least), clicks_apart(index, seeds, &found, least)];
     let measured = answers.into_iter().flatten().filter_map(|nodes| measured(index, &nodes, &all));
     let key = |region: &Region| {
         let wrong = contradictions(index, seeds, &region.nodes);
