@@ -37,7 +37,7 @@ pub(crate) fn vertex_materials(
     for (t, sheet) in scene.surface.triangles.iter().zip(&scene.sheets) {
         t.iter().for_each(|&v| of_piece[v as usize] = *sheet != 0);
     }
-    let parts: Vec<PartMaterial> = (0..scene.surface.vertices.len())
+    let part_of: Vec<u32> = (0..scene.surface.vertices.len())
         .into_par_iter()
         .map(|v| {
             let own = usize::from(of_piece[v]);
@@ -52,9 +52,11 @@ pub(crate) fn vertex_materials(
                         .execute();
                     parts.get(found.item as usize)
                 })
-                .map_or(found.parts[0], |&part| found.parts[part as usize])
+                .copied()
+                .unwrap_or(0)
         })
         .collect();
+    let parts: Vec<PartMaterial> = part_of.iter().map(|&p| found.parts[p as usize]).collect();
     VertexMaterials {
         roughness: parts.iter().map(|p| p.roughness).collect(),
         metallic: parts.iter().map(|p| f32::from(u8::from(p.kind == Kind::Metal))).collect(),
@@ -67,6 +69,7 @@ pub(crate) fn vertex_materials(
             .map(|p| f32::from(u8::from(p.metal_color_linear.is_some())))
             .collect(),
         specular: parts.iter().map(|p| f32::from(u8::from(p.kind != Kind::Matte))).collect(),
+        part: part_of,
     }
 }
 

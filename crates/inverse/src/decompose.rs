@@ -13,16 +13,18 @@ use thiserror::Error;
 use crate::attributes::{
     nearest_vertices, per_gaussian, vertex_base_color, vertex_materials, vertex_visibility,
 };
+use crate::evidence::{anchored, median_distance, prior_log_base, share_of_bounce};
 use crate::light::cells::CellLight;
 use crate::light::find::{LightProblem, RAY_BIAS};
 use crate::materials::basis::BasisScene;
-use crate::materials::find::{FoundMaterials, PartMaterial, environment, find_materials};
+use crate::materials::find::{PartMaterial, environment, find_materials};
 use crate::materials::profile::Kind;
 use crate::materials::scale::ScaleEvidence;
 use crate::options::{DecomposeOptions, TermChoice};
 use crate::pixels::PixelShading;
+use crate::reflection::{MirrorRound, Mirrors, Reshaped};
 use crate::rendered::rendered;
-use crate::samples::{Sample, SeenView, choose_samples, vertex_radiance};
+use crate::samples::{SeenView, choose_samples, vertex_radiance};
 use crate::splat_colors::{ColorTarget, fit_colors};
 use crate::{Photo, TracedSurface, normal_priors};
 
@@ -108,6 +110,8 @@ pub struct Decomposition {
     pub views: Vec<RenderedView>,
     /// Cells of the light after every round, and the cost of the fit before and after.
     pub light_rounds: Vec<(usize, f64, f64)>,
+    /// Rounds that turned metals to what they mirror.
+    pub mirror_rounds: Vec<MirrorRound>,
     /// Points that were fitted to.
     pub samples: usize,
 }
@@ -143,10 +147,10 @@ pub fn decompose(
     };
     step("points", 0.0)?;
     let mut scene = TracedSurface::new(surface)?;
-    let views: Vec<SeenView<'_>> = photos.iter().map(|p| SeenView::new(p, &scene)).collect();
+    let mut views: Vec<SeenView<'_>> = photos.iter().map(|p| SeenView::new(p, &scene)).collect();
     normal_priors::apply(&mut scene, &views, &known.normal_priors, options.weight_prior_normals);
     let min_views = 3.min(photos.len()).max(1);
-    let samples = choose_samples(&scene, &views, options.samples, min_views);
+    let mut samples = choose_samples(&scene, &views, options.samples, min_views);
     if samples.is_empty() {
         return Err(DecomposeError::NothingSeen(min_views));
     }
@@ -195,10 +199,7 @@ pub fn decompose(
     }
 
     step("material", 0.3)?;
-    let find = |lights: &[Environment]| {
-        find_materials(&scene, &samples, lights, &bounces, ray_bias, options, seed)
-    };
-    let mut found = find(&lights);
+    let mut found = find_materials(&scene, &samples, &lights, &bounces, ray_bias, options, seed);
     if !is_known {
         // The scale moves what is a highlight and what is not, so the two are found in turn.
         for round in 0..2 {
@@ -222,8 +223,43 @@ pub fn decompose(
                 light.radiance.iter_mut().for_each(|e| *e *= on_light);
             }
             lights = cell_lights.iter().map(environment).collect();
-            found = find(&lights);
+            found = find_materials(&scene, &samples, &lights, &bounces, ray_bias, options, seed);
         }
+    }
+
+    let mut mirror_rounds = Vec::new();
+    for round in 0..options.mirror_rounds {
+        if found.parts.iter().all(|p| p.kind != Kind::Metal) {
+            break;
+        }
+        step("reflections", 0.55 + 0.05 * round as f32 / options.mirror_rounds as f32)?;
+        let materials = vertex_materials(&scene, &samples, &found);
+        let mirrors = Mirrors {
+            scene: &scene,
+            views: &views,
+            lights: &lights,
+            vertex_radiance: &bounces,
+            materials: &materials,
+            smoothness: options.weight_smooth_normals,
+            ray_bias,
+        };
+        let Some(Reshaped { surface, roughness, round: report }) =
+            mirrors.reshaped(seed.wrapping_add(u64::from(round)))
+        else {
+            break;
+        };
+        mirror_rounds.push(report);
+        scene = TracedSurface::new(surface)?;
+        views = photos.iter().map(|p| SeenView::new(p, &scene)).collect();
+        samples = choose_samples(&scene, &views, options.samples, min_views);
+        if !bounces.is_empty() {
+            bounces = (0..light_count).map(|l| vertex_radiance(&scene, &views, l)).collect();
+        }
+        if samples.is_empty() {
+            return Err(DecomposeError::NothingSeen(min_views));
+        }
+        found = find_materials(&scene, &samples, &lights, &bounces, ray_bias, options, seed);
+        found.take_roughness(&samples, &scene.surface, &roughness);
     }
 
     step("pixels", 0.6)?;
@@ -299,97 +335,7 @@ pub fn decompose(
         specular,
         views,
         light_rounds,
+        mirror_rounds,
         samples: samples.len(),
     })
-}
-
-fn median_distance(samples: &[Sample], views: &[SeenView<'_>]) -> f32 {
-    let mut all: Vec<f32> = samples
-        .iter()
-        .flat_map(|s| {
-            s.observations.iter().map(|o| (views[o.photo as usize].rays.eye - s.position).length())
-        })
-        .collect();
-    all.sort_by(f32::total_cmp);
-    all.get(all.len() / 2).copied().unwrap_or(1.0)
-}
-
-/// Factor on the light that makes the base colours at anchors what they are known to be.
-fn anchored(samples: &[Sample], found: &FoundMaterials, anchors: &[(Vec3, Vec3)]) -> Option<Vec3> {
-    let mut sum = Vec3::ZERO;
-    for (position, known) in anchors {
-        let mut near: Vec<(f32, usize)> = samples
-            .iter()
-            .enumerate()
-            .map(|(p, s)| ((s.position - *position).length_squared(), p))
-            .collect();
-        near.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let few = &near[..near.len().min(8)];
-        let mean = few.iter().map(|(_, p)| found.base_color_linear[*p]).sum::<Vec3>()
-            / few.len().max(1) as f32;
-        sum += Vec3::from(
-            (mean.max(Vec3::splat(1e-3)) / known.max(Vec3::splat(1e-3))).to_array().map(f32::ln),
-        );
-    }
-    (!anchors.is_empty()).then(|| Vec3::from((sum / anchors.len() as f32).to_array().map(f32::exp)))
-}
-
-/// Mean share of the irradiance that comes from the surface itself.
-fn share_of_bounce(
-    scene: &TracedSurface,
-    samples: &[Sample],
-    lights: &[Environment],
-    bounces: &[Vec<Vec3>],
-    ray_bias: f32,
-    seed: u64,
-) -> f32 {
-    use motes_shading::brdf::{Lobes, Material};
-    use motes_shading::integrate::SurfacePoint;
-    let options = IntegrationOptions {
-        light_samples: 16,
-        brdf_samples: 16,
-        ray_bias,
-        seed,
-        ..IntegrationOptions::default()
-    };
-    let basis =
-        BasisScene { scene, lights, vertex_radiance: bounces, lobes: Lobes::Lambert, options };
-    let points: Vec<SurfacePoint> = samples
-        .iter()
-        .map(|s| SurfacePoint {
-            position: s.position,
-            geometric_normal: s.geometric_normal,
-            shading_normal: s.normal,
-            to_viewer: s.normal,
-            material: Material::lambert(Vec3::ONE),
-        })
-        .collect();
-    basis.with_shaders(|shaders| {
-        let shaded = shaders[0].shade(&points, 0);
-        let (sum, total) = shaded.iter().fold((0.0f32, 0.0f32), |(i, t), s| {
-            (i + s.indirect.element_sum(), t + s.total().element_sum())
-        });
-        if total > 0.0 { sum / total } else { 0.0 }
-    })
-}
-
-/// Logarithm of predicted base colours at the samples, mean over the photos that have a prediction.
-fn prior_log_base(samples: &[Sample], views: &[SeenView<'_>], known: &Known) -> Option<Vec<Vec3>> {
-    if !known.base_color_priors.iter().any(Option::is_some) {
-        return None;
-    }
-    let of = |sample: &Sample| {
-        let (mut sum, mut count) = (Vec3::ZERO, 0.0f32);
-        for o in &sample.observations {
-            let k = o.photo as usize;
-            let Some(Some(image)) = known.base_color_priors.get(k) else { continue };
-            let Some((x, y, _)) = views[k].rays.project(sample.position) else { continue };
-            let pixel =
-                image.pixel((x as usize).min(image.width - 1), (y as usize).min(image.height - 1));
-            sum += Vec3::from([pixel[0], pixel[1], pixel[2]].map(|v| v.max(1e-3).ln()));
-            count += 1.0;
-        }
-        if count > 0.0 { sum / count } else { Vec3::ZERO }
-    };
-    Some(samples.iter().map(of).collect())
 }

@@ -3,6 +3,7 @@
 mod attributes;
 mod buffers;
 mod decompose;
+mod evidence;
 pub mod geometry;
 pub mod light;
 pub mod materials;
@@ -10,6 +11,7 @@ mod normal_priors;
 mod options;
 mod photo;
 pub mod pixels;
+mod reflection;
 mod rendered;
 pub mod samples;
 mod sheets;
@@ -21,4 +23,5 @@ pub use decompose::{
 };
 pub use options::{DecomposeOptions, LobesChoice, TermChoice};
 pub use photo::Photo;
+pub use reflection::MirrorRound;
 pub use sheets::up_in_world;

@@ -68,6 +68,10 @@ pub struct DecomposeOptions {
     #[arg(long, default_value_t = 12, value_name = "COUNT", help_heading = "Fit")]
     pub color_passes: u32,
 
+    /// Rounds that turn the surface of metals to where it mirrors what the photos show; 0 leaves it as it was extracted
+    #[arg(long, default_value_t = 1, value_name = "COUNT", help_heading = "Fit")]
+    pub mirror_rounds: u32,
+
     /// Lobes of the materials
     #[arg(long, value_enum, default_value_t, help_heading = "Model")]
     pub lobes: LobesChoice,
@@ -116,6 +120,10 @@ pub struct DecomposeOptions {
     /// What calling a part metal costs (sparse metal)
     #[arg(long, default_value_t = 10.0, value_name = "PRICE", help_heading = "Priors")]
     pub weight_sparse_metal: f32,
+
+    /// Weight: normals of metals are smooth, where they are told by what is mirrored
+    #[arg(long, default_value_t = 8.0, value_name = "WEIGHT", help_heading = "Priors")]
+    pub weight_smooth_normals: f32,
 
     /// How far predicted normals (--prior-images) replace the surface's own, 0 to 1
     #[arg(long, default_value_t = 1.0, value_name = "WEIGHT", help_heading = "Priors")]

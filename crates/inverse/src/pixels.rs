@@ -22,6 +22,8 @@ pub struct VertexMaterials {
     pub part_color_linear: Vec<Vec3>,
     /// 1 there, else 0.
     pub is_uniform: Vec<f32>,
+    /// Index of the part.
+    pub part: Vec<u32>,
 }
 
 /// Radiance of every pixel as a linear function of base colour: `b slope + offset`.

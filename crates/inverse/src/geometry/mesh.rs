@@ -4,26 +4,26 @@ use glam::Vec3;
 
 /// Vertices of the unit world and triangles, counter-clockwise from outside.
 #[derive(Clone, Default)]
-pub(super) struct Mesh {
-    pub(super) vertices: Vec<Vec3>,
-    pub(super) triangles: Vec<[u32; 3]>,
+pub(crate) struct Mesh {
+    pub(crate) vertices: Vec<Vec3>,
+    pub(crate) triangles: Vec<[u32; 3]>,
 }
 
 impl Mesh {
     #[inline]
-    pub(super) fn corners(&self, triangle: [u32; 3]) -> [Vec3; 3] {
+    pub(crate) fn corners(&self, triangle: [u32; 3]) -> [Vec3; 3] {
         triangle.map(|v| self.vertices[v as usize])
     }
 
     /// Twice the area times the unit normal.
     #[inline]
-    pub(super) fn area_normal(&self, triangle: [u32; 3]) -> Vec3 {
+    pub(crate) fn area_normal(&self, triangle: [u32; 3]) -> Vec3 {
         let [a, b, c] = self.corners(triangle);
         (b - a).cross(c - a)
     }
 
     /// Unit normals of the vertices, weighted by area; an unused vertex points along +z.
-    pub(super) fn vertex_normals(&self) -> Vec<Vec3> {
+    pub(crate) fn vertex_normals(&self) -> Vec<Vec3> {
         let mut normals = vec![Vec3::ZERO; self.vertices.len()];
         for &t in &self.triangles {
             let n = self.area_normal(t);
@@ -33,7 +33,7 @@ impl Mesh {
     }
 
     /// Keeps the triangles that `keep` names, and the vertices that they use. Returns the old index of every vertex.
-    pub(super) fn retain(&mut self, keep: impl Fn(usize) -> bool) -> Vec<u32> {
+    pub(crate) fn retain(&mut self, keep: impl Fn(usize) -> bool) -> Vec<u32> {
         let mut index = 0;
         self.triangles.retain(|_| {
             index += 1;
@@ -54,14 +54,14 @@ impl Mesh {
     }
 
     /// Adds the vertices and triangles of another mesh.
-    pub(super) fn append(&mut self, other: Mesh) {
+    pub(crate) fn append(&mut self, other: Mesh) {
         let first = self.vertices.len() as u32;
         self.vertices.extend(other.vertices);
         self.triangles.extend(other.triangles.into_iter().map(|t| t.map(|v| v + first)));
     }
 
     /// Edges of one triangle only, in its direction.
-    pub(super) fn open_edges(&self) -> Vec<(u32, u32)> {
+    pub(crate) fn open_edges(&self) -> Vec<(u32, u32)> {
         let mut edges: Vec<(u32, u32)> =
             self.triangles.iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]).collect();
         edges.sort_unstable();
@@ -70,7 +70,7 @@ impl Mesh {
     }
 
     /// A number per triangle, equal for triangles that are connected.
-    pub(super) fn components(&self) -> Vec<u32> {
+    pub(crate) fn components(&self) -> Vec<u32> {
         let mut parent: Vec<u32> = (0..self.vertices.len() as u32).collect();
         fn root(parent: &mut [u32], mut v: u32) -> u32 {
             while parent[v as usize] != v {
@@ -90,7 +90,7 @@ impl Mesh {
     }
 
     /// Drops connected pieces smaller than `area`, in squared units. Returns how many.
-    pub(super) fn drop_small_components(&mut self, area: f32) -> usize {
+    pub(crate) fn drop_small_components(&mut self, area: f32) -> usize {
         let labels = self.components();
         let mut areas = vec![0.0f32; self.vertices.len()];
         for (&label, &t) in labels.iter().zip(&self.triangles) {
@@ -103,13 +103,13 @@ impl Mesh {
 }
 
 /// Vertices joined by an edge: those of `v` are `list[start[v]..start[v + 1]]`, ascending.
-pub(super) struct Neighbours {
+pub(crate) struct Neighbours {
     start: Vec<u32>,
     list: Vec<u32>,
 }
 
 impl Neighbours {
-    pub(super) fn of(mesh: &Mesh) -> Self {
+    pub(crate) fn of(mesh: &Mesh) -> Self {
         let mut edges: Vec<(u32, u32)> = mesh
             .triangles
             .iter()
@@ -129,14 +129,14 @@ impl Neighbours {
 
     /// Mean of a value over a vertex and its neighbours.
     #[inline]
-    pub(super) fn mean(&self, values: &[f32], v: usize) -> f32 {
+    pub(crate) fn mean(&self, values: &[f32], v: usize) -> f32 {
         let ring = self.at(v);
         let sum: f32 = ring.iter().map(|&j| values[j as usize]).sum();
         (sum + values[v]) / (ring.len() + 1) as f32
     }
 
     #[inline]
-    pub(super) fn at(&self, v: usize) -> &[u32] {
+    pub(crate) fn at(&self, v: usize) -> &[u32] {
         &self.list[self.start[v] as usize..self.start[v + 1] as usize]
     }
 }

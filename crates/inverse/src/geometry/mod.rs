@@ -1,6 +1,6 @@
 //! From Gaussians and photos to an explicit surface.
 
-mod mesh;
+pub(crate) mod mesh;
 mod options;
 mod outlines;
 mod patches;

@@ -1,6 +1,7 @@
 //! Parts, their materials, and the scale of the light that highlights tell.
 
 use glam::Vec3;
+use motes_scene::Surface;
 use motes_shading::environment::{Environment, EnvironmentMap, MapOptions};
 use motes_shading::integrate::IntegrationOptions;
 
@@ -47,6 +48,28 @@ pub struct FoundMaterials {
     pub specular_gain: f32,
     /// What highlights say about the brightness of the light.
     pub scale: ScaleEvidence,
+}
+
+impl FoundMaterials {
+    /// Metals take over the roughness that was found together with their normals: the median over the points of a part.
+    pub(crate) fn take_roughness(
+        &mut self,
+        samples: &[Sample],
+        surface: &Surface,
+        of_vertex: &[Option<f32>],
+    ) {
+        let mut all: Vec<Vec<f32>> = vec![Vec::new(); self.parts.len()];
+        for (sample, &part) in samples.iter().zip(&self.of_sample) {
+            let corners = surface.triangles[sample.triangle as usize];
+            all[part as usize].extend(corners.iter().filter_map(|&v| of_vertex[v as usize]));
+        }
+        for (part, values) in self.parts.iter_mut().zip(&mut all) {
+            if part.kind == Kind::Metal && !values.is_empty() {
+                let middle = values.len() / 2;
+                part.roughness = *values.select_nth_unstable_by(middle, f32::total_cmp).1;
+            }
+        }
+    }
 }
 
 /// `light` as something that can be sampled.

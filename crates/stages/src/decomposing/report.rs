@@ -132,6 +132,21 @@ pub(crate) fn terms(result: &Decomposition) -> Vec<TermDocument> {
             numbers: numbers([("cost_smooth", Some(first.2)), ("cost", Some(last.2))]),
         });
     }
+    if let (Some(first), Some(last)) = (result.mirror_rounds.first(), result.mirror_rounds.last()) {
+        all.push(TermDocument {
+            name: "shape of metals by reflection".into(),
+            kept: true,
+            evidence: format!(
+                "normals of {} points turned by {:.1} degrees on average to what they mirror",
+                last.points, first.turn_degrees
+            ),
+            numbers: numbers([
+                ("cost_before", Some(f64::from(first.cost[0]))),
+                ("cost", Some(f64::from(last.cost[1]))),
+                ("rounds", Some(result.mirror_rounds.len() as f64)),
+            ]),
+        });
+    }
     for (k, part) in result.parts.iter().enumerate() {
         all.push(TermDocument {
             name: format!("part {k}"),
