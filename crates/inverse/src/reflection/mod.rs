@@ -23,7 +23,7 @@ use crate::geometry::mesh::{Mesh, Neighbours};
 use crate::pixels::VertexMaterials;
 use crate::samples::SeenView;
 use mirrored::{Incoming, Mirrored, Point};
-use normals::{Field, Found, Seen, mean};
+use normals::{Field, Found, LEAST_PHOTOS, Seen, mean};
 use reshape::Reshape;
 
 /// Distance of points, edges of the mesh.
@@ -35,6 +35,8 @@ const LEAST_VERTICES: usize = 30;
 const AROUND: usize = 9;
 /// Points that give a vertex its normal.
 const NEAREST: usize = 4;
+/// Steps from point to point that what photos tell carries to where they see nothing, such as the wall of a pit.
+const CARRIED: usize = 6;
 /// Farthest that a vertex moves, edges of the mesh.
 const FARTHEST: f32 = 30.0;
 
@@ -100,12 +102,12 @@ impl Mirrors<'_> {
             cost: best.cost,
             turn_degrees: turns.sum::<f32>().to_degrees() / points.len().max(1) as f32,
         };
-        let wanted = self.wanted(&points, &best.normals, &free);
         let roughness = |v: usize| {
             let part = self.materials.part[v] as usize;
             best.roughness.get(part).copied().filter(|_| free[v])
         };
         let roughness = (0..free.len()).map(roughness).collect();
+        let wanted = self.wanted(&points, &best, &free);
         Some(Reshaped { surface: self.moved(mesh, &wanted, &free, edge), roughness, round })
     }
 
@@ -173,7 +175,13 @@ impl Mirrors<'_> {
                 }
             })
             .collect();
-        Best { normals: best.normals_of(points, &again), ..best }
+        let mut told: Vec<bool> = seen.iter().map(|s| s.len() >= LEAST_PHOTOS).collect();
+        for _ in 0..CARRIED {
+            told = (0..told.len())
+                .map(|p| told[p] || around[p].iter().any(|&q| told[q as usize]))
+                .collect();
+        }
+        Best { normals: best.normals_of(points, &again), told, ..best }
     }
 
     fn seen(&self, point: &Point) -> Vec<Seen> {
@@ -188,19 +196,22 @@ impl Mirrors<'_> {
             .collect()
     }
 
-    /// Normal of every vertex: that of the points near it, else its own.
-    fn wanted(&self, points: &[Point], normals: &[Vec3], free: &[bool]) -> Vec<Vec3> {
+    /// Normal of every vertex: that of the points near it, else its own, also where no photo tells.
+    fn wanted(&self, points: &[Point], best: &Best, free: &[bool]) -> Vec<Vec3> {
         let positions: Vec<[f32; 3]> = points.iter().map(|p| p.position.to_array()).collect();
         let tree = ImmutableKdTree::<f32, 3>::new_from_slice(&positions).ok();
         let of = |v: usize| {
             let own = Vec3::from(self.scene.surface.normals[v]);
             let Some(tree) = tree.as_ref().filter(|_| free[v]) else { return own };
             let near = nearest(tree, &self.scene.surface.vertices[v], NEAREST);
+            if !near.first().is_some_and(|(_, q)| best.told[*q as usize]) {
+                return own;
+            }
             let sum: Vec3 = near
                 .iter()
                 // Not from the other side of a thin thing.
                 .filter(|(_, q)| points[*q as usize].normal.dot(own) > 0.0)
-                .map(|&(d2, q)| normals[q as usize] / (d2.sqrt() + 1e-6 * self.scene.extent))
+                .map(|&(d2, q)| best.normals[q as usize] / (d2.sqrt() + 1e-6 * self.scene.extent))
                 .sum();
             sum.normalize_or(own)
         };
@@ -225,6 +236,8 @@ impl Mirrors<'_> {
 
 struct Best {
     normals: Vec<Vec3>,
+    /// Whether photos tell about a point, or about one near it.
+    told: Vec<bool>,
     /// Of every part: the best of [`ROUGHNESS`], and between them.
     chosen: Vec<usize>,
     roughness: Vec<f32>,
@@ -247,7 +260,13 @@ impl Best {
         let before = all.iter().map(|f| f.before).fold(f32::INFINITY, f32::min);
         let after = mean(&(0..points.len()).map(cost).collect::<Vec<_>>());
         let roughness = (0..parts).map(refined).collect();
-        let best = Self { normals: Vec::new(), chosen, roughness, cost: [before, after] };
+        let best = Self {
+            normals: Vec::new(),
+            told: Vec::new(),
+            chosen,
+            roughness,
+            cost: [before, after],
+        };
         Self { normals: best.normals_of(points, all), ..best }
     }
 

@@ -20,7 +20,7 @@ const AVERTED: f32 = 2.0 * MOST_COST;
 /// Least cosine towards a photo that sees the point.
 const LEAST_COSINE: f32 = 0.1;
 /// Photos from which a point's own evidence counts.
-const LEAST_PHOTOS: usize = 2;
+pub(super) const LEAST_PHOTOS: usize = 2;
 /// First turn tried, radians, and its share after every sweep.
 const TURN: f32 = 0.44;
 const COOLING: f32 = 0.92;

@@ -149,7 +149,7 @@ fn a_pit_in_a_mirror_is_closed_at_any_exposure() {
 fn a_ball_that_is_right_stays() {
     let (scene, found) = reshaped(0.0, 1.0, 1.0);
     let found = found.unwrap();
-    // Further down, few photos see it, or none.
+    // Around the equator few photos see it; at the bottom none does.
     let moved = scene.surface.vertices.iter().zip(&found.surface.vertices);
     let seen = moved.filter(|(a, _)| a[2] > 0.2);
     let most = seen.map(|(a, b)| (Vec3::from(*a) - Vec3::from(*b)).length()).fold(0.0, f32::max);
