@@ -2,7 +2,7 @@
 //!
 //! A filling continues colours: it is smooth, and its rim is a seam. Photos show much of what surrounds a hole, and parts of
 //! what is open, but under the light of before and with an object in the way. So every photo is brought to the light of
-//! after first, and is believed only where nothing stood in the way ([`targets`]):
+//! after first, and is believed only where nothing stood in the way (`targets`):
 //!
 //! ```text
 //! target = photo * (after / before)         where matter stayed: pixel by pixel

@@ -17,6 +17,10 @@ const LEAST_OPACITY: f32 = 0.3;
 const SPREAD: f32 = 0.7;
 /// Standard deviation across the plane over that along it.
 const FLATNESS: f32 = 0.1;
+/// Share of the brightest light from which a colour is known.
+const KNOWN_LIGHT: f32 = 0.5;
+/// No cell is brighter, unlit, than this share of those in such light.
+const BRIGHT: f32 = 0.9;
 /// Opacity of a new Gaussian.
 const OPACITY: f32 = 0.95;
 
@@ -41,6 +45,12 @@ pub(super) struct Neighbour {
     pub(super) radiance: Vec3,
     /// Radiance of white matte matter in its place.
     pub(super) white_radiance: Vec3,
+}
+
+impl Neighbour {
+    fn unlit(&self, brightest: f32) -> Vec3 {
+        self.radiance / self.white_radiance.max(Vec3::splat(1e-3 * brightest))
+    }
 }
 
 /// The lid of a hole with the materials around.
@@ -114,6 +124,7 @@ pub(super) fn continued_looks(
     let grid = &hole.grid;
     let brightest =
         neighbours.iter().map(|n| n.white_radiance.max_element()).fold(0.0f32, f32::max);
+    let bound = brightest_unlit(gaussians, neighbours, brightest);
     let mut sums = vec![[0.0f32; 8]; grid.cells()];
     let mut weights = vec![0.0f32; grid.cells()];
     for n in neighbours {
@@ -128,7 +139,7 @@ pub(super) fn continued_looks(
         if hole.blurred[cell] || opacity < LEAST_OPACITY || !(weight > 1e-6) {
             continue;
         }
-        let unlit = n.radiance / n.white_radiance.max(Vec3::splat(1e-3 * brightest));
+        let unlit = n.unlit(brightest).min(bound);
         let base = materials.base_color_linear[i];
         let look = [
             unlit.x,
@@ -155,6 +166,27 @@ pub(super) fn continued_looks(
     let mut looks = pull_push(grid.size, sums, weights);
     grid.smooth(&mut looks, &known);
     looks
+}
+
+/// How bright, per channel, the surroundings are without their light, where there is much of it. Where the model has too little
+/// light, division by it makes colours that are nowhere.
+fn brightest_unlit(gaussians: &Gaussians, neighbours: &[Neighbour], brightest: f32) -> Vec3 {
+    let known = |n: &&Neighbour| {
+        let light = n.white_radiance.element_sum() / 3.0;
+        let opacity = sigmoid(gaussians.opacity_logits[n.row as usize]);
+        opacity >= LEAST_OPACITY && light >= KNOWN_LIGHT * brightest
+    };
+    let of = |c: usize| {
+        let mut all: Vec<f32> =
+            neighbours.iter().filter(known).map(|n| n.unlit(brightest)[c]).collect();
+        let at = (all.len().saturating_sub(1) as f32 * BRIGHT) as usize;
+        if all.is_empty() {
+            f32::INFINITY
+        } else {
+            *all.select_nth_unstable_by(at, f32::total_cmp).1
+        }
+    };
+    Vec3::from_array([0, 1, 2].map(of))
 }
 
 /// Distance of new Gaussians: as dense as those around.

@@ -258,22 +258,27 @@ fn metal_color(
 
 /// Minimum of the parabola through the costs of a roughness and its neighbours of the same kind.
 fn refined(profile: &Profile, costs: &[f32], kind: Kind, at: usize, grid: &[f32]) -> f32 {
-    let cost = |r: usize| {
-        let label = profile.labels.iter().position(|l| *l == Label { kind, roughness: r });
-        label.map(|l| f64::from(costs[l]))
-    };
     if kind == Kind::Matte {
         return 1.0;
     }
-    let (Some(left), Some(here), Some(right)) =
-        (at.checked_sub(1).and_then(cost), cost(at), cost(at + 1))
-    else {
-        return grid[at];
+    let cost = |roughness: usize| {
+        let label = profile.labels.iter().position(|l| *l == Label { kind, roughness });
+        label.map_or(f64::INFINITY, |l| f64::from(costs[l]))
     };
+    let curve: Vec<f64> = (0..grid.len()).map(cost).collect();
+    least_of_parabola(grid, &curve, at)
+}
+
+/// Where the parabola through a least value and its neighbours is least.
+pub(crate) fn least_of_parabola(grid: &[f32], costs: &[f64], at: usize) -> f32 {
+    if at == 0 || at + 1 >= grid.len() {
+        return grid[at];
+    }
     let [x0, x1, x2] = [at - 1, at, at + 1].map(|i| f64::from(grid[i]));
+    let [left, here, right] = [costs[at - 1], costs[at], costs[at + 1]];
     let (d0, d2) = ((left - here) / (x0 - x1), (right - here) / (x2 - x1));
     let curvature = (d2 - d0) / (x2 - x0);
-    if !(curvature > 0.0) {
+    if !(curvature > 0.0 && curvature.is_finite()) {
         return grid[at];
     }
     let slope = d0 - curvature * (x0 - x1);
