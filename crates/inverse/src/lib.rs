@@ -2,6 +2,7 @@
 
 mod attributes;
 mod buffers;
+mod conjugate_gradients;
 mod decompose;
 mod evidence;
 pub mod geometry;

@@ -11,7 +11,7 @@ use crate::segment::{
 };
 
 /// Whether each superpixel is in a set.
-fn membership(index: &SceneIndex, nodes: &[u32]) -> Vec<bool> {
+pub(crate) fn membership(index: &SceneIndex, nodes: &[u32]) -> Vec<bool> {
     let mut is_in = vec![false; index.nodes()];
     nodes.iter().for_each(|&n| is_in[n as usize] = true);
     is_in
@@ -33,14 +33,15 @@ pub(crate) fn contradictions(index: &SceneIndex, seeds: &Seeds, nodes: &[u32]) -
 /// those the one with nothing inside it, then the one of the least cost.
 pub(crate) fn corrected(index: &SceneIndex, seeds: &Seeds, found: Region, least: f32) -> Region {
     let all = marks(index, seeds);
-    let grown = trimmed_and_grown(index, seeds, &all, &found);
+    let opposed = opposed(index, seeds, &all);
+    let grown = trimmed_and_grown(index, seeds, &opposed, &found);
     let only_negative = Seeds { positive: Vec::new(), ..seeds.clone() };
     if contradictions(index, &only_negative, &found.nodes) == 0 {
         // Too little was found, not another thing.
         return measured(index, &grown, &all).unwrap_or(found);
     }
     let answers =
-        [Some(grown), anew(index, seeds, &all, least), clicks_apart(index, seeds, &found, least)];
+        [Some(grown), searched(index, &opposed, least), clicks_apart(index, seeds, &found, least)];
     let measured = answers.into_iter().flatten().filter_map(|nodes| measured(index, &nodes, &all));
     let key = |region: &Region| {
         let wrong = contradictions(index, seeds, &region.nodes);
@@ -64,28 +65,34 @@ fn measured(index: &SceneIndex, nodes: &[u32], marks: &[Mark]) -> Option<Region>
     Some(Region::new(index, &chain, last, marks))
 }
 
-/// Marks what a walk from the negative clicks meets before one from the positive ones.
-fn oppose(index: &SceneIndex, seeds: &Seeds, marks: &mut [Mark]) {
+/// The marks, and negative what a walk from the negative clicks meets before one from the positive ones.
+fn opposed(index: &SceneIndex, seeds: &Seeds, marks: &[Mark]) -> Vec<Mark> {
+    let mut marks = marks.to_vec();
     if seeds.negative.is_empty() {
-        return;
+        return marks;
     }
-    let likely = probabilities(&index.graph, marks);
-    let mut opposed = marks.to_vec();
-    opposed.iter_mut().filter(|m| **m == Mark::Positive).for_each(|m| *m = Mark::Negative);
-    seeds.negative.iter().flatten().for_each(|&n| opposed[n as usize] = Mark::Positive);
-    let other = probabilities(&index.graph, &opposed);
+    let likely = probabilities(&index.graph, &marks);
+    let mut swapped = marks.clone();
+    swapped.iter_mut().filter(|m| **m == Mark::Positive).for_each(|m| *m = Mark::Negative);
+    seeds.negative.iter().flatten().for_each(|&n| swapped[n as usize] = Mark::Positive);
+    let other = probabilities(&index.graph, &swapped);
     for (mark, (mine, other)) in marks.iter_mut().zip(likely.iter().zip(&other)) {
         if *mark == Mark::Free && other > mine {
             *mark = Mark::Negative;
         }
     }
+    marks
 }
 
 /// The set without what is nearer to negative clicks; what is left stays, and grows as far as the positive
 /// clicks that it misses need.
-fn trimmed_and_grown(index: &SceneIndex, seeds: &Seeds, all: &[Mark], found: &Region) -> Vec<u32> {
-    let mut marks = all.to_vec();
-    oppose(index, seeds, &mut marks);
+fn trimmed_and_grown(
+    index: &SceneIndex,
+    seeds: &Seeds,
+    opposed: &[Mark],
+    found: &Region,
+) -> Vec<u32> {
+    let mut marks = opposed.to_vec();
     let kept = |&n: &u32| marks[n as usize] != Mark::Negative;
     let nodes: Vec<u32> = found.nodes.iter().copied().filter(kept).collect();
     let is_in = membership(index, &nodes);
@@ -101,13 +108,7 @@ fn trimmed_and_grown(index: &SceneIndex, seeds: &Seeds, all: &[Mark], found: &Re
     }
 }
 
-/// What all clicks find together; a superpixel is of the kind that a walk meets first.
-fn anew(index: &SceneIndex, seeds: &Seeds, all: &[Mark], least: f32) -> Option<Vec<u32>> {
-    let mut marks = all.to_vec();
-    oppose(index, seeds, &mut marks);
-    searched(index, &marks, least)
-}
-
+/// What the marks find as a whole.
 fn searched(index: &SceneIndex, marks: &[Mark], least: f32) -> Option<Vec<u32>> {
     let chain: Vec<Step> = sweep(index, &probabilities(&index.graph, marks), marks);
     whole(index, &chain, marks, least).map(|region| region.nodes)

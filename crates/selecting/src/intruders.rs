@@ -8,6 +8,7 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
+use crate::corrections::membership;
 use crate::diffusion::Mark;
 use crate::index::SceneIndex;
 
@@ -31,8 +32,7 @@ fn direction(k: usize) -> Vec3 {
 
 /// The superpixels that lie inside `set` without being of it or excluded, and their area as a share of its.
 pub(crate) fn intruders(index: &SceneIndex, set: &[u32], marks: &[Mark]) -> (Vec<u32>, f32) {
-    let mut is_in = vec![false; index.nodes()];
-    set.iter().for_each(|&n| is_in[n as usize] = true);
+    let is_in = membership(index, set);
     let points: Vec<Vec3> = set
         .iter()
         .map(|&n| index.segment(n))

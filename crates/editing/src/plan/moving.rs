@@ -1,7 +1,7 @@
 //! The operations that move and copy.
 
 use glam::{DQuat, DVec3};
-use motes_formats::edit_plan::{DuplicateOp, PivotDocument, PivotName, TransformOp};
+use motes_formats::edit_plan::{DuplicateOp, LARGEST, PivotDocument, PivotName, TransformOp};
 
 use super::EditError;
 use super::apply::{Outcome, Run, applied, skipped};
@@ -14,9 +14,6 @@ use crate::{EditState, Similarity};
 /// More Gaussians than a file can hold, or than a mistake should make.
 const MAX_GAUSSIANS: usize = 200_000_000;
 
-/// Coordinates beyond lose themselves in single precision: squares of them overflow.
-const MOST_DISTANT: f64 = 1e18;
-
 /// Refuses to move matter out of what a file can hold.
 pub(super) fn within_range(
     extent: Option<Extent>,
@@ -24,7 +21,7 @@ pub(super) fn within_range(
     moved: impl Fn(DVec3) -> DVec3,
 ) -> Result<(), EditError> {
     let corners = extent.iter().flat_map(|e| [e.min, e.max]);
-    match corners.map(moved).find(|p| !(p.abs().max_element() <= MOST_DISTANT)) {
+    match corners.map(moved).find(|p| !(p.abs().max_element() <= LARGEST)) {
         None => Ok(()),
         Some(p) => Err(EditError::plan(at, format!("it would be at {p}"))
             .remedy("coordinates beyond 1e18 cannot be drawn")),

@@ -6,15 +6,13 @@ use std::path::Path;
 use super::check_steps::check_steps;
 use super::ops::{InsertOp, OpDocument, SetMaterialOp, StylizeOp, TransformOp};
 use super::values::{BoxDocument, ColorModeDocument, PivotDocument, SphereDocument};
-use super::{EditPlanDocument, MAX_FIT_STEPS, MAX_OPS};
+use super::{EditPlanDocument, LARGEST, MAX_FIT_STEPS, MAX_OPS};
 use crate::error::{FormatError, Result, quoted};
 
 /// Copies that one operation may make, and steps that one may undo.
 const MAX_COUNT: u64 = 10_000;
 /// Gaussians that a mesh may become.
 const MAX_MESH_GAUSSIANS: u64 = 10_000_000;
-/// Coordinates, lengths and factors beyond, and factors below its inverse, do not survive squares in single precision.
-const LARGEST: f64 = 1e18;
 /// The target that is always there.
 const ALL: &str = "all";
 

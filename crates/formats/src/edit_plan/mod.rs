@@ -25,6 +25,8 @@ pub use values::*;
 
 /// Plans with more operations are refused.
 pub const MAX_OPS: usize = 10_000;
+/// Coordinates, lengths and factors beyond, and factors below its inverse, do not survive squares in single precision.
+pub const LARGEST: f64 = 1e18;
 /// Most steps of a fit.
 pub const MAX_FIT_STEPS: u32 = 100_000;
 /// Plans with more bytes are refused before they are read.

@@ -9,6 +9,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::mesh::{Mesh, Neighbours};
+use crate::conjugate_gradients;
 
 /// `n · (mean_j x_j - x)` in voxels at which a surface bends at half the stiffness: `1 / (2 R)` of a
 /// radius of ten voxels.
@@ -129,44 +130,13 @@ impl ThinPlate<'_> {
         }
         let rest = map(&|v| rest[v] - common[v]);
         let pulled = weighted(&rest);
-        let mut residual = map(&|v| {
+        let residual = map(&|v| {
             if self.free(v) {
                 self.weight[v] * self.target[v] - self.transpose(&pulled, v)
             } else {
                 0.0
             }
         });
-        let mut u = vec![0.0f32; n];
-        let mut direction = residual.clone();
-        let mut norm = dot(&residual, &residual);
-        let enough = norm * 1e-8;
-        for _ in 0..iterations {
-            if !(norm > enough) {
-                break;
-            }
-            let image = apply(&direction);
-            let curvature = dot(&direction, &image);
-            if !(curvature > 0.0) {
-                break;
-            }
-            let step = (norm / curvature) as f32;
-            u.par_iter_mut().zip(&direction).for_each(|(u, d)| *u += step * d);
-            residual.par_iter_mut().zip(&image).for_each(|(r, i)| *r -= step * i);
-            let next = dot(&residual, &residual);
-            let keep = (next / norm) as f32;
-            direction.par_iter_mut().zip(&residual).for_each(|(d, r)| *d = r + keep * *d);
-            norm = next;
-        }
-        u
+        conjugate_gradients::solve(residual, apply, iterations)
     }
-}
-
-/// In chunks of fixed size: the same at any number of threads.
-fn dot(a: &[f32], b: &[f32]) -> f64 {
-    let parts: Vec<f64> = a
-        .par_chunks(CHUNK)
-        .zip(b.par_chunks(CHUNK))
-        .map(|(a, b)| a.iter().zip(b).map(|(&a, &b)| f64::from(a) * f64::from(b)).sum())
-        .collect();
-    parts.iter().sum()
 }

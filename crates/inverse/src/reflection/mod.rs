@@ -52,7 +52,8 @@ const FIRST_MISFIT: f32 = 0.03;
 pub struct MirrorRound {
     /// Points of metal whose normals were searched.
     pub points: usize,
-    /// Mean squared difference of the square roots of radiance, cut, before and after.
+    /// Mean squared difference of the square roots of radiance, in units of its mean, cut: before, and after the first search,
+    /// which tells how far photos count in the second.
     pub cost: [f32; 2],
     /// Mean turn of the normals, degrees.
     pub turn_degrees: f32,
@@ -165,24 +166,26 @@ impl Mirrors<'_> {
         let weight = self.smoothness.max(0.0);
         let first: Vec<Found> =
             ROUGHNESS.iter().map(|&r| under(r, weight * FIRST_MISFIT)).collect();
-        let best = Best::of(points, &first);
-        let misfit = best.cost[1];
-        let again: Vec<Found> = (0..ROUGHNESS.len())
-            .map(|k| {
-                if best.chosen.contains(&k) {
-                    under(ROUGHNESS[k], weight * misfit)
-                } else {
-                    first[k].clone()
-                }
-            })
-            .collect();
+        let choice = Choice::of(&first);
+        let before = first.iter().map(|f| f.before).fold(f32::INFINITY, f32::min);
+        let misfit = mean(&choice.pick(points, &first, |found, p| found.costs[p]));
+        let again = |(k, found): (usize, &Found)| {
+            let is_chosen = choice.0.contains(&k);
+            if is_chosen { under(ROUGHNESS[k], weight * misfit) } else { found.clone() }
+        };
+        let again: Vec<Found> = first.iter().enumerate().map(again).collect();
         let mut told: Vec<bool> = seen.iter().map(|s| s.len() >= LEAST_PHOTOS).collect();
         for _ in 0..CARRIED {
             told = (0..told.len())
                 .map(|p| told[p] || around[p].iter().any(|&q| told[q as usize]))
                 .collect();
         }
-        Best { normals: best.normals_of(points, &again), told, ..best }
+        Best {
+            normals: choice.pick(points, &again, |found, p| found.normals[p]),
+            told,
+            roughness: choice.roughness(&first),
+            cost: [before, misfit],
+        }
     }
 
     fn seen(&self, point: &Point) -> Vec<Seen> {
@@ -235,45 +238,42 @@ impl Mirrors<'_> {
     }
 }
 
+/// What the search found.
 struct Best {
     normals: Vec<Vec3>,
     /// Whether photos tell about a point, or about one near it.
     told: Vec<bool>,
-    /// Of every part: the best of [`ROUGHNESS`], and between them.
-    chosen: Vec<usize>,
+    /// Of every part.
     roughness: Vec<f32>,
     cost: [f32; 2],
 }
 
-impl Best {
-    fn of(points: &[Point], all: &[Found]) -> Self {
+/// The best of [`ROUGHNESS`] for every part.
+struct Choice(Vec<usize>);
+
+impl Choice {
+    fn of(all: &[Found]) -> Self {
         let parts = all.first().map_or(0, |f| f.energies.len());
         let best_of = |part: usize| {
             let energy = |k: &usize| all[*k].energies[part];
             (0..all.len()).min_by(|a, b| energy(a).total_cmp(&energy(b))).unwrap_or(0)
         };
-        let chosen: Vec<usize> = (0..parts).map(best_of).collect();
-        let cost = |p: usize| all[chosen[points[p].part as usize]].costs[p];
-        let refined = |part: usize| {
-            let curve: Vec<f64> = all.iter().map(|f| f.energies[part]).collect();
-            least_of_parabola(&ROUGHNESS, &curve, chosen[part])
-        };
-        let before = all.iter().map(|f| f.before).fold(f32::INFINITY, f32::min);
-        let after = mean(&(0..points.len()).map(cost).collect::<Vec<_>>());
-        let roughness = (0..parts).map(refined).collect();
-        let best = Self {
-            normals: Vec::new(),
-            told: Vec::new(),
-            chosen,
-            roughness,
-            cost: [before, after],
-        };
-        Self { normals: best.normals_of(points, all), ..best }
+        Self((0..parts).map(best_of).collect())
     }
 
-    fn normals_of(&self, points: &[Point], all: &[Found]) -> Vec<Vec3> {
-        let of = |(p, point): (usize, &Point)| all[self.chosen[point.part as usize]].normals[p];
-        points.iter().enumerate().map(of).collect()
+    /// What was chosen and its neighbours, by a parabola.
+    fn roughness(&self, all: &[Found]) -> Vec<f32> {
+        let refined = |(part, &at): (usize, &usize)| {
+            let curve: Vec<f64> = all.iter().map(|f| f.energies[part]).collect();
+            least_of_parabola(&ROUGHNESS, &curve, at)
+        };
+        self.0.iter().enumerate().map(refined).collect()
+    }
+
+    /// A value per point, of what was found under the roughness of its part.
+    fn pick<T>(&self, points: &[Point], all: &[Found], of: impl Fn(&Found, usize) -> T) -> Vec<T> {
+        let pick = |(p, point): (usize, &Point)| of(&all[self.0[point.part as usize]], p);
+        points.iter().enumerate().map(pick).collect()
     }
 }
 

@@ -8,6 +8,7 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
+use crate::conjugate_gradients;
 use crate::geometry::mesh::{Mesh, Neighbours};
 
 /// Weight of staying where the normals have to turn, and where they are right.
@@ -86,40 +87,9 @@ impl Reshape<'_> {
     pub(super) fn solve(&self) -> Vec<Vec3> {
         let x = &self.mesh.vertices;
         let hold = self.hold();
-        let mut residual = self.map(|v| if self.free[v] { -self.slope(x, v) } else { Vec3::ZERO });
-        let mut u = vec![Vec3::ZERO; x.len()];
-        let mut direction = residual.clone();
-        let mut norm = dot(&residual, &residual);
-        let enough = norm * 1e-8;
-        for _ in 0..ITERATIONS {
-            if !(norm > enough) {
-                break;
-            }
-            let image = self.image(&direction, &hold);
-            let curvature = dot(&direction, &image);
-            if !(curvature > 0.0) {
-                break;
-            }
-            let step = (norm / curvature) as f32;
-            u.iter_mut().zip(&direction).for_each(|(u, d)| *u += *d * step);
-            residual.iter_mut().zip(&image).for_each(|(r, i)| *r -= *i * step);
-            let next = dot(&residual, &residual);
-            let keep = (next / norm) as f32;
-            direction.iter_mut().zip(&residual).for_each(|(d, r)| *d = *r + *d * keep);
-            norm = next;
-        }
-        u
+        let residual = self.map(|v| if self.free[v] { -self.slope(x, v) } else { Vec3::ZERO });
+        conjugate_gradients::solve(residual, |u| self.image(u, &hold), ITERATIONS)
     }
-}
-
-/// In chunks of fixed size: the same at any number of threads.
-fn dot(a: &[Vec3], b: &[Vec3]) -> f64 {
-    let parts: Vec<f64> = a
-        .par_chunks(CHUNK)
-        .zip(b.par_chunks(CHUNK))
-        .map(|(a, b)| a.iter().zip(b).map(|(a, b)| f64::from(a.dot(*b))).sum())
-        .collect();
-    parts.iter().sum()
 }
 
 #[cfg(test)]

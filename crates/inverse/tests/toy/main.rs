@@ -1,159 +1,19 @@
 //! A ball on a floor of two greys in the sun, taken apart again: surface given, light and material found.
 
-use glam::{DVec3, Vec3};
+mod scene;
+
+use glam::Vec3;
 use motes_inverse::{
     DecomposeOptions, Decomposition, Known, Photo, TermChoice, TracedSurface, ViewRays, decompose,
 };
 use motes_raster::RenderOptions;
-use motes_scene::{Gaussians, ImageF32, Pinhole, Pose, Surface};
+use motes_scene::{ImageF32, Surface};
 use motes_shading::brdf::{Lobes, Material};
-use motes_shading::environment::{
-    Convention, Environment, EnvironmentMap, MapOptions, Orientation,
-};
+use motes_shading::environment::{Convention, Environment, Orientation};
 use motes_shading::integrate::{IntegrationOptions, Shader, SurfacePoint};
 use std::ops::ControlFlow;
 
-const SIZE: (usize, usize) = (96, 72);
-const RADIUS: f32 = 0.5;
-
-/// Floor at z = 0 as a grid of its own and a ball on it.
-fn surface() -> Surface {
-    let mut s = Surface::default();
-    let n = 40u32;
-    for y in 0..=n {
-        for x in 0..=n {
-            s.vertices.push([
-                x as f32 / n as f32 * 4.0 - 2.0,
-                y as f32 / n as f32 * 4.0 - 2.0,
-                0.0,
-            ]);
-            s.normals.push([0.0, 0.0, 1.0]);
-        }
-    }
-    let quad = |s: &mut Surface, a: u32, b: u32, c: u32, d: u32| {
-        s.triangles.extend([[a, b, c], [a, c, d]]);
-    };
-    for y in 0..n {
-        for x in 0..n {
-            let a = y * (n + 1) + x;
-            quad(&mut s, a, a + 1, a + n + 2, a + n + 1);
-        }
-    }
-    let first = s.vertices.len() as u32;
-    let (rows, columns) = (24u32, 48u32);
-    for y in 0..=rows {
-        for x in 0..columns {
-            let (theta, phi) = (
-                y as f32 / rows as f32 * std::f32::consts::PI,
-                x as f32 / columns as f32 * std::f32::consts::TAU,
-            );
-            let d = Vec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos());
-            s.normals.push(d.to_array());
-            s.vertices.push((d * RADIUS + Vec3::Z * (RADIUS + 0.01)).to_array());
-        }
-    }
-    for y in 0..rows {
-        for x in 0..columns {
-            let at = |x: u32, y: u32| first + y * columns + x % columns;
-            quad(&mut s, at(x, y), at(x, y + 1), at(x + 1, y + 1), at(x + 1, y));
-        }
-    }
-    s
-}
-
-fn is_floor(p: Vec3) -> bool {
-    p.z < 1e-3
-}
-
-fn base_color(p: Vec3) -> f32 {
-    match (is_floor(p), (p.x * 2.0).floor() as i32 + (p.y * 2.0).floor() as i32) {
-        (true, k) if k.rem_euclid(2) == 0 => 0.5,
-        (true, _) => 0.25,
-        _ => 0.45,
-    }
-}
-
-fn light(sky: f32, sun: f32) -> Environment {
-    let mut image = ImageF32::filled(64, 32, 3, 0.0);
-    for y in 0..16 {
-        for x in 0..64 {
-            image.pixel_mut(x, y).fill(sky);
-        }
-    }
-    for (x, y) in [(20, 8), (21, 8), (20, 9), (21, 9)] {
-        image.pixel_mut(x, y).fill(sun);
-    }
-    let options = MapOptions { exposure: 1.0, orientation: Orientation::new(Convention::Blender) };
-    Environment::new(EnvironmentMap::new(&image, &options).ok(), None)
-}
-
-fn photos(
-    scene: &TracedSurface,
-    light: &Environment,
-    material: impl Fn(Vec3) -> Material,
-) -> Vec<Photo> {
-    let camera = Pinhole { fx: 90.0, fy: 90.0, cx: 48.0, cy: 36.0, width: SIZE.0, height: SIZE.1 };
-    let options = IntegrationOptions {
-        light_samples: 64,
-        brdf_samples: 32,
-        ray_bias: 1e-4,
-        ..IntegrationOptions::default()
-    };
-    let shader = Shader::new(light, &scene.tracer, None, options);
-    (0..12u32)
-        .map(|k| {
-            let phi = f64::from(k) * std::f64::consts::TAU / 12.0;
-            let height = 1.6 + 0.8 * f64::from(k % 3);
-            let eye = DVec3::new(3.0 * phi.cos(), 3.0 * phi.sin(), height);
-            let mut photo = Photo {
-                name: format!("view_{k:02}.png"),
-                camera,
-                camera_from_world: Pose::look_at(eye, DVec3::Z * 0.3, DVec3::Z).expect("a pose"),
-                radiance_linear: ImageF32::filled(SIZE.0, SIZE.1, 3, 0.0),
-                light: 0,
-                weight: ImageF32::filled(SIZE.0, SIZE.1, 1, 1.0),
-            };
-            let rays = ViewRays::new(&photo);
-            let hits = rays.hits(scene);
-            let mut places = Vec::new();
-            let mut points = Vec::new();
-            for (i, hit) in hits.iter().enumerate().filter(|(_, h)| h.is_hit()) {
-                let (x, y) = ((i % SIZE.0) as f32 + 0.5, (i / SIZE.0) as f32 + 0.5);
-                let to_viewer = -rays.direction(x, y);
-                let (position, shading_normal, geometric_normal) = scene.frame(hit, to_viewer);
-                places.push(i);
-                let material = material(position);
-                points.push(SurfacePoint {
-                    position,
-                    geometric_normal,
-                    shading_normal,
-                    to_viewer,
-                    material,
-                });
-            }
-            for (i, shaded) in places.iter().zip(shader.shade(&points, u64::from(k) << 32)) {
-                photo.radiance_linear.data[3 * i..3 * i + 3]
-                    .copy_from_slice(&shaded.total().to_array());
-            }
-            photo
-        })
-        .collect()
-}
-
-fn gaussians(surface: &Surface) -> Gaussians {
-    let n = surface.vertices.len() + 1;
-    // The last one is where no camera looks.
-    let means = surface.vertices.iter().copied().chain([[0.0, 0.0, -50.0]]).collect();
-    Gaussians {
-        means,
-        rotations: vec![[1.0, 0.0, 0.0, 0.0]; n],
-        log_scales: vec![[0.05f32.ln(); 3]; n],
-        opacity_logits: vec![3.0; n],
-        sh_degree: 0,
-        sh: vec![0.0; 3 * n],
-        extra: Vec::new(),
-    }
-}
+use scene::{base_color, gaussians, is_floor, light, photos, surface};
 
 fn options() -> DecomposeOptions {
     DecomposeOptions {
