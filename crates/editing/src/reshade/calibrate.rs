@@ -11,7 +11,8 @@
 //! ```
 //!
 //! `c` is the plane as it looks from above. `s` may take `d` no further than to the values that it has within the reach of an
-//! edge. `κ` holds for all light that the edit changes, since all of it comes from one model.
+//! edge, and is made smaller by as much of it as texture explains, which is as strong beside the shadow as inside (Wiener).
+//! `κ` holds for all light that the edit changes, since all of it comes from one model.
 
 use glam::Vec3;
 
@@ -114,9 +115,14 @@ impl Calibration {
             }
             left[c].clamp(low - own, high - own)
         };
+        // Texture differs beside the shadow as much from what is around it as inside: that is no error of the light (Wiener).
+        let far = noise_beside(&grid, &around, 2 * steps, |c| mean(log_c[c] - log_after[c]));
+        let of_zone = cells.clone().filter(|&c| known[c] && zone[c]);
+        let signal = power(of_zone.map(|c| left[c]));
+        let share = if signal > far { (1.0 - far / signal) as f32 } else { 0.0 };
         let shift: Vec<Vec3> = cells
             .clone()
-            .map(|c| if zone[c] && known[c] { tint * bounded(c) } else { Vec3::ZERO })
+            .map(|c| if zone[c] && known[c] { share * tint * bounded(c) } else { Vec3::ZERO })
             .collect();
         // Where an object touched the plane, there was little light to see its colour by.
         let trust = |c: usize| (2.0 * mean(gone[c])).exp().min(1.0);
@@ -172,10 +178,85 @@ fn mean_around(
     pull_push(grid.size, means.collect(), weight).into_iter().map(Vec3::from).collect()
 }
 
+/// The mean square by which `value`, smoothed, differs between cells of `around` that are `distance` cells apart.
+fn noise_beside(
+    grid: &Grid,
+    around: &[bool],
+    distance: usize,
+    value: impl Fn(usize) -> f32,
+) -> f64 {
+    let [width, height] = grid.size;
+    let smooth = smoothed(grid, around, &value);
+    let wide = mean_around(grid, around, distance, |c| Vec3::splat(value(c)));
+    let pairs = (0..grid.cells()).filter(|c| around[*c]).flat_map(|c| {
+        let (x, y) = (c % width, c / width);
+        let right = (x + distance < width).then_some(c + distance);
+        let left = x.checked_sub(distance).map(|_| c - distance);
+        let up = (y + distance < height).then_some(c + distance * width);
+        let down = y.checked_sub(distance).map(|_| c - distance * width);
+        [right, left, up, down].into_iter().flatten().map(move |n| (c, n))
+    });
+    power(pairs.filter(|(_, n)| around[*n]).map(|(c, n)| smooth[c] - wide[n].x))
+}
+
+/// The mean square.
+fn power(values: impl Iterator<Item = f32>) -> f64 {
+    let add = |(sum, n): (f64, f64), v: f32| (sum + f64::from(v * v), n + 1.0);
+    let (sum, count) = values.fold((0.0, 0.0), add);
+    sum / count.max(1.0)
+}
+
 /// The mean of `value` over the known cells that touch each.
 fn smoothed(grid: &Grid, known: &[bool], value: impl Fn(usize) -> f32) -> Vec<f32> {
     let sums: Vec<[f32; 2]> =
         (0..grid.cells()).map(|c| if known[c] { [value(c), 1.0] } else { [0.0; 2] }).collect();
     let sums = boxed(grid, &sums, 1);
     sums.iter().map(|s| if s[1] > 0.0 { s[0] / s[1] } else { 0.0 }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+
+    /// A shadow on the left of a plane with blotches of texture; in the photos its edge is `off` cells farther right.
+    ///
+    /// Returns the error of the light with and without `s`, root mean squares.
+    fn errors_of_light(texture: f32, off: usize) -> [f32; 2] {
+        let plane = Plane::new(DVec3::Z, DVec3::ZERO);
+        let corners = [[-1.0, -1.0], [1.0, 1.0]].map(|f| plane.point(f));
+        let grid = Grid::over(plane, &corners, 0.02, 0.0).expect("a grid");
+        let width = grid.size[0];
+        let edge = width / 2;
+        let dark = |c: usize, edge: usize| if c % width < edge { -1.0 } else { 0.0 };
+        let blotch = |c: usize| {
+            let (x, y) = (c % width / 5, c / width / 5);
+            let wave = (x as f32 * 12.9898 + y as f32 * 78.233).sin() * 43_758.547;
+            texture * (2.0 * wave.fract().abs() - 1.0)
+        };
+        let cells = 0..grid.cells();
+        let color = |c: usize| Some(Vec3::splat((dark(c, edge + off) + blotch(c) - 1.5).exp()));
+        let observed = Observed {
+            radiance: cells.clone().map(color).collect(),
+            blurred: vec![false; grid.cells()],
+            log_before: cells.clone().map(|c| Vec3::splat(dark(c, edge))).collect(),
+            log_after: vec![Vec3::ZERO; grid.cells()],
+        };
+        let found = Calibration::new(grid, &observed).expect("enough is known");
+        let truth = |c: usize| dark(c, edge + off);
+        let kappa = found.exponent.expect("an inside").x;
+        [1.0, 0.0].map(|share| {
+            let error = |c| kappa * dark(c, edge) + share * found.shift[c].x - truth(c);
+            power(cells.clone().map(error)).sqrt() as f32
+        })
+    }
+
+    #[test]
+    fn an_edge_beside_that_of_the_photos_is_moved_and_texture_is_no_edge() {
+        let [with, without] = errors_of_light(0.05, 4);
+        assert!(with < 0.4 * without, "the edge: {with} of {without}");
+        let [with, without] = errors_of_light(0.8, 0);
+        assert!(with < 1.3 * without, "texture: {with} of {without}");
+    }
 }

@@ -302,6 +302,11 @@ impl Hole {
         self.grid.grown(&self.open, steps)
     }
 
+    /// Whether a point is no higher than what holds the plane.
+    pub(super) fn is_low(&self, p: Vec3) -> bool {
+        self.grid.height(p) <= HELD * self.tolerance
+    }
+
     /// Whether a point lies on the plane.
     pub(super) fn on_plane(&self, p: Vec3) -> bool {
         self.grid.height(p).abs() <= self.tolerance

@@ -24,6 +24,7 @@ mod grid;
 mod hole;
 mod images;
 mod learned;
+mod looks;
 mod patch;
 mod plane_picture;
 mod ratio;

@@ -1,7 +1,7 @@
 //! A piece of the surroundings that fits a hole.
 
-use super::fill::Look;
 use super::hole::Hole;
+use super::looks::Look;
 
 /// Directions that a piece is looked for in.
 const DIRECTIONS: usize = 32;

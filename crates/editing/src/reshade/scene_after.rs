@@ -9,10 +9,12 @@ use rayon::prelude::*;
 
 use super::colors::Projection;
 use super::cover::{Cover, Orphans};
-use super::fill::{Filling, Neighbour, continued_looks, dressed_lid, fill_with_plane};
+use super::fill::{Filling, dressed_lid, fill_with_plane};
 use super::hole::{GROUNDED, Hole, Left, find_hole};
 use super::images::{Fate, Images};
+use super::looks::{Seen, continued_looks, window};
 use super::patch::best_shift;
+use super::plane_picture::plane_picture;
 use super::ratio::{self, Rows};
 use super::{ReshadeError, ReshadeOptions, ReshadeReport, light_of, surface};
 use crate::refit::Fills;
@@ -72,10 +74,13 @@ pub(super) fn reshade(
     let mut looks = Vec::with_capacity(holes.len());
     let first_new = state.len();
     for (hole, fill) in &mut holes {
-        let neighbours = neighbours(state, &before, &lit_before, hole, &projection, options);
-        let of_hole = continued_looks(hole, &state.gaussians, &materials_of(state)?, &neighbours);
+        let seen = seen(state, &before, &lit_before, hole, &projection, options);
+        let materials = materials_of(state)?;
+        let looks_within =
+            |cells| continued_looks(hole, &state.gaussians, &materials, &seen, cells);
+        let of_hole = looks_within(window(hole));
         if *fill == Fill::Patch {
-            match best_shift(hole, &of_hole) {
+            match best_shift(hole, &looks_within(0)) {
                 Some(shift) => report.filled += copy_patch(state, hole, shift),
                 None => {
                     *fill = Fill::Plane;
@@ -87,13 +92,13 @@ pub(super) fn reshade(
             }
         }
         surface::append(&mut mesh, &dressed_lid(hole, &of_hole));
-        looks.push((of_hole, neighbours));
+        looks.push((of_hole, seen.rows));
     }
     let first_filled = state.len();
     let (mut unlit, mut hole_of_filled) = (Vec::new(), Vec::new());
     for (number, (hole, _)) in holes.iter().enumerate().filter(|(_, (_, f))| *f == Fill::Plane) {
-        let (looks, neighbours) = &looks[number];
-        let filling = fill_with_plane(hole, &state.gaussians, neighbours, looks);
+        let (looks, rows) = &looks[number];
+        let filling = fill_with_plane(hole, &state.gaussians, rows, looks);
         report.filled += filling.gaussians.len();
         unlit.extend_from_slice(&filling.unlit);
         hole_of_filled.resize(unlit.len(), number);
@@ -269,41 +274,35 @@ fn remove_leftovers(
     }
 }
 
-/// The Gaussians of the plane around a hole, and their light before the edit.
-fn neighbours(
+/// The ground around a hole as the Gaussians show it that lie on it, and its light before the edit.
+fn seen(
     state: &EditState,
     before: &RelightScene,
     lit_before: &Relighter<'_>,
     hole: &Hole,
     projection: &Projection,
     options: &ReshadeOptions,
-) -> Vec<Neighbour> {
+) -> Seen {
     let grid = &hole.grid;
-    let is_near = |i: &u32| {
+    let stays = |i: &u32| {
         let origin = &state.origins[*i as usize];
         let p = Vec3::from(state.gaussians.means[*i as usize]);
         origin.source == SCENE
             && origin.row != Origin::NEW_ROW
             && state.motions[origin.motion as usize].is_identity()
-            && hole.on_plane(p)
+            && hole.is_low(p)
             && grid.cell(grid.plane.flat(p)).is_some()
-            && Vec3::from(before.materials.normals[origin.row as usize]).dot(grid.plane.normal)
-                > GROUNDED
     };
-    let rows: Vec<u32> = (0..state.len() as u32).filter(is_near).collect();
-    let probes: Vec<_> = rows
-        .iter()
-        .map(|&i| {
-            let row = state.origins[i as usize].row;
-            before.probe(row as usize, u64::from(row))
-        })
-        .collect();
-    let white = lit_before.white_radiance(&probes, options.samples);
-    let neighbour = |((&row, probe), white_radiance): ((&u32, &motes_relighting::Probe), Vec3)| {
-        let sh = state.gaussians.sh_of(row as usize);
-        Neighbour { row, radiance: projection.radiance(sh, probe.normal), white_radiance }
+    // Seen from above, whatever the ground is made of: its Gaussians scatter more than the surface.
+    let low: Vec<u32> = (0..state.len() as u32).filter(stays).collect();
+    let picture = plane_picture(grid, &state.gaussians, &low, projection, before.antialias);
+    let lies = |i: &u32| {
+        let row = state.origins[*i as usize].row as usize;
+        hole.on_plane(Vec3::from(state.gaussians.means[*i as usize]))
+            && Vec3::from(before.materials.normals[row]).dot(grid.plane.normal) > GROUNDED
     };
-    rows.iter().zip(&probes).zip(white).map(neighbour).collect()
+    let rows = low.into_iter().filter(lies).collect();
+    Seen::new(hole, rows, picture, lit_before, options.samples)
 }
 
 /// What fills the holes, from a row on, and what was there around them.
