@@ -1,14 +1,24 @@
 //! What further clicks make of the set that the first one found.
 //!
-//! A positive click outside the set says that it is too small: it grows. A negative one inside says that it is nearly
-//! right, or that it is another thing; three answers compete: the set corrected, a search anew with all clicks as seeds,
-//! and the set without what each negative click finds by itself.
+//! A positive click outside the set says that something is missing, a negative one inside that something is too much, or
+//! that it is another thing altogether. The answers that compete are in `answers`; here they are weighed.
 
-use crate::diffusion::{Mark, Step, probabilities, sweep};
+use crate::answers::answers;
+use crate::depth::depth_in_view;
+use crate::diffusion::{Mark, sweep};
 use crate::index::SceneIndex;
-use crate::segment::{
-    AREA_POWER, INSIDE, Region, Seeds, completed, cost, marks, next_larger, whole,
-};
+use crate::segment::{AREA_POWER, INSIDE, Region, Seeds, cost, marks};
+
+/// What lies inside an answer costs this much of it where it is just enough to be looked for.
+const INCOMPLETE: f32 = 0.5;
+/// A click is in the middle of what is wrong: an answer that changes less around it than there is to change costs
+/// more, by this power of the ratio of the two depths.
+const DEPTH_POWER: f32 = 0.2;
+/// What is missing is as little as explains the click: an answer to a positive click costs more by this power of the area
+/// that it changes.
+const CHANGE_POWER: f32 = 0.2;
+/// Added to the area that changes, superpixels: below it all changes are alike.
+const CHANGE_OFFSET: f32 = 5.0;
 
 /// Whether each superpixel is in a set.
 pub(crate) fn membership(index: &SceneIndex, nodes: &[u32]) -> Vec<bool> {
@@ -18,7 +28,7 @@ pub(crate) fn membership(index: &SceneIndex, nodes: &[u32]) -> Vec<bool> {
 }
 
 /// Whether most of what a click hits, in all views, is in a set.
-fn holds(is_in: &[bool], click: &[u32]) -> bool {
+pub(crate) fn holds(is_in: &[bool], click: &[u32]) -> bool {
     2 * click.iter().filter(|&&n| is_in[n as usize]).count() > click.len()
 }
 
@@ -30,30 +40,63 @@ pub(crate) fn contradictions(index: &SceneIndex, seeds: &Seeds, nodes: &[u32]) -
 }
 
 /// The answer to all clicks where they contradict what was found: the one with the fewest contradictions; of
-/// those the one with nothing inside it, then the one of the least cost.
+/// those the one that costs least for what it changes and what lies inside it.
 pub(crate) fn corrected(index: &SceneIndex, seeds: &Seeds, found: Region, least: f32) -> Region {
     let all = marks(index, seeds);
-    let opposed = opposed(index, seeds, &all);
-    let grown = trimmed_and_grown(index, seeds, &opposed, &found);
-    let only_negative = Seeds { positive: Vec::new(), ..seeds.clone() };
-    if contradictions(index, &only_negative, &found.nodes) == 0 {
-        // Too little was found, not another thing.
-        return measured(index, &grown, &all).unwrap_or(found);
-    }
-    let answers =
-        [Some(grown), searched(index, &opposed, least), clicks_apart(index, seeds, &found, least)];
-    let measured = answers.into_iter().flatten().filter_map(|nodes| measured(index, &nodes, &all));
+    let error = Error::new(index, seeds, &found.nodes);
     let key = |region: &Region| {
         let wrong = contradictions(index, seeds, &region.nodes);
-        (wrong, region.share >= INSIDE)
+        let incomplete = 1.0 + INCOMPLETE * region.share.max(0.0) / INSIDE;
+        (wrong, cost(&region.last, AREA_POWER) * incomplete * error.unlikelihood(index, region))
     };
-    measured
+    answers(index, seeds, &all, &found, least)
+        .into_iter()
+        .filter_map(|nodes| measured(index, &nodes, &all))
         .map(|region| (key(&region), region))
-        .min_by(|(a, ra), (b, rb)| {
-            let costs = [ra, rb].map(|r| cost(&r.last, AREA_POWER));
-            a.cmp(b).then(costs[0].total_cmp(&costs[1]))
-        })
+        .min_by(|(a, _), (b, _)| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)))
         .map_or(found, |(_, region)| region)
+}
+
+/// What the clicks that contradict a set say about what is wrong with it.
+struct Error {
+    /// The set.
+    was_in: Vec<bool>,
+    /// Where each contradicting click was made, whether it is positive, and how deep it lies in what can be wrong.
+    clicks: Vec<(u32, bool, f32)>,
+}
+
+impl Error {
+    fn new(index: &SceneIndex, seeds: &Seeds, found: &[u32]) -> Self {
+        let was_in = membership(index, found);
+        let of_kind = |clicks: &[Vec<u32>], is_positive: bool| {
+            let wrong = |c: &&Vec<u32>| holds(&was_in, c) != is_positive;
+            let first = clicks.iter().filter(wrong).filter_map(|c| c.first().copied());
+            let depth = |n: u32| depth_in_view(index, n, |i| was_in[i] != is_positive);
+            first.map(|n| (n, is_positive, depth(n))).collect::<Vec<_>>()
+        };
+        let mut clicks = of_kind(&seeds.positive, true);
+        clicks.extend(of_kind(&seeds.negative, false));
+        Self { was_in, clicks }
+    }
+
+    /// How little an answer explains that the clicks are where they are; 1 or more where it changes anything.
+    fn unlikelihood(&self, index: &SceneIndex, answer: &Region) -> f32 {
+        let is_in = membership(index, &answer.nodes);
+        let (mut there, mut explained) = (0.0, 0.0);
+        for &(node, is_positive, depth) in &self.clicks {
+            there += depth;
+            explained += depth_in_view(index, node, |i| {
+                self.was_in[i] != is_positive && is_in[i] == is_positive
+            });
+        }
+        let off_middle = if explained > 0.0 { there / explained } else { 1.0 };
+        let changed = (0..index.nodes() as u32)
+            .filter(|&n| self.was_in[n as usize] != is_in[n as usize])
+            .map(|n| index.area(n))
+            .sum::<f32>();
+        let power = if self.clicks.iter().all(|c| c.1) { CHANGE_POWER } else { 0.0 };
+        off_middle.max(1.0).powf(DEPTH_POWER) * (changed + CHANGE_OFFSET).powf(power)
+    }
 }
 
 /// A set as a chain of its own, so that sets of different origin compare.
@@ -65,100 +108,58 @@ fn measured(index: &SceneIndex, nodes: &[u32], marks: &[Mark]) -> Option<Region>
     Some(Region::new(index, &chain, last, marks))
 }
 
-/// The marks, and negative what a walk from the negative clicks meets before one from the positive ones.
-fn opposed(index: &SceneIndex, seeds: &Seeds, marks: &[Mark]) -> Vec<Mark> {
-    let mut marks = marks.to_vec();
-    if seeds.negative.is_empty() {
-        return marks;
-    }
-    let likely = probabilities(&index.graph, &marks);
-    let mut swapped = marks.clone();
-    swapped.iter_mut().filter(|m| **m == Mark::Positive).for_each(|m| *m = Mark::Negative);
-    seeds.negative.iter().flatten().for_each(|&n| swapped[n as usize] = Mark::Positive);
-    let other = probabilities(&index.graph, &swapped);
-    for (mark, (mine, other)) in marks.iter_mut().zip(likely.iter().zip(&other)) {
-        if *mark == Mark::Free && other > mine {
-            *mark = Mark::Negative;
-        }
-    }
-    marks
-}
-
-/// The set without what is nearer to negative clicks; what is left stays, and grows as far as the positive
-/// clicks that it misses need.
-fn trimmed_and_grown(
-    index: &SceneIndex,
-    seeds: &Seeds,
-    opposed: &[Mark],
-    found: &Region,
-) -> Vec<u32> {
-    let mut marks = opposed.to_vec();
-    let kept = |&n: &u32| marks[n as usize] != Mark::Negative;
-    let nodes: Vec<u32> = found.nodes.iter().copied().filter(kept).collect();
-    let is_in = membership(index, &nodes);
-    if seeds.positive.iter().all(|click| holds(&is_in, click)) {
-        return nodes;
-    }
-    nodes.iter().for_each(|&n| marks[n as usize] = Mark::Positive);
-    let area = nodes.iter().map(|&n| index.area(n)).sum();
-    let Some(larger) = next_larger(index, area, &marks) else { return nodes };
-    match larger.share < INSIDE {
-        true => larger.nodes,
-        false => completed(index, &larger, &marks).unwrap_or(larger).nodes,
-    }
-}
-
-/// What the marks find as a whole.
-fn searched(index: &SceneIndex, marks: &[Mark], least: f32) -> Option<Vec<u32>> {
-    let chain: Vec<Step> = sweep(index, &probabilities(&index.graph, marks), marks);
-    whole(index, &chain, marks, least).map(|region| region.nodes)
-}
-
-/// The set without what each negative click inside it finds by itself, short of the positive clicks.
-fn clicks_apart(index: &SceneIndex, seeds: &Seeds, found: &Region, least: f32) -> Option<Vec<u32>> {
-    let mut is_in = membership(index, &found.nodes);
-    let mut is_other = false;
-    for click in &seeds.negative {
-        if !holds(&is_in, click) {
-            continue;
-        }
-        let alone = Seeds {
-            positive: vec![click.clone()],
-            negative: seeds.positive.clone(),
-            ..Seeds::default()
-        };
-        let object = searched(index, &marks(index, &alone), least).unwrap_or_default();
-        object.iter().for_each(|&n| is_in[n as usize] = false);
-        is_other |= !object.is_empty();
-    }
-    is_other.then(|| (0..index.nodes() as u32).filter(|&n| is_in[n as usize]).collect())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::view_data::{Segment, ViewData};
+    use crate::view_data::{Border, Segment, ViewData};
     use motes_raster::LabelVotes;
     use motes_scene::{Pinhole, Pose};
 
     /// Superpixels in a row that nothing parts.
     fn row(count: usize) -> SceneIndex {
         let segment = |k: usize| Segment {
+            center_px: [k as f32 + 0.5, 0.5],
             area_px: 81.0,
             point: [k as f32, 0.0, 1.0],
+            normal: [0.0, 0.0, -1.0],
             width: 1.0,
+            inverse_depth: [0.0, 0.0, 1.0],
             ..Segment::default()
         };
+        let border =
+            |k: u32| Border { segments: [k, k + 1], length_px: 9.0, at_px: [k as f32 + 1.0, 0.5] };
         let view = ViewData {
             camera: Pinhole { fx: 1.0, fy: 1.0, cx: 0.5, cy: 0.5, width: count, height: 1 },
             camera_from_world: Pose::IDENTITY,
             labels: (0..count as u32).collect(),
             depth: vec![1.0; count],
             segments: (0..count).map(segment).collect(),
-            borders: Vec::new(),
+            borders: (0..count as u32 - 1).map(border).collect(),
             votes: LabelVotes { offsets: vec![0; count + 1], gaussians: vec![], weights: vec![] },
         };
         SceneIndex::new(vec![0], vec![view], 0)
+    }
+
+    #[test]
+    fn an_answer_explains_that_a_click_is_in_the_middle_of_what_is_wrong() {
+        let index = row(21);
+        let found: Vec<u32> = (0..15).collect();
+        let region = |nodes: Vec<u32>| measured(&index, &nodes, &vec![Mark::Free; 21]).unwrap();
+        let seeds = Seeds { negative: vec![vec![10]], order: vec![false], ..Seeds::default() };
+        let error = Error::new(&index, &seeds, &found);
+        assert_eq!(error.clicks, [(10, false, 5.0)]);
+        let unlikelihood = |nodes: Vec<u32>| error.unlikelihood(&index, &region(nodes));
+        let without = |cut: std::ops::Range<u32>| (0..15).filter(|n| !cut.contains(n)).collect();
+        assert!((unlikelihood((0..6).collect()) - 1.0).abs() < 1e-6, "all that there is around it");
+        let hole = 5f32.powf(DEPTH_POWER);
+        assert!((unlikelihood(without(10..11)) - hole).abs() < 1e-5, "a hole");
+        assert!(unlikelihood(without(9..12)) < hole);
+        // What is missing is as little as explains the click.
+        let seeds = Seeds { positive: vec![vec![16]], order: vec![true], ..Seeds::default() };
+        let error = Error::new(&index, &seeds, &found);
+        let [little, much] =
+            [18, 21].map(|end| error.unlikelihood(&index, &region((0..end).collect())));
+        assert!(little < much, "{little} {much}");
     }
 
     #[test]

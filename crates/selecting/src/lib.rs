@@ -5,10 +5,12 @@
 //! regions that the views agree on. A prompt is then answered without rasterizing: regions, graph cuts
 //! and votes all live on superpixels. `docs/selecting.md` tells the method and what it measures.
 
+mod answers;
 mod cache;
 mod color;
 mod continuation;
 mod corrections;
+mod depth;
 mod diffusion;
 mod error;
 mod extent;

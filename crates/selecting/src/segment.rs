@@ -56,7 +56,7 @@ const LEAST_PER_VIEW: f32 = 1.5;
 /// Superpixels in the middle of a box that a walk starts from.
 const BOX_SEEDS: usize = 5;
 /// A part is at most this share of its whole.
-const PART_SHARE: f32 = 0.6;
+pub(crate) const PART_SHARE: f32 = 0.6;
 /// The set of least `(conductance + CLOSED + CONTACT contact) * area^AREA_POWER` is meant. Conductances far
 /// below `CLOSED` are all alike: several objects that touch are together always a little better closed
 /// than each, and then the smaller set is wanted. An object rests on its support; what touches other things along
@@ -84,10 +84,13 @@ pub(crate) fn marks(index: &SceneIndex, seeds: &Seeds) -> Vec<Mark> {
         let s = index.segment(n);
         s.width > 0.0 && index.plane.is_some_and(|p| p.membership(s.point.into(), s.width) > 0.5)
     };
-    let clicked = seeds.positive.first().and_then(|s| s.first());
-    // A rectangle is drawn around a thing, whose middle may be a hole.
-    let is_support = clicked
-        .map_or_else(|| seeds.boxes.iter().flatten().all(|&n| on_plane(n)), |&n| on_plane(n));
+    // Who clicks a thing low down may hit what it stands on, in all views or in some; who means the support hits
+    // nothing else. A rectangle is drawn around a thing, whose middle may be a hole.
+    let is_on_plane = |hit: &Vec<u32>| 2 * hit.iter().filter(|&&n| on_plane(n)).count() > hit.len();
+    let is_support = match seeds.positive.is_empty() {
+        true => seeds.boxes.iter().flatten().all(|&n| on_plane(n)),
+        false => seeds.positive.iter().all(is_on_plane),
+    };
     for n in 0..index.nodes() as u32 {
         // Nothing drawn is nobody's.
         if index.segment(n).width == 0.0 || on_plane(n) != is_support {
@@ -113,7 +116,7 @@ pub(crate) fn cost(s: &Step, power: f32) -> f32 {
 }
 
 /// The cheapest set of a chain: its length and last step.
-fn best_set(chain: &[Step], least: f32, most: f32, power: f32) -> Option<(usize, Step)> {
+pub(crate) fn best_set(chain: &[Step], least: f32, most: f32, power: f32) -> Option<(usize, Step)> {
     let usable =
         chain.iter().copied().enumerate().filter(|(_, s)| s.area >= least && s.area <= most);
     let best = usable.min_by(|a, b| cost(&a.1, power).total_cmp(&cost(&b.1, power)));

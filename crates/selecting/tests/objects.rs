@@ -167,6 +167,30 @@ fn further_prompts_add_and_take_away() {
 }
 
 #[test]
+fn corrections_take_back_and_turn_from_the_support() {
+    let (g, part, capture) = scene();
+    let source =
+        SelectSource::new(&g, Antialias::Classic).with_capture(&capture, Path::new("c.json"));
+    let iou = |clicks: &[Click], wanted: &[u32]| {
+        let prompt = ObjectPrompt { clicks: clicks.to_vec(), ..ObjectPrompt::default() };
+        let found = propose(&source, &prompt, 1).unwrap().remove(0).selection;
+        let truth = Selection::where_true(g.len(), |i| wanted.contains(&part[i]));
+        held_out_iou(&source, &capture, &found, &truth)
+    };
+    let [red, blue, no_blue] = [
+        click_on(&capture, 1, RED_TOP, true),
+        click_on(&capture, 2, BLUE_TOP, true),
+        click_on(&capture, 4, BLUE_TOP, false),
+    ];
+    let taken_back = iou(&[red.clone(), blue, no_blue.clone()], &[RED]);
+    assert!(taken_back > 0.9, "a second box, taken back: {taken_back}");
+    // The first click missed the box and finds the floor; the others tell.
+    let missed = click_on(&capture, 4, [-0.85, 0.0, 0.0], true);
+    let missed = iou(&[missed, red, no_blue], &[RED]);
+    assert!(missed > 0.85, "the support is not meant where one click is on a thing: {missed}");
+}
+
+#[test]
 fn the_number_of_threads_changes_nothing() {
     let (g, _, capture) = scene();
     let run = |threads: usize| {

@@ -1,0 +1,120 @@
+//! The answers to clicks that contradict what was found.
+//!
+//! The set corrected; the set with and without what each click finds by itself, from the whole to small
+//! pieces; a search anew with all clicks as seeds, likewise. They are many because a click says little about how
+//! much is wrong; `corrections` chooses.
+
+use crate::corrections::{holds, membership};
+use crate::diffusion::{Mark, Step, probabilities, sweep};
+use crate::index::SceneIndex;
+use crate::segment::{
+    AREA_POWER, INSIDE, PART_SHARE, Region, Seeds, best_set, completed, marks, next_larger, whole,
+};
+
+/// Sets of each size that a search anew gives, and that a click gives by itself.
+const SIZES_ANEW: usize = 4;
+const SIZES_OF_CLICK: usize = 6;
+
+/// Sets that may be meant by all clicks, `found` being the answer so far and `all` the marks of the clicks.
+pub(crate) fn answers(
+    index: &SceneIndex,
+    seeds: &Seeds,
+    all: &[Mark],
+    found: &Region,
+    least: f32,
+) -> Vec<Vec<u32>> {
+    let free = probabilities(&index.graph, all);
+    let opposed = opposed(index, seeds, all, &free);
+    // Without the negative clicks themselves, that is: the smallest change.
+    let mut out = vec![found.nodes.clone(), trimmed_and_grown(index, seeds, &opposed, found)];
+    let mut anew = |chain: &[Step], marks: &[Mark]| {
+        out.extend(whole(index, chain, marks, least).map(|region| region.nodes));
+        out.extend(nested(chain, least, SIZES_ANEW));
+    };
+    anew(&sweep(index, &free, all), all);
+    if !seeds.negative.is_empty() {
+        anew(&sweep(index, &probabilities(&index.graph, &opposed), &opposed), &opposed);
+    }
+    let is_in = membership(index, &found.nodes);
+    let mut apart = is_in.clone();
+    for (clicks, others, is_positive) in
+        [(&seeds.positive, &seeds.negative, true), (&seeds.negative, &seeds.positive, false)]
+    {
+        for click in clicks.iter().filter(|click| holds(&is_in, click) != is_positive) {
+            let alone = Seeds {
+                positive: vec![click.clone()],
+                negative: others.clone(),
+                ..Seeds::default()
+            };
+            let marks = marks(index, &alone);
+            let chain = sweep(index, &probabilities(&index.graph, &marks), &marks);
+            for piece in nested(&chain, 0.0, SIZES_OF_CLICK) {
+                let mut is_in = is_in.clone();
+                piece.iter().for_each(|&n| is_in[n as usize] = is_positive);
+                out.push(nodes(&is_in));
+            }
+            if !is_positive && let Some(object) = whole(index, &chain, &marks, least) {
+                object.nodes.iter().for_each(|&n| apart[n as usize] = false);
+            }
+        }
+    }
+    out.push(nodes(&apart));
+    out
+}
+
+fn nodes(is_in: &[bool]) -> Vec<u32> {
+    (0..is_in.len() as u32).filter(|&n| is_in[n as usize]).collect()
+}
+
+/// The best set of a chain, the best one that is clearly smaller, and so on.
+fn nested(chain: &[Step], least: f32, count: usize) -> impl Iterator<Item = Vec<u32>> {
+    let mut most = f32::INFINITY;
+    (0..count).map_while(move |_| {
+        let (length, last) = best_set(chain, least, most, AREA_POWER)?;
+        most = PART_SHARE * last.area;
+        Some(chain[..length].iter().map(|s| s.node).collect())
+    })
+}
+
+/// The marks, and negative what a walk from the negative clicks meets before one from the positive ones.
+/// `likely` is the walk from the positive ones.
+fn opposed(index: &SceneIndex, seeds: &Seeds, marks: &[Mark], likely: &[f32]) -> Vec<Mark> {
+    let mut marks = marks.to_vec();
+    if seeds.negative.is_empty() {
+        return marks;
+    }
+    let mut swapped = marks.clone();
+    swapped.iter_mut().filter(|m| **m == Mark::Positive).for_each(|m| *m = Mark::Negative);
+    seeds.negative.iter().flatten().for_each(|&n| swapped[n as usize] = Mark::Positive);
+    let other = probabilities(&index.graph, &swapped);
+    for (mark, (mine, other)) in marks.iter_mut().zip(likely.iter().zip(&other)) {
+        if *mark == Mark::Free && other > mine {
+            *mark = Mark::Negative;
+        }
+    }
+    marks
+}
+
+/// The set without what is nearer to negative clicks; what is left stays, and grows as far as the positive
+/// clicks that it misses need.
+fn trimmed_and_grown(
+    index: &SceneIndex,
+    seeds: &Seeds,
+    opposed: &[Mark],
+    found: &Region,
+) -> Vec<u32> {
+    let mut marks = opposed.to_vec();
+    let kept = |&n: &u32| marks[n as usize] != Mark::Negative;
+    let nodes: Vec<u32> = found.nodes.iter().copied().filter(kept).collect();
+    let is_in = membership(index, &nodes);
+    if seeds.positive.iter().all(|click| holds(&is_in, click)) {
+        return nodes;
+    }
+    nodes.iter().for_each(|&n| marks[n as usize] = Mark::Positive);
+    let area = nodes.iter().map(|&n| index.area(n)).sum();
+    let Some(larger) = next_larger(index, area, &marks) else { return nodes };
+    match larger.share < INSIDE {
+        true => larger.nodes,
+        false => completed(index, &larger, &marks).unwrap_or(larger).nodes,
+    }
+}
