@@ -144,7 +144,7 @@ mod tests {
     fn an_answer_explains_that_a_click_is_in_the_middle_of_what_is_wrong() {
         let index = row(21);
         let found: Vec<u32> = (0..15).collect();
-        let region = |nodes: Vec<u32>| measured(&index, &nodes, &vec![Mark::Free; 21]).unwrap();
+        let region = |nodes: Vec<u32>| measured(&index, &nodes, &[Mark::Free; 21]).unwrap();
         let seeds = Seeds { negative: vec![vec![10]], order: vec![false], ..Seeds::default() };
         let error = Error::new(&index, &seeds, &found);
         assert_eq!(error.clicks, [(10, false, 5.0)]);
