@@ -78,7 +78,12 @@ fn nested(chain: &[Step], least: f32, count: usize) -> impl Iterator<Item = Vec<
 
 /// The marks, and negative what a walk from the negative clicks meets before one from the positive ones.
 /// `likely` is the walk from the positive ones.
-fn opposed(index: &SceneIndex, seeds: &Seeds, marks: &[Mark], likely: &[f32]) -> Vec<Mark> {
+pub(crate) fn opposed(
+    index: &SceneIndex,
+    seeds: &Seeds,
+    marks: &[Mark],
+    likely: &[f32],
+) -> Vec<Mark> {
     let mut marks = marks.to_vec();
     if seeds.negative.is_empty() {
         return marks;

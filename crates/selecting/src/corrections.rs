@@ -7,10 +7,9 @@ use crate::answers::answers;
 use crate::depth::depth_in_view;
 use crate::diffusion::{Mark, sweep};
 use crate::index::SceneIndex;
-use crate::segment::{AREA_POWER, INSIDE, Region, Seeds, cost, marks};
+use crate::rivals::price;
+use crate::segment::{Region, Seeds, marks};
 
-/// What lies inside an answer costs this much of it where it is just enough to be looked for.
-const INCOMPLETE: f32 = 0.5;
 /// A click is in the middle of what is wrong: an answer that changes less around it than there is to change costs
 /// more, by this power of the ratio of the two depths.
 const DEPTH_POWER: f32 = 0.2;
@@ -46,8 +45,7 @@ pub(crate) fn corrected(index: &SceneIndex, seeds: &Seeds, found: Region, least:
     let error = Error::new(index, seeds, &found.nodes);
     let key = |region: &Region| {
         let wrong = contradictions(index, seeds, &region.nodes);
-        let incomplete = 1.0 + INCOMPLETE * region.share.max(0.0) / INSIDE;
-        (wrong, cost(&region.last, AREA_POWER) * incomplete * error.unlikelihood(index, region))
+        (wrong, price(region) * error.unlikelihood(index, region))
     };
     answers(index, seeds, &all, &found, least)
         .into_iter()
@@ -100,7 +98,7 @@ impl Error {
 }
 
 /// A set as a chain of its own, so that sets of different origin compare.
-fn measured(index: &SceneIndex, nodes: &[u32], marks: &[Mark]) -> Option<Region> {
+pub(crate) fn measured(index: &SceneIndex, nodes: &[u32], marks: &[Mark]) -> Option<Region> {
     let is_in: Vec<f32> =
         membership(index, nodes).into_iter().map(|m| f32::from(u8::from(m))).collect();
     let chain = sweep(index, &is_in, marks);

@@ -26,6 +26,7 @@ mod plane;
 mod prompt;
 mod property;
 mod provider;
+mod rivals;
 mod segment;
 mod shapes;
 mod source;

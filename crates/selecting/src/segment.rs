@@ -5,6 +5,7 @@ use crate::diffusion::{Mark, Step, probabilities, sweep};
 use crate::index::SceneIndex;
 use crate::intruders::intruders;
 use crate::max_flow::MaxFlow;
+use crate::rivals::alone;
 
 /// What a prompt says about superpixels.
 #[derive(Clone, Debug, Default)]
@@ -69,6 +70,8 @@ const NEXT_POWER: f32 = 0.8;
 /// Something lies inside a set from this share of its area on. On all objects that were tried it is less for the object,
 /// 0.05 to 0.1 for one loop of a knot.
 pub(crate) const INSIDE: f32 = 0.015;
+/// What lies inside a set costs this much of it where it is just enough to be looked for.
+pub(crate) const INCOMPLETE: f32 = 0.5;
 /// Times that what lies inside is taken along.
 const TAKINGS: usize = 8;
 /// What is added to the cost of a set that does not rest on the support plane, in shares of it: what lies on another
@@ -200,6 +203,7 @@ pub(crate) fn nested_regions(
         let mask = likely.iter().map(|&p| f32::from(u8::from(p > 0.5))).collect();
         return vec![(mask, 0.0)];
     };
+    whole = alone(index, &first_click, &marks_of_first, whole, least);
     // Each click corrects the answer to those before it.
     for count in 1..=seeds.order.len().max(1) {
         let so_far = if count < seeds.order.len() { seeds.first(count) } else { seeds.clone() };
