@@ -11,12 +11,14 @@
 //! ```
 //!
 //! `c` is the plane as it looks from above. `s` may take `d` no further than to the values that it has within the reach of an
-//! edge, and is made smaller by as much of it as texture explains, which is as strong beside the shadow as inside (Wiener).
-//! `κ` holds for all light that the edit changes, since all of it comes from one model.
+//! edge. Texture is no error of the light: `κ - 1` and `s` are made smaller by the share of their squares that texture explains, the
+//! mean square by which places beside the shadow, as large and as far apart, differ (Wiener). Both hold where the ground
+//! lies: nothing is known about the light on other things. Ground is a plane or a field of heights.
 
 use glam::Vec3;
 
 use super::grid::{Grid, boxed, pull_push};
+use super::looks::{unlit, window};
 use super::support::Plane;
 
 /// The model's edges are off by less than this share of the object's size.
@@ -29,7 +31,7 @@ const LEAST_CHANGE: f32 = 0.05;
 const INSIDE: f32 = -0.15;
 /// Cells of inside, and of surroundings, that a correction needs.
 const LEAST_CELLS: usize = 32;
-/// κ is not believed beyond these.
+/// Beyond these nothing is believed.
 const EXPONENT: [f32; 2] = [0.5, 2.0];
 /// Radiance below says nothing but dark: seven of 255 steps of a photo. The logarithm of less would
 /// outvote the rest.
@@ -71,7 +73,7 @@ pub(super) fn is_change(log_before: Vec3, log_after: Vec3) -> bool {
 
 impl Calibration {
     /// From what is known about the cells, or none where there is too little of it.
-    pub(super) fn new(grid: Grid, observed: &Observed) -> Option<Self> {
+    pub(super) fn new(grid: Grid, observed: &Observed, object_size: f32) -> Option<Self> {
         let Observed { radiance, blurred, log_before, log_after } = observed;
         let steps = CELLS_OF_REACH.ceil() as usize;
         let cells = 0..grid.cells();
@@ -98,7 +100,18 @@ impl Calibration {
         let modelled = sum(&|c| log_before[c] - log_after[c]);
         let learned = inside.len() >= LEAST_CELLS && modelled.max_element() < 0.0;
         let [least, most] = EXPONENT.map(Vec3::splat);
-        let exponent = learned.then(|| (seen / modelled).clamp(least, most));
+        let found = seen / modelled;
+        // More than that is no shadow of what left.
+        if learned && !(mean(found) >= EXPONENT[0] && mean(found) <= EXPONENT[1]) {
+            return None;
+        }
+        let beside = |c: usize| mean(log_c[c] - log_after[c]);
+        let count = inside.len().max(1) as f32;
+        let across = (0.5 * count.sqrt()) as usize;
+        let apart = across + 2 * steps;
+        let texture = texture_power(&grid, &around, across.max(1), apart, beside);
+        let sure = beyond(f64::from(mean(seen - modelled) / count).powi(2), texture);
+        let exponent = learned.then(|| Vec3::ONE + sure * (found.clamp(least, most) - Vec3::ONE));
         let kappa = exponent.unwrap_or(Vec3::ONE);
         let d: Vec<Vec3> = cells.clone().map(|c| kappa * (log_before[c] - log_after[c])).collect();
         let tint = kappa * modelled;
@@ -106,7 +119,8 @@ impl Calibration {
         // Photos show the light before: they tell about shadows that go, not about those that come.
         let gone: Vec<Vec3> = d.iter().map(|d| d.min(Vec3::ZERO)).collect();
         let lit = |c: usize| log_after[c].max(log_before[c]);
-        let left = smoothed(&grid, &known, |c| mean(log_c[c] - unlit_around[c] - lit(c) - gone[c]));
+        let left =
+            smoothed(&grid, &known, 1, |c| mean(log_c[c] - unlit_around[c] - lit(c) - gone[c]));
         let bounded = |c: usize| {
             let own = mean(gone[c]);
             let (mut low, mut high) = (own, own);
@@ -115,32 +129,16 @@ impl Calibration {
             }
             left[c].clamp(low - own, high - own)
         };
-        // Texture differs beside the shadow as much from what is around it as inside: that is no error of the light (Wiener).
-        let far = noise_beside(&grid, &around, 2 * steps, |c| mean(log_c[c] - log_after[c]));
         let of_zone = cells.clone().filter(|&c| known[c] && zone[c]);
         let signal = power(of_zone.map(|c| left[c]));
-        let share = if signal > far { (1.0 - far / signal) as f32 } else { 0.0 };
+        let share = beyond(signal, texture_power(&grid, &around, 1, apart, beside));
         let shift: Vec<Vec3> = cells
             .clone()
             .map(|c| if zone[c] && known[c] { share * tint * bounded(c) } else { Vec3::ZERO })
             .collect();
-        // Where an object touched the plane, there was little light to see its colour by.
-        let trust = |c: usize| (2.0 * mean(gone[c])).exp().min(1.0);
-        let weight: Vec<f32> =
-            cells.clone().map(|c| if known[c] && !blurred[c] { trust(c) } else { 0.0 }).collect();
-        let known: Vec<bool> = weight.iter().map(|w| *w > 0.0).collect();
-        let unlit = cells
-            .clone()
-            .map(|c| match radiance[c] {
-                Some(color) => {
-                    let light = (lit(c) + gone[c] + shift[c]).map(f32::exp);
-                    (color / light * weight[c]).to_array()
-                }
-                None => [0.0; 3],
-            })
-            .collect();
-        let mut unlit = pull_push(grid.size, unlit, weight);
-        grid.smooth(&mut unlit, &known);
+        let light: Vec<Vec3> =
+            cells.clone().map(|c| (lit(c) + gone[c] + shift[c]).map(f32::exp)).collect();
+        let unlit = unlit(&grid, blurred, radiance, &light, window(&grid, object_size));
         let unlit = unlit.into_iter().map(Vec3::from).collect();
         Some(Self { grid, exponent, shift, unlit })
     }
@@ -178,15 +176,22 @@ fn mean_around(
     pull_push(grid.size, means.collect(), weight).into_iter().map(Vec3::from).collect()
 }
 
-/// The mean square by which `value`, smoothed, differs between cells of `around` that are `distance` cells apart.
-fn noise_beside(
+/// The share of a mean square that texture does not explain (Wiener).
+fn beyond(signal: f64, texture: f64) -> f32 {
+    if signal > texture { (1.0 - texture / signal) as f32 } else { 0.0 }
+}
+
+/// The mean square by which means of `value` over squares of `2 radius + 1` cells differ between places of `around` that are
+/// `distance` cells apart.
+fn texture_power(
     grid: &Grid,
     around: &[bool],
+    radius: usize,
     distance: usize,
     value: impl Fn(usize) -> f32,
 ) -> f64 {
     let [width, height] = grid.size;
-    let smooth = smoothed(grid, around, &value);
+    let smooth = smoothed(grid, around, radius, &value);
     let wide = mean_around(grid, around, distance, |c| Vec3::splat(value(c)));
     let pairs = (0..grid.cells()).filter(|c| around[*c]).flat_map(|c| {
         let (x, y) = (c % width, c / width);
@@ -206,11 +211,11 @@ fn power(values: impl Iterator<Item = f32>) -> f64 {
     sum / count.max(1.0)
 }
 
-/// The mean of `value` over the known cells that touch each.
-fn smoothed(grid: &Grid, known: &[bool], value: impl Fn(usize) -> f32) -> Vec<f32> {
+/// The mean of `value` over the known cells of the square of `2 radius + 1` around each.
+fn smoothed(grid: &Grid, known: &[bool], radius: usize, value: impl Fn(usize) -> f32) -> Vec<f32> {
     let sums: Vec<[f32; 2]> =
         (0..grid.cells()).map(|c| if known[c] { [value(c), 1.0] } else { [0.0; 2] }).collect();
-    let sums = boxed(grid, &sums, 1);
+    let sums = boxed(grid, &sums, radius);
     sums.iter().map(|s| if s[1] > 0.0 { s[0] / s[1] } else { 0.0 }).collect()
 }
 
@@ -220,10 +225,11 @@ mod tests {
 
     use super::*;
 
-    /// A shadow on the left of a plane with blotches of texture; in the photos its edge is `off` cells farther right.
+    /// A shadow on the left of a plane with blotches of texture; in the photos it is `depth` times as deep and its edge `off` cells
+    /// farther right.
     ///
     /// Returns the error of the light with and without `s`, root mean squares.
-    fn errors_of_light(texture: f32, off: usize) -> [f32; 2] {
+    fn errors_of_light(texture: f32, off: usize, depth: f32) -> Option<[f32; 2]> {
         let plane = Plane::new(DVec3::Z, DVec3::ZERO);
         let corners = [[-1.0, -1.0], [1.0, 1.0]].map(|f| plane.point(f));
         let grid = Grid::over(plane, &corners, 0.02, 0.0).expect("a grid");
@@ -236,27 +242,34 @@ mod tests {
             texture * (2.0 * wave.fract().abs() - 1.0)
         };
         let cells = 0..grid.cells();
-        let color = |c: usize| Some(Vec3::splat((dark(c, edge + off) + blotch(c) - 1.5).exp()));
+        let color =
+            |c: usize| Some(Vec3::splat((depth * dark(c, edge + off) + blotch(c) - 1.5).exp()));
         let observed = Observed {
             radiance: cells.clone().map(color).collect(),
             blurred: vec![false; grid.cells()],
             log_before: cells.clone().map(|c| Vec3::splat(dark(c, edge))).collect(),
             log_after: vec![Vec3::ZERO; grid.cells()],
         };
-        let found = Calibration::new(grid, &observed).expect("enough is known");
-        let truth = |c: usize| dark(c, edge + off);
+        let found = Calibration::new(grid, &observed, 0.25)?;
+        let truth = |c: usize| depth * dark(c, edge + off);
         let kappa = found.exponent.expect("an inside").x;
-        [1.0, 0.0].map(|share| {
+        Some([1.0, 0.0].map(|share| {
             let error = |c| kappa * dark(c, edge) + share * found.shift[c].x - truth(c);
             power(cells.clone().map(error)).sqrt() as f32
-        })
+        }))
     }
 
     #[test]
     fn an_edge_beside_that_of_the_photos_is_moved_and_texture_is_no_edge() {
-        let [with, without] = errors_of_light(0.05, 4);
+        let [with, without] = errors_of_light(0.05, 4, 1.0).expect("a shadow");
         assert!(with < 0.4 * without, "the edge: {with} of {without}");
-        let [with, without] = errors_of_light(0.8, 0);
+        let [with, without] = errors_of_light(0.8, 0, 1.0).expect("a shadow");
         assert!(with < 1.3 * without, "texture: {with} of {without}");
+    }
+    #[test]
+    fn a_deeper_shadow_is_believed_and_one_of_something_else_is_not() {
+        let [with, _] = errors_of_light(0.05, 0, 1.5).expect("a shadow");
+        assert!(with < 0.03, "{with}");
+        assert!(errors_of_light(0.05, 0, 3.0).is_none());
     }
 }

@@ -61,6 +61,8 @@ pub(super) struct Hole {
     pub(super) covered: Vec<bool>,
     /// How far off the plane its points may be.
     pub(super) tolerance: f32,
+    /// How far off the plane the ground may be: farther where it is uneven.
+    pub(super) reach: f32,
     /// Diagonal of what left.
     pub(super) object_size: f32,
 }
@@ -94,7 +96,7 @@ pub(super) fn find_hole(
     let edge = 2.0 * before.ray_bias();
     let region = (0.5 * (low + high), (0.5 + NEIGHBOURHOOD) * size);
     let around = points_around(surface, &stays, region, seed);
-    let (grid, tolerance) =
+    let (grid, tolerance, reach) =
         ground(&around, &object, size, edge, margin(fill), before.up_in_world, seed)?;
     let covered = covered(&grid, surface, tolerance, &stays);
     let mut under = vec![false; grid.cells()];
@@ -114,7 +116,7 @@ pub(super) fn find_hole(
     let open = grid.shrunk(&grid.grown(&open, CONTACT + CLOSING), CLOSING);
     let rim = ((RIM * size / grid.pitch).ceil() as usize).min(MAX_RIM);
     let blurred = grid.grown(&open, rim);
-    Some(Hole { grid, open, blurred, covered, tolerance, object_size: size })
+    Some(Hole { grid, open, blurred, covered, tolerance, reach, object_size: size })
 }
 
 /// The ground that an object stood on as cells, and how far off it its points may be: a plane if one holds the surface around,
@@ -127,7 +129,7 @@ fn ground(
     margin: f32,
     up: Vec3,
     seed: u64,
-) -> Option<(Grid, f32)> {
+) -> Option<(Grid, f32, f32)> {
     let points: Vec<Vec3> = around.iter().map(|o| o.point).collect();
     let over = |plane| Grid::over(plane, object, edge, margin * size);
     let tolerances = || {
@@ -139,7 +141,7 @@ fn ground(
         Some((plane, tolerance))
     });
     if let Some((plane, tolerance)) = even {
-        return Some((over(plane)?, tolerance));
+        return Some((over(plane)?, tolerance, tolerance));
     }
     // Uneven ground is level all the same, and at the foot of what stands on it: the tops of other things are not.
     let (low, high) = object
@@ -162,8 +164,9 @@ fn ground(
             grid.cell(plane.flat(*p)).into_iter().for_each(|cell| under[cell] = true);
         }
         let under = grid.grown(&under, 2 * CONTACT);
-        let tolerance = raise(&mut grid, &level, &under, 2.0 * share * size, tolerances())?;
-        Some((grid, tolerance))
+        let reach = 2.0 * share * size;
+        let tolerance = raise(&mut grid, &level, &under, reach, tolerances())?;
+        Some((grid, tolerance, reach))
     })
 }
 
@@ -305,6 +308,28 @@ impl Hole {
     /// Whether a point is no higher than what holds the plane.
     pub(super) fn is_low(&self, p: Vec3) -> bool {
         self.grid.height(p) <= HELD * self.tolerance
+    }
+
+    /// Whether a point may be of the ground, near or far.
+    pub(super) fn is_ground(&self, p: Vec3, normal: Vec3) -> bool {
+        let least = if self.grid.is_uneven() { LEVEL } else { ALIGNED };
+        self.grid.plane.height(p).abs() <= self.reach && normal.dot(self.grid.plane.normal) > least
+    }
+
+    /// Another grid over the same plane with the heights of the ground, where that is uneven; none where it is not ground.
+    pub(super) fn raised(&self, mut grid: Grid, surface: &Surface, seed: u64) -> Option<Grid> {
+        if !self.grid.is_uneven() {
+            return Some(grid);
+        }
+        let extent = grid.size.map(|n| n as f32);
+        let center = grid.plane.point(grid.corner_at(extent.map(|n| 0.5 * n)));
+        let radius = 0.5 * grid.pitch * extent[0].hypot(extent[1]);
+        let around = points_around(surface, &|_| true, (center, radius), seed);
+        let under: Vec<bool> = (0..grid.cells())
+            .map(|c| self.grid.cell(grid.middle(c)).is_some_and(|c| self.open[c]))
+            .collect();
+        raise(&mut grid, &around, &under, self.reach, std::iter::once(self.tolerance))?;
+        Some(grid)
     }
 
     /// Whether a point lies on the plane.

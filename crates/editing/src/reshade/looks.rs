@@ -8,11 +8,12 @@
 //! Gaussians do not say it: small bright ones lie on large dark ones, and what lies beneath others was never seen alone.
 
 use glam::Vec3;
+use motes_math::median::median;
 use motes_math::sigmoid::sigmoid;
 use motes_relighting::{Probe, Relighter};
 use motes_scene::{Gaussians, Materials};
 
-use super::grid::{boxed, pull_push};
+use super::grid::{Grid, boxed, pull_push};
 use super::hole::Hole;
 
 /// Gaussians that are fainter have no say.
@@ -70,8 +71,8 @@ impl Seen {
 }
 
 /// Cells that a colour is a mean over, to each side.
-pub(super) fn window(hole: &Hole) -> usize {
-    ((WINDOW * hole.object_size / hole.grid.pitch).round() as usize).min(MAX_WINDOW)
+pub(super) fn window(grid: &Grid, object_size: f32) -> usize {
+    ((WINDOW * object_size / grid.pitch).round() as usize).min(MAX_WINDOW)
 }
 
 /// The look of every cell of a hole: of what is seen within `window` cells, continued where nothing is.
@@ -83,7 +84,7 @@ pub(super) fn continued_looks(
     window: usize,
 ) -> Vec<Look> {
     let grid = &hole.grid;
-    let unlit = unlit(hole, seen, window);
+    let unlit = unlit(grid, &hole.blurred, &seen.radiance, &seen.white_radiance, window);
     let mut sums = vec![[0.0f32; 6]; grid.cells()];
     for &row in &seen.rows {
         let i = row as usize;
@@ -95,42 +96,55 @@ pub(super) fn continued_looks(
         let values = [r, g, b, materials.roughness[i], materials.metallic[i], 1.0];
         sums[cell].iter_mut().zip(values).for_each(|(s, v)| *s += weight * v);
     }
-    let materials = continued(hole, &boxed(grid, &sums, window));
+    let materials = continued(grid, &hole.blurred, &boxed(grid, &sums, window));
     let look = |(u, m): ([f32; 3], [f32; 5])| [u[0], u[1], u[2], m[0], m[1], m[2], m[3], m[4]];
     unlit.into_iter().zip(materials).map(look).collect()
 }
 
-fn unlit(hole: &Hole, seen: &Seen, window: usize) -> Vec<[f32; 3]> {
-    let products = seen.radiance.iter().zip(&seen.white_radiance).map(|(c, white)| {
-        let product = c.unwrap_or(Vec3::ZERO) * *white;
-        let square = *white * *white;
-        [product.x, product.y, product.z, square.x, square.y, square.z]
+/// Colour without light of every cell: of what is seen within `window` cells, continued into the cells of `blurred`
+/// and where nothing is seen. `light` is the radiance of white matte matter.
+pub(super) fn unlit(
+    grid: &Grid,
+    blurred: &[bool],
+    radiance: &[Option<Vec3>],
+    light: &[Vec3],
+    window: usize,
+) -> Vec<[f32; 3]> {
+    let products = (0..grid.cells()).map(|c| match radiance[c] {
+        Some(color) if !blurred[c] => {
+            let (product, square) = (color * light[c], light[c] * light[c]);
+            [product.x, product.y, product.z, square.x, square.y, square.z]
+        }
+        _ => [0.0; 6],
     });
-    let sums = boxed(&hole.grid, &products.collect::<Vec<_>>(), window);
+    let sums = boxed(grid, &products.collect::<Vec<_>>(), window);
     // One weight for all channels, as `continued` wants it: ratios first.
     let known = |[r, g, b, x, y, z]: [f32; 6]| {
         let mean = (x + y + z) / 3.0;
         let ratio = |a: f32, b: f32| if b > 0.0 { mean * a / b } else { 0.0 };
         [ratio(r, x), ratio(g, y), ratio(b, z), mean]
     };
-    continued(hole, &sums.into_iter().map(known).collect::<Vec<_>>())
+    continued(grid, blurred, &sums.into_iter().map(known).collect::<Vec<_>>())
 }
 
-/// Means from sums whose last value is their weight: those of cells beyond the rim, continued into all others.
-fn continued<const C: usize, const M: usize>(hole: &Hole, sums: &[[f32; C]]) -> Vec<[f32; M]> {
-    let is_known = |c: usize| !hole.blurred[c] && sums[c][M] > 0.0;
-    let known: Vec<bool> = (0..sums.len()).map(is_known).collect();
+/// Means from sums whose last value is their weight, continued into the cells of `blurred` and those without weight.
+fn continued<const C: usize, const M: usize>(
+    grid: &Grid,
+    blurred: &[bool],
+    sums: &[[f32; C]],
+) -> Vec<[f32; M]> {
+    let known: Vec<bool> = (0..sums.len()).map(|c| !blurred[c] && sums[c][M] > 0.0).collect();
     // Cells in deep shadow, where an object touched the plane, know little about its colour.
     let weights = (0..sums.len()).filter(|c| known[*c]).map(|c| f64::from(sums[c][M]));
-    let usual = motes_math::median::median(weights).unwrap_or(1.0) as f32;
+    let usual = median(weights).unwrap_or(1.0) as f32;
     let trust = |c: usize| if known[c] { (sums[c][M] / usual).min(1.0) } else { 0.0 };
     let weights: Vec<f32> = (0..sums.len()).map(trust).collect();
     let values = (0..sums.len()).map(|c| {
         let scale = if known[c] { weights[c] / sums[c][M] } else { 0.0 };
         std::array::from_fn(|k| sums[c][k] * scale)
     });
-    let mut means = pull_push(hole.grid.size, values.collect(), weights);
-    hole.grid.smooth(&mut means, &known);
+    let mut means = pull_push(grid.size, values.collect(), weights);
+    grid.smooth(&mut means, &known);
     means
 }
 
@@ -140,7 +154,6 @@ mod tests {
     use motes_raster::Antialias;
 
     use super::super::colors::Projection;
-    use super::super::grid::Grid;
     use super::super::plane_picture::plane_picture;
     use super::super::support::Plane;
     use super::*;
@@ -199,10 +212,17 @@ mod tests {
             blurred: open.clone(),
             open,
             tolerance: 0.02,
+            reach: 0.02,
             object_size: 0.8,
             grid,
         };
-        let of_hole = continued_looks(&hole, &gaussians, &materials, &seen, window(&hole));
+        let of_hole = continued_looks(
+            &hole,
+            &gaussians,
+            &materials,
+            &seen,
+            window(&hole.grid, hole.object_size),
+        );
         for c in (0..hole.grid.cells()).filter(|c| hole.open[*c]) {
             let off = of_hole[c][0] / looks - 1.0;
             assert!(off.abs() < 0.1, "{c}: {} beside ground of {looks}", of_hole[c][0]);

@@ -11,7 +11,7 @@ use super::ReshadeOptions;
 use super::calibrate::Calibration;
 use super::colors::{DIRECTIONS, Projection};
 use super::hole::Hole;
-use super::learned::learned;
+use super::learned::{Correction, learned};
 use crate::{EditState, Origin, SCENE};
 
 /// Ratios beyond these say more about noise than about light.
@@ -99,17 +99,12 @@ pub(super) fn scale(
     options: &ReshadeOptions,
 ) -> (usize, Vec<Option<Calibration>>) {
     let white = White::new(rows, before, after, options.samples);
-    let (shifts, calibrations) =
+    let (corrections, calibrations) =
         learned(state, rows, &white, before, after, holes, projection, options);
-    let exponents: Vec<Vec3> = calibrations.iter().flatten().filter_map(|c| c.exponent).collect();
-    // One model made all of the light, so its error is one.
-    let exponent = match exponents.len() {
-        0 => Vec3::ONE,
-        n => exponents.iter().sum::<Vec3>() / n as f32,
-    };
     let even: Vec<Vec3> = (0..rows.scaled.len())
         .map(|k| {
-            let change = exponent * (white.log_now[k] - white.log_then[k]) - shifts[k];
+            let Correction { exponent, shift } = corrections[k];
+            let change = exponent * (white.log_now[k] - white.log_then[k]) - shift;
             bounded(change.map(f32::exp)) * tint(state, before.0, after.0, rows.scaled[k].0)
         })
         .collect();

@@ -78,7 +78,7 @@ pub(super) fn reshade(
         let materials = materials_of(state)?;
         let looks_within =
             |cells| continued_looks(hole, &state.gaussians, &materials, &seen, cells);
-        let of_hole = looks_within(window(hole));
+        let of_hole = looks_within(window(&hole.grid, hole.object_size));
         if *fill == Fill::Patch {
             match best_shift(hole, &looks_within(0)) {
                 Some(shift) => report.filled += copy_patch(state, hole, shift),

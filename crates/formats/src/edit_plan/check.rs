@@ -6,7 +6,7 @@ use std::path::Path;
 use super::check_steps::check_steps;
 use super::ops::{InsertOp, OpDocument, SetMaterialOp, StylizeOp, TransformOp};
 use super::values::{BoxDocument, ColorModeDocument, PivotDocument, SphereDocument};
-use super::{EditPlanDocument, LARGEST, MAX_FIT_STEPS, MAX_OPS};
+use super::{EditPlanDocument, LARGEST, MAX_FIT_STEPS, MAX_OPS, MAX_RESHADE_SAMPLES};
 use crate::error::{FormatError, Result, quoted};
 
 /// Copies that one operation may make, and steps that one may undo.
@@ -50,6 +50,10 @@ pub fn check_plan(plan: &EditPlanDocument, name: &Path) -> Result<()> {
     if let Some(steps) = plan.refit_steps.filter(|steps| *steps > MAX_FIT_STEPS) {
         let cause = format!("{steps} is not from 0 to {MAX_FIT_STEPS}");
         return invalid("/refit_steps".into(), cause, None);
+    }
+    if let Some(samples) = plan.reshade_samples.filter(|samples| *samples > MAX_RESHADE_SAMPLES) {
+        let cause = format!("{samples} is not from 0 to {MAX_RESHADE_SAMPLES}");
+        return invalid("/reshade_samples".into(), cause, None);
     }
     let later = names(plan);
     let mut known = BTreeSet::new();

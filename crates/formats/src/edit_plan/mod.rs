@@ -29,6 +29,8 @@ pub const MAX_OPS: usize = 10_000;
 pub const LARGEST: f64 = 1e18;
 /// Most steps of a fit.
 pub const MAX_FIT_STEPS: u32 = 100_000;
+/// Most directions towards the light.
+pub const MAX_RESHADE_SAMPLES: u32 = 65_536;
 /// Plans with more bytes are refused before they are read.
 pub const MAX_PLAN_BYTES: u64 = 16 << 20;
 /// Name of the log in an edited scene folder.
@@ -57,6 +59,11 @@ pub struct EditPlanDocument {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(max = 100_000))]
     pub refit_steps: Option<u32>,
+    /// Directions towards the light per Gaussian that light is traced along after an edit of a decomposed scene; 0: light does not
+    /// follow, shadows stay. Default: 64.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(max = 65_536))]
+    pub reshade_samples: Option<u32>,
     /// The operations, at most 10 000. Files are named relative to this document.
     #[schemars(length(max = 10_000))]
     pub ops: Vec<OpDocument>,
@@ -68,7 +75,7 @@ pub struct EditPlanDocument {
 impl Document for EditPlanDocument {
     const FORMAT: &'static str = "motes/edit-plan";
     const MAJOR: u32 = 1;
-    const MINOR: u32 = 1;
+    const MINOR: u32 = 2;
 }
 
 impl EditPlanDocument {
@@ -81,6 +88,7 @@ impl EditPlanDocument {
             up_in_world: None,
             shadow: ShadowDocument::None,
             refit_steps: None,
+            reshade_samples: None,
             ops,
             record: None,
         }

@@ -71,6 +71,7 @@ pub fn parse_edit_plan(bytes: &[u8], name: &Path) -> Result<Parsed<EditPlanDocum
     plan.up_in_world = part(&mut keys, "up_in_world", name)?;
     plan.shadow = part(&mut keys, "shadow", name)?.unwrap_or_default();
     plan.refit_steps = part(&mut keys, "refit_steps", name)?;
+    plan.reshade_samples = part(&mut keys, "reshade_samples", name)?;
     plan.record = part(&mut keys, "record", name)?;
     plan.ops = match keys.remove("ops") {
         Some(Value::Array(ops)) => operations(ops, name)?,

@@ -14,8 +14,8 @@ use motes_formats::FormatError;
 use motes_formats::capture::read_capture;
 use motes_formats::documents::Document as _;
 use motes_formats::edit_plan::{
-    EditPlanDocument, EditRecord, MAX_FIT_STEPS, ShadowDocument, SkipRecord, check_plan,
-    read_edit_plan,
+    EditPlanDocument, EditRecord, MAX_FIT_STEPS, MAX_RESHADE_SAMPLES, ShadowDocument, SkipRecord,
+    check_plan, read_edit_plan,
 };
 use motes_formats::selection::BoundGaussians;
 use motes_scene::{Capture, Pinhole, Pose, Split, Surface};
@@ -51,10 +51,10 @@ pub struct ReshadeFlags {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=i64::from(MAX_FIT_STEPS)))]
     pub refit_steps: Option<u32>,
 
-    /// Directions towards the light per Gaussian that light is traced along, 1 to 65536
-    #[arg(long, value_name = "N", default_value_t = 64,
-        value_parser = clap::value_parser!(u32).range(1..=65_536))]
-    pub reshade_samples: u32,
+    /// Directions towards the light per Gaussian that light is traced along, 1 to 65536 [default: the plan's, else 64]
+    #[arg(long, value_name = "N", conflicts_with = "no_reshade",
+        value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_RESHADE_SAMPLES)))]
+    pub reshade_samples: Option<u32>,
 }
 
 /// What happens to shadows on a plain splat.
@@ -138,7 +138,8 @@ pub fn run_edit(job: &EditJob<'_>, context: &Context) -> anyhow::Result<EditAnsw
     let Edited { executed, mut record, mut previews } =
         run_plan(&plan, &prepared, &mut input.state, &resources).map_err(failed)?;
     context.check_interrupted()?;
-    let (surface, light) = follow_light(&mut input.state, job.reshade, plan.seed, &mut record)?;
+    let samples = plan.reshade_samples.unwrap_or(ReshadeOptions::default().samples);
+    let (surface, light) = follow_light(&mut input.state, samples, plan.seed, &mut record)?;
     let refitted = match &light {
         Some(light) => refit_fills(&mut input.state, &light.fills, &plan, &resources, context)?,
         None => None,
@@ -177,7 +178,15 @@ pub fn run_edit(job: &EditJob<'_>, context: &Context) -> anyhow::Result<EditAnsw
     };
     context.stop_if_dry_run_with(&answer)?;
     let refit_steps = answer.refit.as_ref().map(|refit| refit.steps).or(plan.refit_steps);
-    let executed = EditPlanDocument { ops: executed, refit_steps, record: Some(record), ..plan };
+    // A replay shall not depend on what is usual then.
+    let reshade_samples = input.state.parts.as_ref().map(|_| samples).or(plan.reshade_samples);
+    let executed = EditPlanDocument {
+        ops: executed,
+        refit_steps,
+        reshade_samples,
+        record: Some(record),
+        ..plan
+    };
     if let Some(folder) = &thumbnails {
         answer.thumbnails = write_previews(folder, &previews)?;
     }
@@ -200,22 +209,22 @@ pub fn run_edit(job: &EditJob<'_>, context: &Context) -> anyhow::Result<EditAnsw
 /// Makes the light follow what was changed, and returns the surface as it is now.
 fn follow_light(
     state: &mut EditState,
-    options: &ReshadeFlags,
+    samples: u32,
     seed: u64,
     record: &mut EditRecord,
 ) -> anyhow::Result<(Surface, Option<ReshadeReport>)> {
     let unchanged = state.parts.is_none() || state.change().is_empty();
-    if unchanged || options.no_reshade {
+    if unchanged || samples == 0 {
         if !unchanged {
             record
                 .warnings
-                .push("--no-reshade: the light does not follow, shadows stay as they were".into());
+                .push("no reshading: the light does not follow, shadows stay as they were".into());
             return Ok((moved_surface(state), None));
         }
         let surface = state.sources.first().and_then(|s| s.surface.as_deref()).cloned();
         return Ok((surface.unwrap_or_default(), None));
     }
-    let options = ReshadeOptions { samples: options.reshade_samples, seed, ..Default::default() };
+    let options = ReshadeOptions { samples, seed, ..Default::default() };
     let (surface, report) = reshade(state, &options).or_bad_input()?;
     record.warnings.extend(report.warnings.iter().cloned());
     record.skipped.extend(report.unfilled.iter().map(|why| SkipRecord {
@@ -273,6 +282,10 @@ fn plan_of(job: &EditJob<'_>, context: &Context) -> anyhow::Result<(EditPlanDocu
         None => plan.shadow,
     };
     plan.refit_steps = job.reshade.refit_steps.or(plan.refit_steps);
+    plan.reshade_samples = match job.reshade {
+        ReshadeFlags { no_reshade: true, .. } => Some(0),
+        flags => flags.reshade_samples.or(plan.reshade_samples),
+    };
     plan.record = None;
     plan.version = EditPlanDocument::version();
     if !job.flags.ops.is_empty() {

@@ -65,14 +65,14 @@ fn main() -> anyhow::Result<()> {
         lobes: if args.principled { Lobes::Principled } else { Lobes::Burley },
         seed: args.seed,
     };
-    if let (Some(gaussians), Some(truth)) = (&args.oracle, &args.truth) {
-        return write_oracle(args.scene, options.lobes, truth, gaussians, &args.output);
-    }
-    if let Some(object) = &args.without {
-        return make_removed(args.scene, object, &args.output);
-    }
     let pool = rayon::ThreadPoolBuilder::new().num_threads(args.threads).build()?;
     pool.install(|| {
+        if let (Some(gaussians), Some(truth)) = (&args.oracle, &args.truth) {
+            return write_oracle(args.scene, options.lobes, truth, gaussians, &args.output);
+        }
+        if let Some(object) = &args.without {
+            return make_removed(args.scene, object, &args.output);
+        }
         make(args.scene, &options, &args.output, &mut |what| eprintln!("truth-scene: {what}"))
     })
 }
