@@ -33,7 +33,7 @@ pub use dense::dense_points;
 pub use error::FitError;
 pub use exposure::Exposures;
 pub use init::scene_extent;
-pub use moments::{MomentColumns, Moments};
+pub use moments::{MomentColumns, Moments, Rates, Update};
 pub use options::{AdamRule, Background, Densify, FitOptions, FreezeGroup, Preset, Switch};
 pub use plan::{Plan, Stage};
 pub use profile::{Lap, PHASES, Phase, PhaseTime, Profile, UnitTimes, WorkCounts};

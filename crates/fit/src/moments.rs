@@ -5,15 +5,40 @@ use motes_raster::GaussianGradients;
 use motes_scene::Gaussians;
 use rayon::prelude::*;
 
-/// Learning rates of one step.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Rates {
-    pub(crate) means: f32,
-    pub(crate) rotations: f32,
-    pub(crate) log_scales: f32,
-    pub(crate) opacity_logits: f32,
-    pub(crate) sh0: f32,
-    pub(crate) sh_rest: f32,
+use crate::options::{FitOptions, FreezeGroup};
+
+/// Learning rates of one step; 0 leaves a class alone.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Rates {
+    /// World units.
+    pub means: f32,
+    /// Of the quaternions.
+    pub rotations: f32,
+    /// Of the logarithms.
+    pub log_scales: f32,
+    /// Of the logits.
+    pub opacity_logits: f32,
+    /// Of band 0.
+    pub sh0: f32,
+    /// Of the other bands.
+    pub sh_rest: f32,
+}
+
+impl Rates {
+    /// Those of `options` when a share `progress` of the steps is done. `extent` is what centres are measured by, world
+    /// units; `late` the factor on all other rates, which centres have their own of (1 % at the end, exponentially).
+    pub fn at(options: &FitOptions, extent: f64, late: f64, progress: f64) -> Self {
+        use FreezeGroup::{Colors, Means, Opacities, Rotations, Scales};
+        let rate = |group, value: f64| if options.is_frozen(group) { 0.0 } else { value as f32 };
+        Self {
+            means: rate(Means, options.lr_means * extent * 0.01f64.powf(progress)),
+            rotations: rate(Rotations, options.lr_rotations * late),
+            log_scales: rate(Scales, options.lr_scales * late),
+            opacity_logits: rate(Opacities, options.lr_opacities * late),
+            sh0: rate(Colors, options.lr_sh0 * late),
+            sh_rest: rate(Colors, options.lr_sh_rest * late),
+        }
+    }
 }
 
 /// First or second moments in the shapes of [`Gaussians`].
@@ -86,7 +111,8 @@ pub struct Moments {
 }
 
 impl Moments {
-    pub(crate) fn zeros(gaussians: &Gaussians) -> Self {
+    /// Before the first step.
+    pub fn zeros(gaussians: &Gaussians) -> Self {
         let zeros = MomentColumns::zeros(gaussians.len(), gaussians.sh.len());
         Self { first: zeros.clone(), second: zeros }
     }
@@ -110,7 +136,7 @@ impl Moments {
     }
 
     /// One Adam step on all parameters.
-    pub(crate) fn apply(
+    pub fn apply(
         &mut self,
         gaussians: &mut Gaussians,
         gradients: &GaussianGradients,
@@ -188,15 +214,15 @@ const SH_CHUNK: usize = 512;
 
 /// Which of the parameters one step changes, and its number.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Update {
+pub struct Update {
     /// Counts from 1.
-    pub(crate) step: u64,
+    pub step: u64,
     /// Spherical harmonics in use.
-    pub(crate) sh_degree: u8,
+    pub sh_degree: u8,
     /// Bands above 0 change every so many steps.
-    pub(crate) sh_every: u32,
+    pub sh_every: u32,
     /// Parameters without a gradient keep their moments.
-    pub(crate) sparse: bool,
+    pub sparse: bool,
 }
 
 /// One parameter class: its values and all that Adam keeps or needs for them.

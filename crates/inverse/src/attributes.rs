@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
+use motes_math::srgb;
 use motes_scene::{Gaussians, Surface};
 use motes_shading::frame::Frame;
 use motes_shading::sampling::{PointSet, unit_f32};
@@ -73,7 +74,7 @@ pub(crate) fn vertex_materials(
     }
 }
 
-/// Mean of the photos' base colours at every vertex.
+/// Mean of the photos' base colours at every vertex, linear.
 pub(crate) fn vertex_base_color(
     scene: &TracedSurface,
     views: &[SeenView<'_>],
@@ -94,7 +95,7 @@ pub(crate) fn vertex_base_color(
                     (y as usize).min(target.color.height - 1),
                 );
                 let weight = target.weight.pixel(x, y)[0] * seen.weight;
-                sum += Vec3::from_slice(target.color.pixel(x, y)) * weight;
+                sum += Vec3::from_slice(target.color.pixel(x, y)).map(srgb::decode) * weight;
                 weights += weight;
             }
             (weights > 0.0).then(|| sum / weights)

@@ -3,6 +3,7 @@
 use std::ops::ControlFlow;
 
 use glam::Vec3;
+use motes_math::srgb::{decode, encode};
 use motes_raster::RenderOptions;
 use motes_scene::{Gaussians, Materials, Surface};
 use motes_shading::environment::{Environment, Orientation};
@@ -13,6 +14,7 @@ use thiserror::Error;
 use crate::attributes::{
     nearest_vertices, per_gaussian, vertex_base_color, vertex_materials, vertex_visibility,
 };
+use crate::cavities::darkening;
 use crate::evidence::{anchored, median_distance, prior_log_base, share_of_bounce};
 use crate::light::cells::CellLight;
 use crate::light::find::{LightProblem, RAY_BIAS};
@@ -21,11 +23,12 @@ use crate::materials::find::{PartMaterial, environment, find_materials};
 use crate::materials::profile::Kind;
 use crate::materials::scale::ScaleEvidence;
 use crate::options::{DecomposeOptions, TermChoice};
+use crate::photo_fit::PhotoFit;
 use crate::pixels::PixelShading;
 use crate::reflection::{MirrorRound, Mirrors, Reshaped};
 use crate::rendered::rendered;
 use crate::samples::{SeenView, choose_samples, vertex_radiance};
-use crate::splat_colors::{ColorTarget, fit_colors};
+use crate::splat_colors::{ColorTarget, colored, colors_of, fit_colors};
 use crate::{Photo, TracedSurface, normal_priors};
 
 /// Why there is no decomposition.
@@ -84,6 +87,9 @@ pub struct RenderedView {
 /// What inverse rendering found.
 #[derive(Debug)]
 pub struct Decomposition {
+    /// The Gaussians with shapes, opacities and captured colours as the photos have them under one base colour each; same rows.
+    /// None without `photo_steps`.
+    pub refined: Option<Gaussians>,
     /// Materials of the Gaussians.
     pub materials: Materials,
     /// The surface with its materials.
@@ -281,12 +287,16 @@ pub fn decompose(
         },
     };
     let scored: Vec<SeenView<'_>> = score.iter().map(|p| SeenView::new(p, &scene)).collect();
-    let shadings: Vec<PixelShading> = views
+    let mut shadings: Vec<PixelShading> = views
         .iter()
         .chain(&scored)
         .enumerate()
         .map(|(i, view)| PixelShading::integrate(view, i, &materials, &basis_scene))
         .collect();
+    let dark = darkening(&scene, &views, &shadings[..views.len()], &materials);
+    for (shading, view) in shadings.iter_mut().zip(views.iter().chain(&scored)) {
+        shading.darken(view, &scene, &dark);
+    }
     let targets: Vec<ColorTarget> = views
         .iter()
         .zip(&shadings)
@@ -297,19 +307,32 @@ pub fn decompose(
         })
         .collect();
 
-    step("colours", 0.8)?;
+    step("colours", 0.65)?;
     let base = vertex_base_color(&scene, &views, &targets, &found);
     let nearest = nearest_vertices(&scene.surface, gaussians);
     let typical = Vec3::splat(options.typical_base_color);
-    let start: Vec<Vec3> = nearest.iter().map(|v| v.map_or(typical, |v| base[v])).collect();
+    let start: Vec<Vec3> =
+        nearest.iter().map(|v| v.map_or(typical, |v| base[v]).map(encode)).collect();
     let fitted = fit_colors(gaussians, &targets, &start, options.color_passes, render);
-    let views = rendered(gaussians, &fitted.colors, render, views.iter().chain(&scored), &shadings);
+    drop(targets);
+    let mut model = colored(gaussians, &fitted.colors);
+    let mut refined = None;
+    if options.photo_steps > 0 {
+        let fit = PhotoFit { views: &views, shadings: &shadings, render, seed };
+        let (captured, base) = fit.fit(gaussians, &fitted.colors, options.photo_steps, |done| {
+            step("photos", 0.7 + 0.25 * done)
+        })?;
+        (refined, model) = (Some(captured), base);
+    }
+    let gaussians = refined.as_ref().unwrap_or(gaussians);
+    let nearest = nearest_vertices(&scene.surface, gaussians);
+    let views = rendered(&model, render, views.iter().chain(&scored), &shadings);
 
     step("attributes", 0.95)?;
     let visibility = vertex_visibility(&scene, ray_bias, seed);
     let materials_of_gaussians = Materials {
         normals: per_gaussian(&nearest, |v| scene.surface.normals[v], [0.0, 0.0, 1.0]),
-        base_color_linear: fitted.colors.iter().map(Vec3::to_array).collect(),
+        base_color_linear: colors_of(&model).iter().map(|c| c.map(decode).to_array()).collect(),
         roughness: per_gaussian(&nearest, |v| materials.roughness[v], 1.0),
         metallic: per_gaussian(&nearest, |v| materials.metallic[v], 0.0),
         visibility: per_gaussian(&nearest, |v| visibility[v], 1.0),
@@ -322,6 +345,7 @@ pub fn decompose(
         ..scene.surface
     };
     Ok(Decomposition {
+        refined,
         materials: materials_of_gaussians,
         surface,
         lights: cell_lights,

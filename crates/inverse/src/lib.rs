@@ -2,6 +2,7 @@
 
 mod attributes;
 mod buffers;
+mod cavities;
 mod conjugate_gradients;
 mod decompose;
 mod evidence;
@@ -11,6 +12,7 @@ pub mod materials;
 mod normal_priors;
 mod options;
 mod photo;
+mod photo_fit;
 pub mod pixels;
 mod reflection;
 mod rendered;

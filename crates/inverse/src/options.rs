@@ -68,6 +68,11 @@ pub struct DecomposeOptions {
     #[arg(long, default_value_t = 12, value_name = "COUNT", help_heading = "Fit")]
     pub color_passes: u32,
 
+    /// Steps, one photo each, that fit shapes, opacities and base colours of the Gaussians to the photos through the shading that
+    /// was found, and the captured colours with them. 0 leaves shapes and captured colours as they are
+    #[arg(long, default_value_t = 600, value_name = "COUNT", help_heading = "Fit")]
+    pub photo_steps: u32,
+
     /// Rounds that turn the surface of metals to where it mirrors what the photos show; 0 leaves it as it was extracted
     #[arg(long, default_value_t = 1, value_name = "COUNT", help_heading = "Fit")]
     pub mirror_rounds: u32,

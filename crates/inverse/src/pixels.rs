@@ -1,11 +1,13 @@
 //! The photos divided by their shading: base colour per pixel.
 
 use glam::Vec3;
+use motes_math::srgb;
 use motes_scene::ImageF32;
 use motes_shading::brdf::Material;
 use motes_shading::integrate::SurfacePoint;
 use rayon::prelude::*;
 
+use crate::TracedSurface;
 use crate::materials::basis::{BasisScene, terms};
 use crate::samples::{SeenView, luminance};
 
@@ -35,6 +37,11 @@ pub struct PixelShading {
     pub offset: Vec<Vec3>,
     /// How much of a pixel has one base colour with its part, and that colour.
     pub uniform: Vec<(f32, Vec3)>,
+}
+
+/// Whether a pixel with this slope tells its base colour.
+pub(crate) fn is_told(slope: Vec3) -> bool {
+    slope.min_element() > 1e-4
 }
 
 impl PixelShading {
@@ -95,8 +102,20 @@ impl PixelShading {
         Self { slope, offset, uniform }
     }
 
-    /// Base colour that explains every pixel of the photo, `[h, w, 3]`, and its weight `[h, w, 1]`: how much an
-    /// error of it shows in the sRGB-encoded photo; 0 where nothing is known.
+    /// Multiplies the colours of whole parts by a factor per vertex.
+    pub(crate) fn darken(&mut self, view: &SeenView<'_>, scene: &TracedSurface, factors: &[f32]) {
+        for (hit, (_, color)) in view.hits.iter().zip(&mut self.uniform) {
+            if hit.is_hit() {
+                let [p, q, r] = scene.surface.triangles[hit.triangle as usize];
+                let [b, c] = hit.barycentrics;
+                let of = |v: u32| factors[v as usize];
+                *color *= of(p) * (1.0 - b - c) + of(q) * b + of(r) * c;
+            }
+        }
+    }
+
+    /// Base colour that explains every pixel of the photo, `[h, w, 3]`, sRGB-encoded, and its weight `[h, w, 1]`: how much
+    /// an error of it shows in the sRGB-encoded photo; 0 where nothing is known.
     pub fn base_color(&self, view: &SeenView<'_>) -> (ImageF32, ImageF32) {
         let (w, h) = (view.photo.camera.width, view.photo.camera.height);
         let mut base = ImageF32::filled(w, h, 3, 0.0);
@@ -104,22 +123,22 @@ impl PixelShading {
         for i in 0..w * h {
             let radiance = Vec3::from_slice(&view.photo.radiance_linear.data[3 * i..3 * i + 3]);
             let slope = self.slope[i];
-            if !(slope.min_element() > 1e-4) {
+            if !is_told(slope) {
                 continue;
             }
             let b = ((radiance - self.offset[i]) / slope).clamp(Vec3::splat(0.01), Vec3::ONE);
             let (share, color) = self.uniform[i];
             let b = b.lerp(color, share);
-            base.data[3 * i..3 * i + 3].copy_from_slice(&b.to_array());
+            base.data[3 * i..3 * i + 3].copy_from_slice(&b.map(srgb::encode).to_array());
             // d sRGB / d linear falls about as L^-0.58.
             let l = luminance(slope * b + self.offset[i]).max(0.01);
-            let gain = luminance(slope) * l.powf(-0.58);
+            let gain = luminance(slope) * (l / luminance(b)).powf(-0.58);
             weight.data[i] = view.photo.weight.data[i] * (gain * gain).min(4.0);
         }
         (base, weight)
     }
 
-    /// The picture of base colours `[h, w, 3]` under this shading, linear.
+    /// The picture of base colours `[h, w, 3]`, linear, under this shading, linear.
     pub fn relit(&self, base: &ImageF32) -> ImageF32 {
         let mut out = base.clone();
         for (i, pixel) in out.data.chunks_exact_mut(3).enumerate() {

@@ -1,7 +1,6 @@
 //! Views under the light that was found, against the photos.
 
-use glam::Vec3;
-use motes_math::srgb::encode;
+use motes_math::srgb::{decode, encode};
 use motes_raster::RenderOptions;
 use motes_scene::{Gaussians, ImageF32};
 
@@ -9,28 +8,26 @@ use crate::decompose::RenderedView;
 use crate::pixels::PixelShading;
 use crate::samples::SeenView;
 
-/// Renders base colours and puts them under the shading of every view.
+/// Renders base colours (degree 0, sRGB-encoded) and puts them under the shading of every view.
 pub(crate) fn rendered<'a>(
-    gaussians: &Gaussians,
-    colors: &[Vec3],
+    model: &Gaussians,
     render: &RenderOptions,
     views: impl Iterator<Item = &'a SeenView<'a>>,
     shadings: &[PixelShading],
 ) -> Vec<RenderedView> {
-    let model = crate::splat_colors::colored(gaussians, colors);
     views
         .zip(shadings)
         .enumerate()
         .map(|(photo, (view, shading))| {
             let r = motes_raster::render(
-                &model,
+                model,
                 &view.photo.camera,
                 &view.photo.camera_from_world,
                 render,
             );
             let mut base = r.color;
             for (pixel, alpha) in base.data.chunks_exact_mut(3).zip(&r.alpha.data) {
-                pixel.iter_mut().for_each(|v| *v = (*v / alpha.max(0.05)).min(1.0));
+                pixel.iter_mut().for_each(|v| *v = decode((*v / alpha.max(0.05)).min(1.0)));
             }
             let radiance = shading.relit(&base);
             let psnr_db = psnr(&radiance, view);

@@ -17,7 +17,7 @@ pub struct ColorTarget {
     pub camera: Pinhole,
     /// Its place.
     pub camera_from_world: Pose,
-    /// `[h, w, 3]`, 0 to 1, linear blending.
+    /// `[h, w, 3]`, 0 to 1, in the space that Gaussians are blended in: sRGB-encoded.
     pub color: ImageF32,
     /// `[h, w, 1]`.
     pub weight: ImageF32,
@@ -26,7 +26,7 @@ pub struct ColorTarget {
 /// Colours of the Gaussians and how well they are known.
 #[derive(Debug)]
 pub struct FittedColors {
-    /// One per Gaussian, 0 to 1.
+    /// One per Gaussian, 0 to 1, sRGB-encoded.
     pub colors: Vec<Vec3>,
     /// Views in which it is responsible for more than a thousandth of a pixel, `Σ w α T`.
     pub observations: Vec<u16>,
@@ -49,6 +49,12 @@ pub fn colored(gaussians: &Gaussians, colors: &[Vec3]) -> Gaussians {
         sh.copy_from_slice(&((*color - 0.5) / SH_C0).to_array());
     }
     out
+}
+
+/// The colours of `gaussians` of degree 0, 0 to 1.
+pub fn colors_of(gaussians: &Gaussians) -> Vec<Vec3> {
+    let color = |sh: &[f32]| Vec3::from_slice(sh) * SH_C0 + 0.5;
+    gaussians.sh.chunks_exact(3).map(|sh| color(sh).clamp(Vec3::ZERO, Vec3::ONE)).collect()
 }
 
 /// Fits colours to `targets`, starting from `start`.

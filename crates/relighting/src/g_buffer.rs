@@ -2,6 +2,7 @@
 //! surface.
 
 use glam::{DVec3, Vec3};
+use motes_math::srgb;
 use motes_raster::{RasterDials, RenderOptions, Rendering, render};
 use motes_scene::{Gaussians, Pinhole, Pose};
 use motes_shading::brdf::Material;
@@ -119,7 +120,8 @@ impl GBuffer {
         let material = |i: usize| {
             // Blended over black: dividing by alpha leaves the mean of what was blended.
             let share = 1.0 / alpha[i].max(LEAST_ALPHA);
-            let base = Vec3::from_slice(&color.color.data[3 * i..3 * i + 3]) * share;
+            let base =
+                (Vec3::from_slice(&color.color.data[3 * i..3 * i + 3]) * share).map(srgb::decode);
             let (x, y) = (i % width * reduced.width / width, i / width * reduced.height / height);
             let k = y * reduced.width + x;
             let share = 1.0 / property_alpha[k].max(LEAST_ALPHA);

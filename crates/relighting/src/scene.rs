@@ -1,6 +1,7 @@
 //! A decomposed scene, ready for light.
 
 use glam::Vec3;
+use motes_math::srgb;
 use motes_raster::Antialias;
 use motes_scene::{Gaussians, Materials, Surface};
 use motes_shading::brdf::{Lobes, Material};
@@ -42,7 +43,7 @@ pub struct RelightScene {
     pub up_in_world: Vec3,
     pub(crate) surface: Surface,
     pub(crate) tracer: MeshTracer,
-    /// Degree 0; colours are linear base color.
+    /// Degree 0; colours are base color, sRGB-encoded, as they are blended.
     pub(crate) base_color_splats: Gaussians,
     /// Degree 0; colours are roughness, metallic, and 1 where no view saw the Gaussian.
     pub(crate) property_splats: Gaussians,
@@ -74,7 +75,8 @@ impl RelightScene {
             triangles: surface.triangles.clone(),
         };
         let tracer = MeshTracer::new(&mesh, BuildQuality::Balanced)?;
-        let base_color_splats = gaussians.colored(|i| materials.base_color_linear[i]);
+        let base_color_splats =
+            gaussians.colored(|i| materials.base_color_linear[i].map(srgb::encode));
         let property_splats = gaussians.colored(|i| {
             let unobserved = if materials.observations[i] == 0 { 1.0 } else { 0.0 };
             [materials.roughness[i], materials.metallic[i], unobserved]

@@ -7,7 +7,7 @@ use crate::{ColumnValues, ExtraColumn, Gaussians};
 /// | field | columns of the file | value |
 /// |---|---|---|
 /// | `normals` | `nx ny nz` | unit, world, out of the matter |
-/// | `base_color_linear` | `base_color_0..2` | 0 to 1, Rec. 709, linear |
+/// | `base_color_linear` | `base_color_0..2` | 0 to 1, Rec. 709, linear; blended sRGB-encoded |
 /// | `roughness` | `roughness` | perceptual, 0 to 1 |
 /// | `metallic` | `metallic` | 0 dielectric, 1 metal |
 /// | `visibility` | `visibility` | cosine-weighted share of the hemisphere that is open, 0 to 1 |

@@ -43,6 +43,9 @@ fn decompose(toy: &ToyCapture, arguments: &[&str]) -> Output {
     let mut all = vec!["--capture", "capture.json", "--gaussians", "true.ply", "--no-provenance"];
     all.extend(["--samples", "300", "--material-rays", "12", "--pixel-rays", "8"]);
     all.extend(["--color-passes", "2", "--surface", "sheet.ply"]);
+    if !arguments.contains(&"--photo-steps") {
+        all.extend(["--photo-steps", "10"]);
+    }
     all.extend(arguments);
     run(env!("CARGO_BIN_EXE_decompose"), toy.folder.path(), &all)
 }
@@ -57,7 +60,8 @@ fn a_scene_folder_is_written_whole_and_kept() {
     assert_eq!(scene.document.scale_anchor.kind, ScaleAnchorKind::Environment);
     assert!(scene.document.terms.iter().any(|t| t.name == "specular"));
     let gaussians = read_gaussians(&scene.gaussians).unwrap();
-    assert_eq!((&gaussians.means, &gaussians.sh), (&before.means, &before.sh), "standard columns");
+    assert_eq!((gaussians.len(), gaussians.sh_degree), (before.len(), before.sh_degree));
+    assert_ne!(gaussians.means, before.means, "fitted to the photos once more");
     let materials = Materials::of(&gaussians).unwrap();
     assert!(materials.base_color_linear.iter().flatten().all(|v| (0.0..=1.0).contains(v)));
     assert!(read_surface(&scene.surface).unwrap().has_materials());
@@ -70,6 +74,16 @@ fn a_scene_folder_is_written_whole_and_kept() {
     for file in ["gaussians.ply", "surface.ply", "environment.exr"] {
         assert_eq!(bytes(&format!("scene/{file}")), bytes(&format!("again/{file}")), "{file}");
     }
+}
+
+#[test]
+fn without_photo_steps_the_standard_columns_are_those_of_the_input() {
+    let toy = prepared();
+    let arguments = ["-o", "scene", "--environment", "light.exr", "--photo-steps", "0"];
+    assert_code(&decompose(&toy, &arguments), 0);
+    let gaussians = read_gaussians(&toy.path("scene/gaussians.ply")).unwrap();
+    let plain = motes_scene::Gaussians { extra: Vec::new(), ..gaussians };
+    assert_eq!(plain, motes_scene::Gaussians { extra: Vec::new(), ..toy.gaussians.clone() });
 }
 
 #[test]

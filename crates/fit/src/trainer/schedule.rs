@@ -7,7 +7,6 @@ use rayon::prelude::*;
 
 use super::Trainer;
 use crate::moments::Rates;
-use crate::options::FreezeGroup;
 
 /// Purposes of random streams.
 const STREAM_ORDER: u64 = 1;
@@ -85,20 +84,9 @@ impl Trainer {
     }
 
     pub(super) fn rates(&self, progress: f64) -> Rates {
-        use FreezeGroup::{Colors, Means, Opacities, Rotations, Scales};
-        let o = &self.options;
         // The root of the number of views keeps the variance of a step (Zhao et al. 2024).
         let batch = f64::from(self.plan.batch_views).sqrt();
         let late = self.plan.lr_final.powf(progress) * batch;
-        let rate = |group, value: f64| if o.is_frozen(group) { 0.0 } else { value as f32 };
-        Rates {
-            // Falls to 1 % at the end, exponentially.
-            means: rate(Means, o.lr_means * self.extent * 0.01f64.powf(progress) * batch),
-            rotations: rate(Rotations, o.lr_rotations * late),
-            log_scales: rate(Scales, o.lr_scales * late),
-            opacity_logits: rate(Opacities, o.lr_opacities * late),
-            sh0: rate(Colors, o.lr_sh0 * late),
-            sh_rest: rate(Colors, o.lr_sh_rest * late),
-        }
+        Rates::at(&self.options, self.extent * batch, late, progress)
     }
 }

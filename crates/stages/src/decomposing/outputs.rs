@@ -61,6 +61,9 @@ pub(super) fn write_scene(
 ) -> anyhow::Result<DecompositionDocument> {
     let path = folder.path;
     std::fs::create_dir_all(path).with_context(|| format!("cannot make {}", path.display()))?;
+    if let Some(refined) = &result.refined {
+        gaussians.clone_from(refined);
+    }
     result.materials.attach(gaussians);
     write_gaussians(&path.join("gaussians.ply"), gaussians, &folder.ply)?;
     write_surface(&path.join("surface.ply"), &result.surface)?;

@@ -1,0 +1,340 @@
+//! Gaussians fitted to the photos under the light that was found.
+//!
+//! Gaussians come from a fit in which each may look different from every side; with one base colour each, their shapes are no
+//! longer the best. So they are fitted once more, to the photos again, but through the shading of every pixel:
+//!
+//! ```text
+//! picture = encode(slope decode(Σ α T e) + offset)        e: base colour, sRGB-encoded
+//! cost    = mean w (sqrt((picture - photo)² + ε²) - ε)    ε: what is noise
+//! ```
+//!
+//! Adam with the rates of training (Kerbl et al. 2023) on shapes, opacities and base colours; the cost is Charbonnier's, 1994. Every
+//! such step is followed by one on the colours as captured and the same shapes, which serve both. Pixels that tell nothing (no
+//! surface, masked, clipped) keep what they showed. Number and order of the Gaussians never change.
+
+use std::mem::swap;
+
+use glam::Vec3;
+use motes_fit::{FitOptions, Moments, Rates, Update};
+use motes_math::rng::keyed_rng;
+use motes_math::{sh, srgb};
+use motes_raster::{
+    Frame, GaussianGradients, Modifiers, Planes, RenderOptions, TILE, ViewTransform,
+};
+use motes_scene::Gaussians;
+use rand::seq::SliceRandom;
+use rayon::prelude::*;
+
+use crate::pixels::{PixelShading, is_told};
+use crate::samples::SeenView;
+use crate::splat_colors::colored;
+
+/// Differences below this are noise, sRGB-encoded.
+const NOISE: f32 = 0.01;
+/// Of the rates, at the last step.
+const LAST: f64 = 0.1;
+/// Weight of what stays as it was.
+const STAYING: f32 = 0.3;
+/// Share of a view's pixels from which those that tell nothing are looked after.
+const MANY: f32 = 0.01;
+/// Darkest and brightest base colour, sRGB-encoded: below, the rasterizer's clamp would stop a gradient.
+const RANGE: [f32; 2] = [0.004, 1.0];
+const SH_C0: f32 = sh::SH_C0 as f32;
+const PURPOSE: u64 = 0x5048_4649;
+
+/// What Gaussians are compared with.
+pub(crate) struct PhotoFit<'a> {
+    pub views: &'a [SeenView<'a>],
+    /// Of the views, same order.
+    pub shadings: &'a [PixelShading],
+    pub render: &'a RenderOptions,
+    /// Key of the order of the views.
+    pub seed: u64,
+}
+
+/// What the colours of the Gaussians are.
+#[derive(Clone, Copy, PartialEq)]
+enum Colors {
+    /// What the photos show.
+    Captured,
+    /// Base colour, sRGB-encoded.
+    Base,
+}
+
+const ALL: [Colors; 2] = [Colors::Captured, Colors::Base];
+
+impl PhotoFit<'_> {
+    /// Fits `start`, whose colours are as captured, and its base colours (sRGB-encoded). Same rows; the second result has
+    /// the shapes of the first, degree 0, base colours.
+    ///
+    /// # Errors
+    /// What `observer` says, which gets the share of the steps that are done.
+    pub(crate) fn fit<E>(
+        &self,
+        start: &Gaussians,
+        base: &[Vec3],
+        steps: u32,
+        mut observer: impl FnMut(f32) -> Result<(), E>,
+    ) -> Result<(Gaussians, Gaussians), E> {
+        let mut models = [Model::new(start.clone()), Model::new(colored(start, base))];
+        let before = [models[0].gaussians.clone(), models[1].gaussians.clone()];
+        let looked_after: Vec<[bool; 2]> = (0..self.views.len())
+            .map(|v| ALL.map(|colors| self.untold_share(v, colors) > MANY))
+            .collect();
+        let extent = camera_extent(self.views);
+        let options = FitOptions::default();
+        let (mut frame, mut gradients) = (Frame::new(), GaussianGradients::default());
+        let none = Modifiers::default();
+        let mut order: Vec<usize> = Vec::new();
+        for step in 0..steps {
+            let turn = step as usize % self.views.len().max(1);
+            if turn == 0 {
+                order = (0..self.views.len()).collect();
+                order.shuffle(&mut keyed_rng(self.seed, PURPOSE, u64::from(step)));
+            }
+            let Some(&v) = order.get(turn) else { break };
+            observer(step as f32 / steps as f32)?;
+            let photo = self.views[v].photo;
+            let view = ViewTransform::new(&photo.camera, &photo.camera_from_world);
+            let progress = f64::from(step) / f64::from(steps);
+            let rates = Rates::at(&options, extent, LAST.powf(progress), progress);
+            for (k, colors) in ALL.into_iter().enumerate() {
+                let stays = looked_after[v][k]
+                    .then(|| Frame::new().forward(&before[k], &view, &none, self.render).clone());
+                let model = &mut models[k];
+                let image = frame.forward(&model.gaussians, &view, &none, self.render);
+                let slope = self.slope(v, colors, image, stays.as_ref());
+                frame.backward(&model.gaussians, &none, self.render, &slope, &mut gradients);
+                let update = Update {
+                    step: u64::from(step) + 1,
+                    sh_degree: model.gaussians.sh_degree,
+                    sh_every: 1,
+                    sparse: true,
+                };
+                model.moments.apply(&mut model.gaussians, &gradients, &rates, &update);
+                if colors == Colors::Base {
+                    let [low, high] = RANGE.map(|e| (e - 0.5) / SH_C0);
+                    model.gaussians.sh.iter_mut().for_each(|v| *v = v.clamp(low, high));
+                }
+                let [captured, base] = &mut models;
+                captured.swap_shapes(base);
+            }
+        }
+        let [mut captured, mut base] = models.map(|model| model.gaussians);
+        keep_finite([&mut captured, &mut base], [&before[0], &before[1]]);
+        let base = Gaussians {
+            means: captured.means.clone(),
+            rotations: captured.rotations.clone(),
+            log_scales: captured.log_scales.clone(),
+            opacity_logits: captured.opacity_logits.clone(),
+            ..base
+        };
+        Ok((captured, base))
+    }
+
+    fn untold_share(&self, v: usize, colors: Colors) -> f32 {
+        let count = self.shadings[v].slope.len();
+        let told = (0..count).filter(|&i| self.told(v, i, colors)).count();
+        1.0 - told as f32 / count.max(1) as f32
+    }
+
+    fn told(&self, v: usize, i: usize, colors: Colors) -> bool {
+        let lit = colors == Colors::Captured || is_told(self.shadings[v].slope[i]);
+        lit && self.views[v].photo.weight.data[i] > 0.0
+    }
+
+    /// Slope of the cost by every value of the picture of a view.
+    fn slope(&self, v: usize, colors: Colors, image: &Planes, before: Option<&Planes>) -> Planes {
+        let (photo, shading) = (self.views[v].photo, &self.shadings[v]);
+        let (width, height) = (image.width, image.height);
+        let mut out = Planes::new(width, height, 4);
+        let (band, stride) = (out.band_len(), out.stride);
+        let share = 1.0 / (3 * width * height) as f32;
+        out.data.par_chunks_mut(band).enumerate().for_each(|(k, band)| {
+            for y in k * TILE..((k + 1) * TILE).min(height) {
+                for c in 0..3 {
+                    let shown = image.row(c, y);
+                    let to = &mut band[(c * TILE + y % TILE) * stride..][..width];
+                    for (x, to) in to.iter_mut().enumerate() {
+                        let i = y * width + x;
+                        if !self.told(v, i, colors) {
+                            let stay = before.map_or(0.0, |b| difference(shown[x], b.row(c, y)[x]));
+                            *to = share * STAYING * stay;
+                            continue;
+                        }
+                        let seen = srgb::encode(photo.radiance_linear.data[3 * i + c]);
+                        let slope = match colors {
+                            Colors::Captured => difference(shown[x], seen),
+                            Colors::Base => {
+                                let (uniform, color) = shading.uniform[i];
+                                let pixel = Pixel {
+                                    slope: shading.slope[i][c],
+                                    offset: shading.offset[i][c],
+                                    seen,
+                                };
+                                (1.0 - uniform) * pixel.slope_at(shown[x])
+                                    + uniform * difference(shown[x], srgb::encode(color[c]))
+                            }
+                        };
+                        *to = share * photo.weight.data[i] * slope;
+                    }
+                }
+            }
+        });
+        out
+    }
+}
+
+/// Derivative of the cost by the first value.
+fn difference(shown: f32, seen: f32) -> f32 {
+    let r = shown - seen;
+    r / (r * r + NOISE * NOISE).sqrt()
+}
+
+/// A channel of a pixel: radiance is `b slope + offset`.
+struct Pixel {
+    slope: f32,
+    offset: f32,
+    /// In the photo, sRGB-encoded.
+    seen: f32,
+}
+
+impl Pixel {
+    /// Derivative of the cost by the base colour, sRGB-encoded.
+    fn slope_at(&self, encoded: f32) -> f32 {
+        let e = encoded.max(0.0);
+        // decode(e) and its derivative.
+        let (base, by_e) = if e <= 0.040_45 {
+            (e / 12.92, 1.0 / 12.92)
+        } else {
+            let t = (e + 0.055) / 1.055;
+            let power = t.powf(1.4);
+            (power * t, 2.4 / 1.055 * power)
+        };
+        let radiance = self.slope * base + self.offset;
+        // encode(radiance) and its derivative.
+        let (shown, by_radiance) = if radiance <= 0.003_130_8 {
+            (12.92 * radiance, 12.92)
+        } else {
+            let power = radiance.powf(1.0 / 2.4);
+            (1.055 * power - 0.055, 1.055 / 2.4 * power / radiance)
+        };
+        difference(shown, self.seen) * by_radiance * self.slope * by_e
+    }
+}
+
+/// What centres are measured by: the cameras' largest distance from their middle, and a tenth; world units.
+fn camera_extent(views: &[SeenView<'_>]) -> f64 {
+    let middle = views.iter().map(|v| v.rays.eye).sum::<Vec3>() / views.len() as f32;
+    let farthest = views.iter().map(|v| v.rays.eye.distance(middle)).fold(0.0, f32::max);
+    1.1 * f64::from(farthest)
+}
+
+/// Gaussians and what Adam knows of them. Two of them take turns with one set of shapes.
+struct Model {
+    gaussians: Gaussians,
+    moments: Moments,
+}
+
+impl Model {
+    fn new(gaussians: Gaussians) -> Self {
+        Self { moments: Moments::zeros(&gaussians), gaussians }
+    }
+
+    /// Hands centres, shapes and opacities over, with their moments.
+    fn swap_shapes(&mut self, other: &mut Self) {
+        let (a, b) = (&mut self.gaussians, &mut other.gaussians);
+        swap(&mut a.means, &mut b.means);
+        swap(&mut a.rotations, &mut b.rotations);
+        swap(&mut a.log_scales, &mut b.log_scales);
+        swap(&mut a.opacity_logits, &mut b.opacity_logits);
+        let (a, b) = (&mut self.moments, &mut other.moments);
+        for (a, b) in [(&mut a.first, &mut b.first), (&mut a.second, &mut b.second)] {
+            swap(&mut a.means, &mut b.means);
+            swap(&mut a.rotations, &mut b.rotations);
+            swap(&mut a.log_scales, &mut b.log_scales);
+            swap(&mut a.opacity_logits, &mut b.opacity_logits);
+        }
+    }
+}
+
+/// Rows that are no longer finite become what they were, in both models.
+fn keep_finite(mut models: [&mut Gaussians; 2], before: [&Gaussians; 2]) {
+    let finite = |g: &Gaussians, i: usize| {
+        let width = 3 * g.sh_coefficients();
+        let shape = g.means[i].iter().chain(&g.rotations[i]).chain(&g.log_scales[i]);
+        let rest = g.sh[i * width..(i + 1) * width].iter().chain([&g.opacity_logits[i]]);
+        shape.chain(rest).all(|v| v.is_finite())
+    };
+    for i in 0..before[0].len() {
+        if models.iter().all(|g| finite(g, i)) {
+            continue;
+        }
+        for (model, start) in models.iter_mut().zip(before) {
+            let width = 3 * model.sh_coefficients();
+            let sh = i * width..(i + 1) * width;
+            model.means[i] = start.means[i];
+            model.rotations[i] = start.rotations[i];
+            model.log_scales[i] = start.log_scales[i];
+            model.opacity_logits[i] = start.opacity_logits[i];
+            model.sh[sh.clone()].copy_from_slice(&start.sh[sh]);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slopes_are_those_of_finite_differences() {
+        let cost = |p: &Pixel, e: f64| {
+            let decode = |v: f64| {
+                if v <= 0.040_45 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
+            };
+            let encode = |v: f64| {
+                if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 }
+            };
+            let shown = encode(f64::from(p.slope) * decode(e) + f64::from(p.offset));
+            (shown - f64::from(p.seen)).hypot(f64::from(NOISE))
+        };
+        for slope in [1e-3, 0.2, 1.0, 30.0] {
+            for offset in [0.0, 1e-4, 0.3] {
+                for (encoded, seen) in [(0.02, 0.3), (0.1, 0.9), (0.5, 0.4), (0.9, 0.0)] {
+                    let pixel = Pixel { slope, offset, seen };
+                    let (e, h) = (f64::from(encoded), 1e-6);
+                    let numeric = (cost(&pixel, e + h) - cost(&pixel, e - h)) / (2.0 * h);
+                    let found = f64::from(pixel.slope_at(encoded));
+                    let off = (found - numeric).abs();
+                    assert!(off < 1e-3 * numeric.abs().max(1e-2), "{numeric} {found}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn slopes_are_finite_at_the_extremes() {
+        for slope in [0.0, 1e-30, 1e30] {
+            for offset in [0.0, -1.0, 1e30] {
+                for e in [0.0, -1.0, 1.0, 5.0] {
+                    let found = Pixel { slope, offset, seen: 0.5 }.slope_at(e);
+                    assert!(found.is_finite(), "{slope} {offset} {e}: {found}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn rows_that_are_not_finite_are_taken_back() {
+        let start = motes_testkit::random_gaussians(3, 4, 1);
+        let base = colored(&start, &[Vec3::splat(0.4); 4]);
+        let (mut model, mut other) = (start.clone(), base.clone());
+        model.means[1][2] = f32::NAN;
+        other.sh[9] = f32::INFINITY;
+        (model.sh[5], other.sh[2]) = (0.25, 0.125);
+        keep_finite([&mut model, &mut other], [&start, &base]);
+        assert_eq!((model.sh[5], other.sh[2]), (0.25, 0.125), "a finite row keeps what it has");
+        assert_eq!(model, Gaussians { sh: model.sh.clone(), ..start });
+        assert_eq!(other.sh[9], base.sh[9]);
+    }
+}
