@@ -29,6 +29,8 @@ const CELLS_OF_REACH: f32 = 6.0;
 const LEAST_CHANGE: f32 = 0.05;
 /// The inside of a shadow is darker than this.
 const INSIDE: f32 = -0.15;
+/// What is darker than the brighter part of the ground by this much, log units, lies in a shadow.
+const SHADOWED: f32 = -0.5;
 /// Cells of inside, and of surroundings, that a correction needs.
 const LEAST_CELLS: usize = 32;
 /// Beyond these nothing is believed.
@@ -87,7 +89,17 @@ impl Calibration {
             cells.clone().map(|c| known[c] && test(c)).collect()
         };
         let zone = grid.grown(&marks(&|c| change(c).abs() > LEAST_CHANGE), steps);
-        let around = marks(&|c| !zone[c]);
+        // Where other things stand or throw their shadow, colours are those of hidden matter, or of another error of the light.
+        let lit_from =
+            upper_quartile(cells.clone().filter(|c| known[*c]).map(|c| mean(log_after[c])));
+        let in_light = |c: usize| mean(log_after[c]) >= lit_from + SHADOWED;
+        let all_around = marks(&|c| !zone[c]);
+        let clear = marks(&|c| !zone[c] && !blurred[c] && in_light(c));
+        // An island amid the change, such as what is left where the object stood, must not speak for all around it.
+        let wide = grid.grown(&grid.shrunk(&clear, steps), steps);
+        let wide: Vec<bool> = cells.clone().map(|c| clear[c] && wide[c]).collect();
+        let enough = |marks: &[bool]| marks.iter().filter(|a| **a).count() >= LEAST_CELLS;
+        let around = [wide, clear].into_iter().find(|marks| enough(marks)).unwrap_or(all_around);
         if around.iter().filter(|a| **a).count() < LEAST_CELLS {
             return None;
         }
@@ -219,6 +231,13 @@ fn smoothed(grid: &Grid, known: &[bool], radius: usize, value: impl Fn(usize) ->
     sums.iter().map(|s| if s[1] > 0.0 { s[0] / s[1] } else { 0.0 }).collect()
 }
 
+/// A value that a quarter reaches; 0 of nothing.
+fn upper_quartile(values: impl Iterator<Item = f32>) -> f32 {
+    let mut values: Vec<f32> = values.filter(|v| v.is_finite()).collect();
+    let at = values.len() * 3 / 4;
+    if values.is_empty() { 0.0 } else { *values.select_nth_unstable_by(at, f32::total_cmp).1 }
+}
+
 #[cfg(test)]
 mod tests {
     use glam::DVec3;
@@ -230,6 +249,11 @@ mod tests {
     ///
     /// Returns the error of the light with and without `s`, root mean squares.
     fn errors_of_light(texture: f32, off: usize, depth: f32) -> Option<[f32; 2]> {
+        errors_with_island(texture, off, depth, false)
+    }
+
+    /// The same, with something dark amid the shadow whose light does not change.
+    fn errors_with_island(texture: f32, off: usize, depth: f32, island: bool) -> Option<[f32; 2]> {
         let plane = Plane::new(DVec3::Z, DVec3::ZERO);
         let corners = [[-1.0, -1.0], [1.0, 1.0]].map(|f| plane.point(f));
         let grid = Grid::over(plane, &corners, 0.02, 0.0).expect("a grid");
@@ -242,12 +266,22 @@ mod tests {
             texture * (2.0 * wave.fract().abs() - 1.0)
         };
         let cells = 0..grid.cells();
-        let color =
-            |c: usize| Some(Vec3::splat((depth * dark(c, edge + off) + blotch(c) - 1.5).exp()));
+        let is_island = |c: usize| {
+            island
+                && (width / 8..width / 8 + 20).contains(&(c % width))
+                && (40..60).contains(&(c / width))
+        };
+        let color = |c: usize| {
+            let stain = if is_island(c) { -3.0 } else { 0.0 };
+            Some(Vec3::splat((depth * dark(c, edge + off) + blotch(c) - 1.5 + stain).exp()))
+        };
         let observed = Observed {
             radiance: cells.clone().map(color).collect(),
             blurred: vec![false; grid.cells()],
-            log_before: cells.clone().map(|c| Vec3::splat(dark(c, edge))).collect(),
+            log_before: cells
+                .clone()
+                .map(|c| Vec3::splat(if is_island(c) { 0.0 } else { dark(c, edge) }))
+                .collect(),
             log_after: vec![Vec3::ZERO; grid.cells()],
         };
         let found = Calibration::new(grid, &observed, 0.25)?;
@@ -255,8 +289,15 @@ mod tests {
         let kappa = found.exponent.expect("an inside").x;
         Some([1.0, 0.0].map(|share| {
             let error = |c| kappa * dark(c, edge) + share * found.shift[c].x - truth(c);
-            power(cells.clone().map(error)).sqrt() as f32
+            power(cells.clone().filter(|&c| !is_island(c)).map(error)).sqrt() as f32
         }))
+    }
+
+    #[test]
+    fn what_is_left_amid_a_shadow_says_nothing_about_the_ground_around() {
+        let [with, without] = errors_with_island(0.02, 0, 1.2, true).expect("a shadow");
+        assert!(without < 0.05, "the depth: {without}");
+        assert!(with < 0.2, "{with}");
     }
 
     #[test]
@@ -266,6 +307,7 @@ mod tests {
         let [with, without] = errors_of_light(0.8, 0, 1.0).expect("a shadow");
         assert!(with < 1.3 * without, "texture: {with} of {without}");
     }
+
     #[test]
     fn a_deeper_shadow_is_believed_and_one_of_something_else_is_not() {
         let [with, _] = errors_of_light(0.05, 0, 1.5).expect("a shadow");
