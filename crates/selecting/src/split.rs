@@ -168,7 +168,7 @@ mod tests {
             let squares =
                 before.data.iter().zip(&after.data).map(|(a, b)| f64::from(a - b).powi(2));
             let psnr = -10.0 * (squares.sum::<f64>() / before.data.len() as f64).log10();
-            // Twins of its opacity differ from it by 20 to 25 dB.
+            // Twins that keep its opacity cover more than it does.
             assert!(psnr > 40.0, "opacity logit {logit}, share {share}: {psnr} dB");
         }
     }
