@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::capture::{SplitDocument, checked_relative_path, resolve};
 use crate::documents::{Document, Parsed, read_document, write_document};
 use crate::error::{FormatError, Result};
+use crate::selection::BoundGaussians;
 
 /// The name of the document in a scene folder.
 pub const DECOMPOSITION_FILE: &str = "decomposition.json";
@@ -52,6 +53,10 @@ pub struct DecompositionDocument {
     /// Sizes.
     #[serde(default)]
     pub counts: DecompositionCounts,
+    /// The file of Gaussians that was taken apart, which has the same rows in the same order: selections of it hold here.
+    /// Absent when that is not known, or once rows were changed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub source_gaussians: Option<BoundGaussians>,
     /// Elapsed seconds of the decomposition; null when they were not taken.
     #[serde(default)]
     pub seconds: Option<f64>,
@@ -60,7 +65,7 @@ pub struct DecompositionDocument {
 impl Document for DecompositionDocument {
     const FORMAT: &'static str = "motes/decomposition";
     const MAJOR: u32 = 1;
-    const MINOR: u32 = 0;
+    const MINOR: u32 = 1;
 }
 
 /// Axes of a lat-long map, see `docs/shading.md`.

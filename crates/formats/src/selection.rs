@@ -69,6 +69,10 @@ pub struct BoundGaussians {
     /// Name of the file, for messages.
     #[serde(default)]
     pub name: String,
+    /// SHA-256 of another file with the same rows in the same order, whose selections are as good: what a scene folder was
+    /// decomposed from. Not written.
+    #[serde(skip)]
+    pub same_rows_as: Option<String>,
 }
 
 impl BoundGaussians {
@@ -78,7 +82,7 @@ impl BoundGaussians {
     /// The file cannot be read.
     pub fn of_file(path: &Path, count: usize) -> Result<Self> {
         let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
-        Ok(Self { sha256: sha256_of_file(path)?, count: count as u64, name })
+        Ok(Self { sha256: sha256_of_file(path)?, count: count as u64, name, same_rows_as: None })
     }
 }
 
@@ -186,7 +190,8 @@ impl SelectionDocument {
     /// As [`read_selection`].
     pub fn check(self, path: &Path, gaussians: &BoundGaussians) -> Result<SelectionFile> {
         let bound = &self.gaussians;
-        if bound.sha256 != gaussians.sha256 || bound.count != gaussians.count {
+        let is_of = [Some(&gaussians.sha256), gaussians.same_rows_as.as_ref()];
+        if !is_of.contains(&Some(&bound.sha256)) || bound.count != gaussians.count {
             let cause = format!(
                 "a stale selection: it was made on {}, not on {}",
                 Said(bound),
@@ -241,7 +246,7 @@ struct Said<'a>(&'a BoundGaussians);
 
 impl fmt::Display for Said<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let BoundGaussians { sha256, count, name } = self.0;
+        let BoundGaussians { sha256, count, name, .. } = self.0;
         let short: String = sha256.chars().take(12).collect();
         let name = if name.is_empty() { "a file" } else { name };
         write!(f, "{name} ({count} Gaussians, SHA-256 {short}...)")

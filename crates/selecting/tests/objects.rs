@@ -214,6 +214,7 @@ fn the_cache_changes_nothing_and_damage_is_mended() {
         sha256: sha256_of_bytes(b"g"),
         count: g.len() as u64,
         name: String::new(),
+        same_rows_as: None,
     };
     let run = || {
         let source = SelectSource::new(&g, Antialias::Classic)
@@ -241,6 +242,7 @@ fn shapes_properties_and_sets_combine() {
         sha256: sha256_of_bytes(b"g"),
         count: g.len() as u64,
         name: String::new(),
+        same_rows_as: None,
     };
     let source = SelectSource::new(&g, Antialias::Classic)
         .with_capture(&capture, Path::new("c.json"))

@@ -9,6 +9,7 @@ use motes_formats::decomposition::{ScaleAnchorKind, read_decomposition};
 use motes_formats::environment::write_environment;
 use motes_formats::images::{read_image, write_png};
 use motes_formats::ply::{read_gaussians, read_surface, write_surface};
+use motes_formats::selection::sha256_of_file;
 use motes_scene::{ImageF32, ImageU8, Materials, Surface};
 use toy_capture::{ToyCapture, assert_code, run, stderr, toy_capture};
 
@@ -59,6 +60,8 @@ fn a_scene_folder_is_written_whole_and_kept() {
     let scene = read_decomposition(&toy.path("scene")).unwrap();
     assert_eq!(scene.document.scale_anchor.kind, ScaleAnchorKind::Environment);
     assert!(scene.document.terms.iter().any(|t| t.name == "specular"));
+    let source = scene.document.source_gaussians.as_ref().unwrap();
+    assert_eq!(source.sha256, sha256_of_file(&toy.path("true.ply")).unwrap());
     let gaussians = read_gaussians(&scene.gaussians).unwrap();
     assert_eq!((gaussians.len(), gaussians.sh_degree), (before.len(), before.sh_degree));
     assert_ne!(gaussians.means, before.means, "fitted to the photos once more");

@@ -107,9 +107,34 @@ fn a_log_replays_to_the_same_bytes() {
 }
 
 #[test]
+fn a_selection_of_what_was_decomposed_holds_for_the_scene_until_rows_change() {
+    let toy = toy_scene();
+    let path = toy.path("scene/decomposition.json");
+    let mut document: Value = serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap();
+    let count = document["counts"]["gaussians"].as_u64().unwrap();
+    let source = json!({ "sha256": "1".repeat(64), "count": count, "name": "trained.ply" });
+    let bound: BoundGaussians = serde_json::from_value(source.clone()).unwrap();
+    let all = Selection::all(count as usize);
+    let selection = SelectionDocument::new(&all, bound, SelectionNotes::default());
+    write_selection(&toy.path("all.json"), &selection).unwrap();
+    let line = ["--scene", "scene", "--selection", "all.json", "--translate", "0,0,1", "-q", "-o"];
+    assert_code(&edit(&toy, &[&line[..], &["stale"]].concat()), 3);
+    document["source_gaussians"] = source;
+    std::fs::write(&path, serde_json::to_vec(&document).unwrap()).unwrap();
+    assert_code(&edit(&toy, &[&line[..], &["out"]].concat()), 0);
+    let again = ["--scene", "out", "--selection", "all.json", "--translate", "0,0,1", "-q"];
+    assert_code(&edit(&toy, &[&again[..], &["-o", "again"]].concat()), 3);
+}
+
+#[test]
 fn bad_plans_fail_with_a_pointer_and_lose_nothing() {
     let toy = toy_scene();
-    let stale = BoundGaussians { sha256: "0".repeat(64), count: 4, name: "other.ply".into() };
+    let stale = BoundGaussians {
+        sha256: "0".repeat(64),
+        count: 4,
+        name: "other.ply".into(),
+        same_rows_as: None,
+    };
     let stale = SelectionDocument::new(&Selection::all(4), stale, SelectionNotes::default());
     write_selection(&toy.path("stale.json"), &stale).unwrap();
     // An old product is there, and stays.

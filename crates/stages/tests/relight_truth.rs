@@ -203,6 +203,7 @@ fn write_scene(folder: &Path, root: &Path, views: &[View]) {
             vertices: surface.vertices.len() as u64,
             triangles: surface.triangles.len() as u64,
         },
+        source_gaussians: None,
         seconds: None,
     };
     write_decomposition(folder, &document).unwrap();

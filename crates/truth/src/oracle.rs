@@ -115,6 +115,7 @@ pub fn write_oracle(
             vertices: surface.vertices.len() as u64,
             triangles: surface.triangles.len() as u64,
         },
+        source_gaussians: None,
         seconds: None,
     };
     Ok(write_decomposition(output, &document)?)

@@ -2,7 +2,12 @@ use super::*;
 use crate::documents::parse_document;
 
 fn bound(count: usize) -> BoundGaussians {
-    BoundGaussians { sha256: "a".repeat(64), count: count as u64, name: "g.ply".into() }
+    BoundGaussians {
+        sha256: "a".repeat(64),
+        count: count as u64,
+        name: "g.ply".into(),
+        same_rows_as: None,
+    }
 }
 
 fn sample() -> Selection {
@@ -39,11 +44,26 @@ fn a_selection_survives_and_stays_on_its_side_of_one_half() {
 #[test]
 fn a_stale_selection_is_an_error_that_names_both_files() {
     let document = SelectionDocument::new(&sample(), bound(21), SelectionNotes::default());
-    let other = BoundGaussians { sha256: "b".repeat(64), count: 21, name: "new.ply".into() };
+    let other = BoundGaussians {
+        sha256: "b".repeat(64),
+        count: 21,
+        name: "new.ply".into(),
+        same_rows_as: None,
+    };
     let text = document.check(Path::new("s.json"), &other).unwrap_err().to_string();
     for part in ["stale", "g.ply", "new.ply", "aaaaaaaaaaaa", "bbbbbbbbbbbb", "help:", "s.json"] {
         assert!(text.contains(part), "{part}: {text}");
     }
+}
+
+#[test]
+fn a_selection_of_a_file_with_the_same_rows_holds() {
+    let document = SelectionDocument::new(&sample(), bound(21), SelectionNotes::default());
+    let mut scene = BoundGaussians { sha256: "c".repeat(64), ..bound(21) };
+    scene.same_rows_as = Some("a".repeat(64));
+    assert_eq!(document.clone().check(Path::new("s.json"), &scene).unwrap().selection.len(), 21);
+    scene.same_rows_as = Some("b".repeat(64));
+    document.check(Path::new("s.json"), &scene).unwrap_err();
 }
 
 #[test]

@@ -13,6 +13,7 @@ use motes_formats::documents::Document as _;
 use motes_formats::environment::write_environment;
 use motes_formats::images::write_png;
 use motes_formats::ply::{PlyWriteOptions, write_gaussians, write_surface};
+use motes_formats::selection::BoundGaussians;
 use motes_inverse::{Anchor, Decomposition, LobesChoice, Photo};
 use motes_math::srgb;
 use motes_scene::{Gaussians, ImageF32};
@@ -41,6 +42,8 @@ pub(super) struct SceneFolder<'a> {
     pub trained: usize,
     /// How many views get previews.
     pub previews: usize,
+    /// The Gaussians that were taken apart.
+    pub source: BoundGaussians,
     /// Elapsed seconds.
     pub seconds: f64,
     /// Program and version.
@@ -143,6 +146,7 @@ fn document(
             vertices: result.surface.vertices.len() as u64,
             triangles: result.surface.triangles.len() as u64,
         },
+        source_gaussians: Some(folder.source.clone()),
         seconds: Some(folder.seconds),
     }
 }

@@ -4,6 +4,7 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use motes_formats::ply::{PlyWriteOptions, RenderMode, read_surface};
+use motes_formats::selection::BoundGaussians;
 use motes_formats::splats::open_gaussians;
 use motes_inverse::geometry::{GeometryError, GeometryOptions, GeometryReport, extract};
 use motes_inverse::{
@@ -140,6 +141,7 @@ impl Request<'_> {
             photos: photos.iter().chain(&score).collect(),
             trained,
             previews: self.previews,
+            source: BoundGaussians::of_file(self.gaussians, gaussians.len())?,
             seconds: context.elapsed_seconds(),
             made_by: concat!("motes decompose ", env!("CARGO_PKG_VERSION")).into(),
         };

@@ -51,6 +51,8 @@ pub(super) fn write_scene(
     log: &EditPlanDocument,
 ) -> anyhow::Result<()> {
     let mut document = document.clone();
+    // Rows may be other ones now.
+    document.source_gaussians = None;
     (document.gaussians, document.surface) = ("gaussians.ply".into(), "surface.ply".into());
     document.environment = "environment.exr".into();
     document.environment_convention = match parts.convention {

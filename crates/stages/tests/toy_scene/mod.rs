@@ -144,6 +144,7 @@ fn write_document(scene: &Path, gaussians: usize, surface: &Surface) {
             vertices: surface.vertices.len() as u64,
             triangles: surface.triangles.len() as u64,
         },
+        source_gaussians: None,
         seconds: None,
     };
     write_decomposition(scene, &document).unwrap();
