@@ -6,6 +6,7 @@
 //! where they lie behind each other, are those of the one, so that the picture stays.
 
 use glam::{Mat3, Quat, Vec3};
+use motes_math::sigmoid::{logit, sigmoid};
 use motes_scene::{Gaussians, Selection};
 
 use crate::neighbours::edge_directions;
@@ -69,7 +70,7 @@ pub fn split_boundary(
         let axis = (1..3).fold(0, |best, k| if crossing(k) > crossing(best) { k } else { best });
         let side = axes.col(axis) * axes.col(axis).dot(towards).signum();
         let share = selection.confidence[inner];
-        let pair = Pair::new(opacity(gaussians.opacity_logits[inner]), share);
+        let pair = Pair::new(sigmoid(gaussians.opacity_logits[inner]), share);
         for (child, at, opacity) in [
             (inner, (1.0 - share) * APART, pair.opacities[0]),
             (outer, -share * APART, pair.opacities[1]),
@@ -77,16 +78,12 @@ pub fn split_boundary(
             let mean = Vec3::from(gaussians.means[inner]) + side * (at * scales[axis]);
             out.means[child] = mean.to_array();
             out.log_scales[child][axis] += pair.width.ln();
-            out.opacity_logits[child] = (opacity / (1.0 - opacity)).ln();
+            out.opacity_logits[child] = logit(opacity);
         }
         confidence[inner] = 1.0;
         confidence[outer] = 0.0;
     }
     SplitBoundary { gaussians: out, selection: Selection { confidence }, split: split.len() }
-}
-
-fn opacity(logit: f32) -> f32 {
-    1.0 / (1.0 + (-logit).exp())
 }
 
 /// What two Gaussians are that look like one.
@@ -139,13 +136,14 @@ mod tests {
         let variance =
             inside * (s * s + (a - mean).powi(2)) + outside * (t * t + (b - mean).powi(2));
         assert!((variance / 1f32.exp() - 1.0).abs() < 1e-5, "{variance}");
-        let [o, p] = [4, 9].map(|i| opacity(done.gaussians.opacity_logits[i]));
+        let [o, p] = [4, 9].map(|i| sigmoid(done.gaussians.opacity_logits[i]));
         assert!((o / p - inside / outside).abs() < 1e-4, "{o} {p}");
         assert_eq!(done.gaussians.sh_of(9), g.sh_of(4));
         // Small ones stay whole.
         let again = split_boundary(&g, &Selection { confidence: vec![0.5; 9] }, 1e3);
         assert_eq!((again.split, again.gaussians), (0, g));
     }
+
     #[test]
     fn the_picture_stays() {
         use motes_raster::{RenderOptions, render};
