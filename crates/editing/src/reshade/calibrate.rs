@@ -99,10 +99,7 @@ impl Calibration {
         let wide = grid.grown(&grid.shrunk(&clear, steps), steps);
         let wide: Vec<bool> = cells.clone().map(|c| clear[c] && wide[c]).collect();
         let enough = |marks: &[bool]| marks.iter().filter(|a| **a).count() >= LEAST_CELLS;
-        let around = [wide, clear].into_iter().find(|marks| enough(marks)).unwrap_or(all_around);
-        if around.iter().filter(|a| **a).count() < LEAST_CELLS {
-            return None;
-        }
+        let around = [wide, clear, all_around].into_iter().find(|marks| enough(marks))?;
         let unlit_around = mean_around(&grid, &around, 2 * steps, |c| log_c[c] - log_after[c]);
         let edge = grid.grown(&marks(&|c| change(c) > INSIDE), steps.div_ceil(2));
         let inside: Vec<usize> =
@@ -121,8 +118,9 @@ impl Calibration {
         let count = inside.len().max(1) as f32;
         let across = (0.5 * count.sqrt()) as usize;
         let apart = across + 2 * steps;
-        let texture = texture_power(&grid, &around, across.max(1), apart, beside);
-        let sure = beyond(f64::from(mean(seen - modelled) / count).powi(2), texture);
+        let texture = Texture::new(&grid, &around, apart, beside);
+        let off = f64::from(mean(seen - modelled) / count).powi(2);
+        let sure = beyond(off, texture.power(across.max(1)));
         let exponent = learned.then(|| Vec3::ONE + sure * (found.clamp(least, most) - Vec3::ONE));
         let kappa = exponent.unwrap_or(Vec3::ONE);
         let d: Vec<Vec3> = cells.clone().map(|c| kappa * (log_before[c] - log_after[c])).collect();
@@ -143,7 +141,7 @@ impl Calibration {
         };
         let of_zone = cells.clone().filter(|&c| known[c] && zone[c]);
         let signal = power(of_zone.map(|c| left[c]));
-        let share = beyond(signal, texture_power(&grid, &around, 1, apart, beside));
+        let share = beyond(signal, texture.power(1));
         let shift: Vec<Vec3> = cells
             .clone()
             .map(|c| if zone[c] && known[c] { share * tint * bounded(c) } else { Vec3::ZERO })
@@ -193,27 +191,37 @@ fn beyond(signal: f64, texture: f64) -> f32 {
     if signal > texture { (1.0 - texture / signal) as f32 } else { 0.0 }
 }
 
-/// The mean square by which means of `value` over squares of `2 radius + 1` cells differ between places of `around` that are
-/// `distance` cells apart.
-fn texture_power(
-    grid: &Grid,
-    around: &[bool],
-    radius: usize,
+/// How a value differs between places of `around` that are `distance` cells apart.
+struct Texture<'a, F> {
+    grid: &'a Grid,
+    around: &'a [bool],
     distance: usize,
-    value: impl Fn(usize) -> f32,
-) -> f64 {
-    let [width, height] = grid.size;
-    let smooth = smoothed(grid, around, radius, &value);
-    let wide = mean_around(grid, around, distance, |c| Vec3::splat(value(c)));
-    let pairs = (0..grid.cells()).filter(|c| around[*c]).flat_map(|c| {
-        let (x, y) = (c % width, c / width);
-        let right = (x + distance < width).then_some(c + distance);
-        let left = x.checked_sub(distance).map(|_| c - distance);
-        let up = (y + distance < height).then_some(c + distance * width);
-        let down = y.checked_sub(distance).map(|_| c - distance * width);
-        [right, left, up, down].into_iter().flatten().map(move |n| (c, n))
-    });
-    power(pairs.filter(|(_, n)| around[*n]).map(|(c, n)| smooth[c] - wide[n].x))
+    value: F,
+    /// Means over squares of `2 distance + 1` cells.
+    wide: Vec<Vec3>,
+}
+
+impl<'a, F: Fn(usize) -> f32> Texture<'a, F> {
+    fn new(grid: &'a Grid, around: &'a [bool], distance: usize, value: F) -> Self {
+        let wide = mean_around(grid, around, distance, |c| Vec3::splat(value(c)));
+        Self { grid, around, distance, value, wide }
+    }
+
+    /// The mean square by which means over squares of `2 radius + 1` cells differ from those of the other places.
+    fn power(&self, radius: usize) -> f64 {
+        let Self { grid, around, distance, value, wide } = self;
+        let ([width, height], distance) = (grid.size, *distance);
+        let smooth = smoothed(grid, around, radius, value);
+        let pairs = (0..grid.cells()).filter(|c| around[*c]).flat_map(|c| {
+            let (x, y) = (c % width, c / width);
+            let right = (x + distance < width).then_some(c + distance);
+            let left = x.checked_sub(distance).map(|_| c - distance);
+            let up = (y + distance < height).then_some(c + distance * width);
+            let down = y.checked_sub(distance).map(|_| c - distance * width);
+            [right, left, up, down].into_iter().flatten().map(move |n| (c, n))
+        });
+        power(pairs.filter(|(_, n)| around[*n]).map(|(c, n)| smooth[c] - wide[n].x))
+    }
 }
 
 /// The mean square.
