@@ -94,11 +94,7 @@ fn calibrated(
             *radiance = None;
         }
     }
-    let probe = |c: usize| {
-        let flat = grid.middle(c);
-        Probe { position: grid.point(flat), normal: grid.normal(flat), item: (1 << 40) + c as u64 }
-    };
-    let probes: Vec<Probe> = (0..grid.cells()).map(probe).collect();
+    let probes: Vec<Probe> = (0..grid.cells()).map(|c| grid.probe(c, 1 << 40)).collect();
     let [log_before, log_after] = log_white(&probes);
     let observed = Observed { radiance, blurred, log_before, log_after };
     Calibration::new(grid, &observed, hole.object_size)

@@ -53,15 +53,7 @@ impl Seen {
             }
         }
         let cells: Vec<usize> = (0..grid.cells()).filter(|c| radiance[*c].is_some()).collect();
-        let probe = |c: &usize| {
-            let flat = grid.middle(*c);
-            Probe {
-                position: grid.point(flat),
-                normal: grid.normal(flat),
-                item: (1 << 41) + *c as u64,
-            }
-        };
-        let probes: Vec<Probe> = cells.iter().map(probe).collect();
+        let probes: Vec<Probe> = cells.iter().map(|c| grid.probe(*c, 1 << 41)).collect();
         let mut white_radiance = vec![Vec3::ZERO; grid.cells()];
         for (c, white) in cells.iter().zip(lit.white_radiance(&probes, samples)) {
             white_radiance[*c] = white;

@@ -6,6 +6,7 @@
 
 use glam::Vec3;
 use motes_math::median::median;
+use motes_relighting::Probe;
 
 use super::grid::{Grid, boxed, pull_push};
 
@@ -134,6 +135,13 @@ impl Grid {
         };
         let [u, v] = self.plane.axes;
         (self.plane.normal - u * slope(0) - v * slope(1)).normalize()
+    }
+
+    /// The ground in the middle of a cell, with random numbers of its own from `first_item` on.
+    pub(super) fn probe(&self, cell: usize, first_item: u64) -> Probe {
+        let flat = self.middle(cell);
+        let item = first_item + cell as u64;
+        Probe { position: self.point(flat), normal: self.normal(flat), item }
     }
 }
 
