@@ -7,9 +7,7 @@
 use crate::corrections::{holds, membership};
 use crate::diffusion::{Mark, Step, probabilities, sweep};
 use crate::index::SceneIndex;
-use crate::segment::{
-    AREA_POWER, INSIDE, PART_SHARE, Region, Seeds, best_set, completed, marks, next_larger, whole,
-};
+use crate::segment::{INSIDE, Region, Seeds, completed, marks, nested, next_larger, whole};
 
 /// Sets of each size that a search anew gives, and that a click gives by itself.
 const SIZES_ANEW: usize = 4;
@@ -29,7 +27,7 @@ pub(crate) fn answers(
     let mut out = vec![found.nodes.clone(), trimmed_and_grown(index, seeds, &opposed, found)];
     let mut anew = |chain: &[Step], marks: &[Mark]| {
         out.extend(whole(index, chain, marks, least).map(|region| region.nodes));
-        out.extend(nested(chain, least, SIZES_ANEW));
+        out.extend(nested(chain, least, f32::INFINITY).map(|set| set.0).take(SIZES_ANEW));
     };
     anew(&sweep(index, &free, all), all);
     if !seeds.negative.is_empty() {
@@ -48,7 +46,7 @@ pub(crate) fn answers(
             };
             let marks = marks(index, &alone);
             let chain = sweep(index, &probabilities(&index.graph, &marks), &marks);
-            for piece in nested(&chain, 0.0, SIZES_OF_CLICK) {
+            for (piece, _) in nested(&chain, 0.0, f32::INFINITY).take(SIZES_OF_CLICK) {
                 let mut is_in = is_in.clone();
                 piece.iter().for_each(|&n| is_in[n as usize] = is_positive);
                 out.push(nodes(&is_in));
@@ -64,16 +62,6 @@ pub(crate) fn answers(
 
 fn nodes(is_in: &[bool]) -> Vec<u32> {
     (0..is_in.len() as u32).filter(|&n| is_in[n as usize]).collect()
-}
-
-/// The best set of a chain, the best one that is clearly smaller, and so on.
-fn nested(chain: &[Step], least: f32, count: usize) -> impl Iterator<Item = Vec<u32>> {
-    let mut most = f32::INFINITY;
-    (0..count).map_while(move |_| {
-        let (length, last) = best_set(chain, least, most, AREA_POWER)?;
-        most = PART_SHARE * last.area;
-        Some(chain[..length].iter().map(|s| s.node).collect())
-    })
 }
 
 /// The marks, and negative what a walk from the negative clicks meets before one from the positive ones.

@@ -126,6 +126,20 @@ pub(crate) fn best_set(chain: &[Step], least: f32, most: f32, power: f32) -> Opt
     best.map(|(k, last)| (k + 1, last))
 }
 
+/// The cheapest set of a chain with areas from `least` to `most`, the cheapest one that is clearly smaller, and so on; each
+/// with its last step.
+pub(crate) fn nested(
+    chain: &[Step],
+    least: f32,
+    mut most: f32,
+) -> impl Iterator<Item = (Vec<u32>, Step)> {
+    std::iter::from_fn(move || {
+        let (length, last) = best_set(chain, least, most, AREA_POWER)?;
+        most = PART_SHARE * last.area;
+        Some((chain[..length].iter().map(|s| s.node).collect(), last))
+    })
+}
+
 /// A set, its last step, what lies inside it and the share of its area that this is.
 pub(crate) struct Region {
     pub(crate) nodes: Vec<u32>,
@@ -211,19 +225,14 @@ pub(crate) fn nested_regions(
             whole = corrected(index, &so_far, whole, least);
         }
     }
-    let mut out = Vec::new();
-    let mut add = |nodes: &mut dyn Iterator<Item = u32>, last: &Step| {
+    let parts = nested(&chain, least, PART_SHARE * whole.last.area);
+    let sets = [(whole.nodes, whole.last)].into_iter().chain(parts);
+    let mask = |(nodes, last): (Vec<u32>, Step)| {
         let mut mask = vec![0.0; index.nodes()];
-        nodes.for_each(|n| mask[n as usize] = 1.0);
-        out.push((mask, 1.0 - last.conductance));
-        PART_SHARE * last.area
+        nodes.into_iter().for_each(|n| mask[n as usize] = 1.0);
+        (mask, 1.0 - last.conductance)
     };
-    let mut most = add(&mut whole.nodes.iter().copied(), &whole.last);
-    for _ in 1..count {
-        let Some((k, last)) = best_set(&chain, least, most, AREA_POWER) else { break };
-        most = add(&mut chain[..k].iter().map(|s| s.node), &last);
-    }
-    out
+    sets.take(count.max(1)).map(mask).collect()
 }
 
 /// Lifts, renders and cuts again until the views agree.
