@@ -1,16 +1,26 @@
 //! Least squares by Adam on some rows.
 
 use glam::Vec3;
+use motes_fit::{Moments, Rates, Update};
 use motes_math::median::median;
 use motes_math::rng::keyed_rng;
 use motes_raster::{Frame, GaussianGradients, Modifiers, Planes, RenderOptions};
 use motes_scene::Gaussians;
 use rand::seq::SliceRandom;
 
-use super::group::Group;
+use super::rows::{put, rows_of};
 use super::targets::Target;
 use super::{RefitOptions, RefitReport};
 
+/// Twice those of training, as some hundred steps have to do. Centres: share of the usual size of what is fitted.
+const RATES: Rates = Rates {
+    means: 2e-2,
+    rotations: 4e-3,
+    log_scales: 2e-2,
+    opacity_logits: 5e-2,
+    sh0: 2e-2,
+    sh_rest: 1e-3,
+};
 /// Of the rate, at the last step.
 const LAST: f32 = 0.02;
 const PURPOSE: u64 = 0x5245_4649;
@@ -48,9 +58,7 @@ pub(super) fn fit(
         fit.update(LAST.powf(step as f32 / options.steps as f32), u64::from(step) + 1);
     }
     report.residual[1] = fit.residual(targets);
-    for group in &fit.groups {
-        group.put(gaussians, fit.of_scene.iter().copied());
-    }
+    put(&fit.fitted, gaussians, &fit.of_scene);
     Some(report)
 }
 
@@ -58,10 +66,14 @@ pub(super) fn fit(
 struct Fit {
     seen: Gaussians,
     /// Rows of `seen` that are fitted,
-    rows: Vec<usize>,
+    rows: Vec<u32>,
     /// and their rows of the scene.
-    of_scene: Vec<usize>,
-    groups: Vec<Group>,
+    of_scene: Vec<u32>,
+    /// Only those rows.
+    fitted: Gaussians,
+    moments: Moments,
+    /// World units.
+    usual_size: f32,
     render: RenderOptions,
     frame: Frame,
     gradients: GaussianGradients,
@@ -73,7 +85,9 @@ impl Fit {
             seen: Gaussians { extra: Vec::new(), ..gaussians.clone() },
             rows: Vec::new(),
             of_scene: Vec::new(),
-            groups: Vec::new(),
+            fitted: Gaussians::empty(gaussians.sh_degree),
+            moments: Moments::default(),
+            usual_size: 0.0,
             render,
             frame: Frame::new(),
             gradients: GaussianGradients::default(),
@@ -89,15 +103,17 @@ impl Fit {
         fit.seen.gather(&kept);
         let is_fitted = |row: &u32| rows.binary_search(row).is_ok();
         for (i, row) in kept.iter().enumerate().filter(|(_, row)| is_fitted(row)) {
-            fit.rows.push(i);
-            fit.of_scene.push(*row as usize);
+            fit.rows.push(i as u32);
+            fit.of_scene.push(*row);
         }
         let size = |row: &u32| {
             let scales = gaussians.log_scales[*row as usize];
             f64::from(scales.into_iter().fold(f32::MIN, f32::max).exp())
         };
-        let usual_size = median(rows.iter().map(size)).unwrap_or(0.0) as f32;
-        fit.groups = Group::all(&mut fit.seen, &fit.rows, usual_size);
+        fit.usual_size = median(rows.iter().map(size)).unwrap_or(0.0) as f32;
+        fit.fitted = fit.seen.clone();
+        fit.fitted.gather(&fit.rows);
+        fit.moments = Moments::zeros(&fit.fitted);
         fit
     }
 
@@ -128,11 +144,22 @@ impl Fit {
         self.backward(&gradient);
     }
 
+    /// Steps down the gradient, with rates times `share`; `step` counts from 1.
     fn update(&mut self, share: f32, step: u64) {
-        for group in &mut self.groups {
-            group.step(&self.gradients, &self.rows, share, step);
-            group.put(&mut self.seen, self.rows.iter().copied());
-        }
+        let rates = Rates {
+            means: RATES.means * self.usual_size * share,
+            rotations: RATES.rotations * share,
+            log_scales: RATES.log_scales * share,
+            opacity_logits: RATES.opacity_logits * share,
+            sh0: RATES.sh0 * share,
+            sh_rest: RATES.sh_rest * share,
+        };
+        let sh_degree = self.fitted.sh_degree;
+        // What a view does not show does not move.
+        let update = Update { step, sh_degree, sh_every: 1, sparse: true };
+        let gradients = rows_of(&self.gradients, &self.rows);
+        self.moments.apply(&mut self.fitted, &gradients, &rates, &update);
+        put(&self.fitted, &mut self.seen, &self.rows);
     }
 
     /// Root mean square difference from what photos say.

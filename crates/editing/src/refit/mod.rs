@@ -14,7 +14,7 @@
 //! around it are fitted, colours and shapes; everything else keeps its bytes.
 
 mod fit;
-mod group;
+mod rows;
 mod targets;
 
 use motes_fit::TrainingImage;
