@@ -174,6 +174,19 @@ pub struct Decomposition {
     pub warnings: Vec<String>,
 }
 
+impl Decomposition {
+    /// The file of Gaussians, of which `count` were read, as selections are bound to it: those of the file that was taken
+    /// apart hold, too.
+    ///
+    /// # Errors
+    /// The file cannot be read.
+    pub fn bound_gaussians(&self, count: usize) -> Result<BoundGaussians> {
+        let source = self.document.source_gaussians.as_ref();
+        let same_rows_as = source.map(|source| source.sha256.clone());
+        Ok(BoundGaussians { same_rows_as, ..BoundGaussians::of_file(&self.gaussians, count)? })
+    }
+}
+
 impl DecompositionDocument {
     /// Checks the document; `path` names it and the files are taken relative to it.
     ///

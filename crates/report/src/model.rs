@@ -6,6 +6,7 @@ use clap::{Args, ValueEnum};
 use motes_formats::Result;
 use motes_formats::decomposition::read_decomposition;
 use motes_formats::ply::RenderMode;
+use motes_formats::selection::BoundGaussians;
 use motes_formats::splats::open_gaussians;
 use motes_raster::Antialias;
 use motes_scene::{ExposureResponse, Gaussians};
@@ -32,6 +33,17 @@ impl ModelInput {
         match (&self.gaussians, &self.scene) {
             (None, Some(scene)) => Ok(read_decomposition(scene)?.gaussians),
             (gaussians, _) => Ok(gaussians.clone().unwrap_or_default()),
+        }
+    }
+
+    /// What selections of them are bound to, `count` being their number.
+    ///
+    /// # Errors
+    /// When a file cannot be read.
+    pub fn bound(&self, count: usize) -> Result<BoundGaussians> {
+        match (&self.gaussians, &self.scene) {
+            (None, Some(scene)) => read_decomposition(scene)?.bound_gaussians(count),
+            _ => BoundGaussians::of_file(&self.file()?, count),
         }
     }
 }

@@ -9,8 +9,11 @@ use glam::DVec3;
 use motes_formats::exr_aov::open_exr;
 use motes_formats::images::read_image;
 use motes_formats::ply::read_gaussians;
-use motes_scene::ColumnValues;
-use serde_json::Value;
+use motes_formats::selection::{
+    BoundGaussians, SelectionDocument, SelectionNotes, write_selection,
+};
+use motes_scene::{ColumnValues, Selection};
+use serde_json::{Value, json};
 use toy_scene::{ToyScene, toy_scene};
 
 fn run(toy: &ToyScene, program: &str, arguments: &[&str]) -> Output {
@@ -126,6 +129,41 @@ fn a_click_becomes_a_selection_overlays_labels_masks_and_mattes() {
     let stale = render(&line);
     assert_eq!(stale.status.code(), Some(3));
     assert!(stderr(&stale).contains("stale"), "{}", stderr(&stale));
+}
+
+#[test]
+fn a_selection_of_what_was_decomposed_holds_for_the_scene() {
+    let toy = toy_scene();
+    let path = toy.path("scene/decomposition.json");
+    let mut document: Value = serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap();
+    let count = document["counts"]["gaussians"].as_u64().unwrap();
+    let source = json!({ "sha256": "1".repeat(64), "count": count, "name": "trained.ply" });
+    let bound: BoundGaussians = serde_json::from_value(source.clone()).unwrap();
+    let some = Selection::where_true(count as usize, |i| i % 3 == 0);
+    let selection = SelectionDocument::new(&some, bound, SelectionNotes::default());
+    write_selection(&toy.path("trained.json"), &selection).unwrap();
+    let prompt = ["--select", "file=trained.json", "-w"];
+    let drawn = |out: &str| {
+        let name = toy.capture.views[1].name.clone();
+        let line = ["--capture", "capture.json", "--view", &name, "--scene", "scene", "--mask"];
+        let line = [&line[..], &["--selection", "trained.json", "-o", out]].concat();
+        run(&toy, env!("CARGO_BIN_EXE_render"), &line)
+    };
+    for done in [select(&toy, &prompt), drawn("stale")] {
+        assert_eq!(done.status.code(), Some(3), "{}", stderr(&done));
+        assert!(stderr(&done).contains("stale"), "{}", stderr(&done));
+    }
+    document["source_gaussians"] = source;
+    std::fs::write(&path, serde_json::to_vec(&document).unwrap()).unwrap();
+    for done in [select(&toy, &prompt), drawn("masks")] {
+        assert_eq!(done.status.code(), Some(0), "{}", stderr(&done));
+    }
+    assert_eq!(std::fs::read_dir(toy.path("masks")).unwrap().count(), 1);
+    // What is written belongs to the Gaussians of the scene.
+    let written: Value =
+        serde_json::from_slice(&std::fs::read(toy.path("s.json")).unwrap()).unwrap();
+    assert_eq!(written["gaussians"]["name"], "gaussians.ply");
+    assert_eq!(written["count"], count.div_ceil(3));
 }
 
 #[test]

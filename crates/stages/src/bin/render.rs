@@ -109,7 +109,7 @@ fn run(args: &Args, context: &Context) -> anyhow::Result<RenderReport> {
     context.input("gaussians", &gaussians)?;
     let model = Model::load(&gaussians, args.look.antialias)?;
     let projection = (files.exr, args.look.projection);
-    let objects = args.objects.load(&gaussians, &model, projection, context)?;
+    let objects = args.objects.load(&args.input, &model, projection, context)?;
     let matte = args.look.options(&model, false);
     context.stop_if_dry_run()?;
 

@@ -116,10 +116,10 @@ pub fn run_edit(job: &EditJob<'_>, context: &Context) -> anyhow::Result<EditAnsw
     let bound = || match bound.get() {
         Some(found) => Ok(BoundGaussians::clone(found)),
         None => {
-            let mut found = BoundGaussians::of_file(&input.gaussians, count)?;
-            let document = input.decomposition.as_ref().map(|d| &d.document);
-            let source = document.and_then(|d| d.source_gaussians.as_ref());
-            found.same_rows_as = source.map(|source| source.sha256.clone());
+            let found = match &input.decomposition {
+                Some(decomposition) => decomposition.bound_gaussians(count)?,
+                None => BoundGaussians::of_file(&input.gaussians, count)?,
+            };
             Ok(bound.get_or_init(|| found).clone())
         }
     };

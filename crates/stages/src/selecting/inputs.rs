@@ -33,11 +33,12 @@ impl Inputs {
         capture: Option<&Path>,
         context: &Context,
     ) -> anyhow::Result<Self> {
-        let path = match (gaussians, scene) {
-            (Some(path), _) => path.to_owned(),
+        let (path, decomposition) = match (gaussians, scene) {
+            (Some(path), _) => (path.to_owned(), None),
             (None, Some(scene)) => {
                 context.input("scene", scene)?;
-                read_decomposition(scene)?.gaussians
+                let decomposition = read_decomposition(scene)?;
+                (decomposition.gaussians.clone(), Some(decomposition))
             }
             (None, None) => {
                 return Err(StageError::usage("--gaussians or --scene is needed").into());
@@ -49,7 +50,11 @@ impl Inputs {
             let text = format!("there are no Gaussians to select from: {}", path.display());
             return Err(StageError::bad_input(text).into());
         }
-        let bound = BoundGaussians::of_file(&path, file.gaussians.len())?;
+        let count = file.gaussians.len();
+        let bound = match decomposition {
+            Some(decomposition) => decomposition.bound_gaussians(count)?,
+            None => BoundGaussians::of_file(&path, count)?,
+        };
         let capture = match capture {
             None => None,
             Some(path) => {

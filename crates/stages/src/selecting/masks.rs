@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use motes_formats::exr_aov::AovChannel;
 use motes_formats::images::write_png;
-use motes_formats::selection::{BoundGaussians, read_selection};
+use motes_formats::selection::read_selection;
 use motes_raster::{RenderOptions, render_scalars};
 use motes_report::frames::{Frame, MatteObjects, Projection};
-use motes_report::model::Model;
+use motes_report::model::{Model, ModelInput};
 use motes_scene::{ColumnValues, ImageF32, ImageU8};
 use motes_stage::{Context, StageError};
 use serde::Serialize;
@@ -43,14 +43,14 @@ pub struct Objects {
 }
 
 impl MaskFlags {
-    /// Reads selections and labels. `files` tells whether mattes have a place to go,
+    /// Reads selections and labels of the `model` that `input` names. `files` tells whether mattes have a place to go,
     /// and the projection.
     ///
     /// # Errors
     /// When a selection is stale, a column is missing or is no label, or nothing would be written.
     pub fn load(
         &self,
-        path: &Path,
+        input: &ModelInput,
         model: &Model,
         files: (bool, Projection),
         context: &Context,
@@ -74,7 +74,7 @@ impl MaskFlags {
         let count = model.gaussians.len();
         let list = &mut objects.mattes.objects;
         if !self.selections.is_empty() {
-            let bound = BoundGaussians::of_file(path, count)?;
+            let bound = input.bound(count)?;
             for file in &self.selections {
                 context.input("selection", file)?;
                 let read = read_selection(file, &bound)?;
