@@ -1,4 +1,4 @@
-//! The middle of values, by one rule everywhere.
+//! The middle of values and other shares of them, by one rule everywhere.
 
 /// The median: the value in the middle, the mean of the two in the middle of an even count. Values that are not finite are left
 /// out; none of nothing.
@@ -30,9 +30,25 @@ pub fn weighted_median(mut values: Vec<(f32, f32)>) -> Option<f32> {
     reached.map(|(value, _)| *value)
 }
 
+/// The value that a share of all (0 to 1) lies below: the one in place `share (n - 1)` from the smallest, rounded down. Reorders;
+/// none of nothing.
+pub fn quantile(values: &mut [f32], share: f32) -> Option<f32> {
+    let last = values.len().checked_sub(1)?;
+    let at = (last as f32 * share) as usize;
+    Some(*values.select_nth_unstable_by(at.min(last), f32::total_cmp).1)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn shares_are_counted_from_the_smallest() {
+        let of = |share| quantile(&mut [5.0, 1.0, 4.0, 2.0, 3.0], share);
+        assert_eq!([0.0, 0.5, 0.74, 0.75, 1.0].map(of), [1.0, 3.0, 3.0, 4.0, 5.0].map(Some));
+        assert_eq!([-1.0, 2.0, f32::NAN].map(of), [1.0, 5.0, 1.0].map(Some));
+        assert_eq!(quantile(&mut [], 0.5), None);
+    }
 
     #[test]
     fn the_middle_is_found_whatever_the_order() {

@@ -1,6 +1,7 @@
 //! Roughness of a metal by how much its radiance varies.
 
 use glam::Vec3;
+use motes_math::median::quantile;
 
 use super::basis::Basis;
 use crate::samples::{Sample, luminance};
@@ -25,11 +26,7 @@ pub(super) fn contrast_roughness(
     let mut all: Vec<f32> = members()
         .flat_map(|p| samples[p].observations.iter().map(|o| luminance(o.radiance)))
         .collect();
-    if all.is_empty() {
-        return 1.0;
-    }
-    let at = ((all.len() - 1) as f32 * HIGH) as usize;
-    let cut = *all.select_nth_unstable_by(at, f32::total_cmp).1;
+    let Some(cut) = quantile(&mut all, HIGH) else { return 1.0 };
     let spread = |values: &mut dyn Iterator<Item = f32>| {
         let (n, sum, squares) = values
             .map(|v| f64::from(v.min(cut)))

@@ -5,6 +5,7 @@
 //! `L = s (b D + S)` with `b` free in [0, 1]. The `s` that fits best is evidence for the scale.
 
 use glam::Vec3;
+use motes_math::median::quantile;
 use rayon::prelude::*;
 
 use super::basis::Basis;
@@ -125,11 +126,7 @@ fn brightest(samples: &[Sample], basis: &Basis, profile: &Profile, regions: &Reg
         base.is_finite().then_some(base)
     };
     let mut all: Vec<f32> = (0..samples.len()).filter_map(of).collect();
-    if all.is_empty() {
-        return 0.0;
-    }
-    let at = ((all.len() - 1) as f32 * (1.0 - ABOVE)) as usize;
-    all.select_nth_unstable_by(at, f32::total_cmp).1.max(0.0) / WHITEST
+    quantile(&mut all, 1.0 - ABOVE).map_or(0.0, |brightest| brightest.max(0.0) / WHITEST)
 }
 
 /// Least error of what highlights tell, log units: normals and the shape of the light bend them all alike, so more

@@ -7,6 +7,7 @@
 //! degrees off.
 
 use glam::Vec3;
+use motes_math::median::quantile;
 use motes_math::rng::keyed_rng;
 use rand::RngExt;
 use rayon::prelude::*;
@@ -116,9 +117,9 @@ impl Field<'_> {
             }
         }
         let cut_sum = |values: &mut Vec<f32>| {
+            let high = quantile(values, HIGH).unwrap_or(0.0);
+            // Sums from the smallest lose least.
             values.sort_by(f32::total_cmp);
-            let at = (values.len().saturating_sub(1)) as f32 * HIGH;
-            let high = values.get(at as usize).copied().unwrap_or(0.0);
             values.iter().map(|v| v.min(high)).sum::<f32>()
         };
         let of = |[shown, sent]: &mut [Vec<f32>; 2]| {
