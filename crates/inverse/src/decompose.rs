@@ -27,8 +27,8 @@ use crate::photo_fit::PhotoFit;
 use crate::pixels::PixelShading;
 use crate::reflection::{MirrorRound, Mirrors, Reshaped};
 use crate::rendered::rendered;
-use crate::samples::{SeenView, choose_samples, vertex_radiance};
-use crate::splat_colors::{ColorTarget, colored, colors_of, fit_colors};
+use crate::samples::{Sample, SeenView, choose_samples, vertex_radiance};
+use crate::splat_colors::{ColorTarget, colors_of, fit_colors};
 use crate::{Photo, TracedSurface, normal_priors};
 
 /// Why there is no decomposition.
@@ -155,17 +155,13 @@ pub fn decompose(
     let mut scene = TracedSurface::new(surface)?;
     let mut views: Vec<SeenView<'_>> = photos.iter().map(|p| SeenView::new(p, &scene)).collect();
     normal_priors::apply(&mut scene, &views, &known.normal_priors, options.weight_prior_normals);
-    let min_views = 3.min(photos.len()).max(1);
-    let mut samples = choose_samples(&scene, &views, options.samples, min_views);
-    if samples.is_empty() {
-        return Err(DecomposeError::NothingSeen(min_views));
-    }
+    let mut samples = points(&scene, &views, options.samples)?;
     let distance = median_distance(&samples, &views);
     let ray_bias = RAY_BIAS * distance;
     let light_count = photos.iter().map(|p| p.light + 1).max().unwrap_or(1);
     let mut bounces: Vec<Vec<Vec3>> = match options.indirect {
         TermChoice::Off => Vec::new(),
-        _ => (0..light_count).map(|l| vertex_radiance(&scene, &views, l)).collect(),
+        _ => radiances(&scene, &views, light_count),
     };
     let priors = prior_log_base(&samples, &views, known);
 
@@ -257,12 +253,9 @@ pub fn decompose(
         mirror_rounds.push(report);
         scene = TracedSurface::new(surface)?;
         views = photos.iter().map(|p| SeenView::new(p, &scene)).collect();
-        samples = choose_samples(&scene, &views, options.samples, min_views);
+        samples = points(&scene, &views, options.samples)?;
         if !bounces.is_empty() {
-            bounces = (0..light_count).map(|l| vertex_radiance(&scene, &views, l)).collect();
-        }
-        if samples.is_empty() {
-            return Err(DecomposeError::NothingSeen(min_views));
+            bounces = radiances(&scene, &views, light_count);
         }
         found = find_materials(&scene, &samples, &lights, &bounces, ray_bias, options, seed);
         found.take_roughness(&samples, &scene.surface, &roughness);
@@ -309,23 +302,22 @@ pub fn decompose(
 
     step("colours", 0.65)?;
     let base = vertex_base_color(&scene, &views, &targets, &found);
-    let nearest = nearest_vertices(&scene.surface, gaussians);
+    let mut nearest = nearest_vertices(&scene.surface, gaussians);
     let typical = Vec3::splat(options.typical_base_color);
     let start: Vec<Vec3> =
         nearest.iter().map(|v| v.map_or(typical, |v| base[v]).map(encode)).collect();
     let fitted = fit_colors(gaussians, &targets, &start, options.color_passes, render);
     drop(targets);
-    let mut model = colored(gaussians, &fitted.colors);
+    let mut model = gaussians.colored(|i| fitted.colors[i].to_array());
     let mut refined = None;
     if options.photo_steps > 0 {
         let fit = PhotoFit { views: &views, shadings: &shadings, render, seed };
-        let (captured, base) = fit.fit(gaussians, &fitted.colors, options.photo_steps, |done| {
+        let (captured, base) = fit.fit(gaussians, &model, options.photo_steps, |done| {
             step("photos", 0.7 + 0.25 * done)
         })?;
+        nearest = nearest_vertices(&scene.surface, &captured);
         (refined, model) = (Some(captured), base);
     }
-    let gaussians = refined.as_ref().unwrap_or(gaussians);
-    let nearest = nearest_vertices(&scene.surface, gaussians);
     let views = rendered(&model, render, views.iter().chain(&scored), &shadings);
 
     step("attributes", 0.95)?;
@@ -362,4 +354,23 @@ pub fn decompose(
         mirror_rounds,
         samples: samples.len(),
     })
+}
+
+/// Points that are seen by enough photos: three, or all where there are fewer.
+fn points(
+    scene: &TracedSurface,
+    views: &[SeenView<'_>],
+    wanted: usize,
+) -> Result<Vec<Sample>, DecomposeError> {
+    let min_views = 3.min(views.len()).max(1);
+    let samples = choose_samples(scene, views, wanted, min_views);
+    if samples.is_empty() {
+        return Err(DecomposeError::NothingSeen(min_views));
+    }
+    Ok(samples)
+}
+
+/// What every vertex sends out, per light.
+fn radiances(scene: &TracedSurface, views: &[SeenView<'_>], lights: usize) -> Vec<Vec<Vec3>> {
+    (0..lights).map(|light| vertex_radiance(scene, views, light)).collect()
 }

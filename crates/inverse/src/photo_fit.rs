@@ -12,6 +12,7 @@
 //! such step is followed by one on the colours as captured and the same shapes, which serve both. Pixels that tell nothing (no
 //! surface, masked, clipped) keep what they showed. Number and order of the Gaussians never change.
 
+use std::collections::BTreeSet;
 use std::mem::swap;
 
 use glam::Vec3;
@@ -27,7 +28,6 @@ use rayon::prelude::*;
 
 use crate::pixels::{PixelShading, is_told};
 use crate::samples::SeenView;
-use crate::splat_colors::colored;
 
 /// Differences below this are noise, sRGB-encoded.
 const NOISE: f32 = 0.01;
@@ -64,26 +64,27 @@ enum Colors {
 const ALL: [Colors; 2] = [Colors::Captured, Colors::Base];
 
 impl PhotoFit<'_> {
-    /// Fits `start`, whose colours are as captured, and its base colours (sRGB-encoded). Same rows; the second result has
-    /// the shapes of the first, degree 0, base colours.
+    /// Fits `start`, whose colours are as captured, and `base`: the same Gaussians with base colours (degree 0, sRGB-encoded).
+    /// Same rows; both results have the same shapes.
     ///
     /// # Errors
     /// What `observer` says, which gets the share of the steps that are done.
     pub(crate) fn fit<E>(
         &self,
         start: &Gaussians,
-        base: &[Vec3],
+        base: &Gaussians,
         steps: u32,
         mut observer: impl FnMut(f32) -> Result<(), E>,
     ) -> Result<(Gaussians, Gaussians), E> {
-        let mut models = [Model::new(start.clone()), Model::new(colored(start, base))];
-        let before = [models[0].gaussians.clone(), models[1].gaussians.clone()];
+        let (mut model, mut moments) = (start.clone(), Moments::zeros(start));
+        let mut waiting = WaitingColors::new(base);
         let looked_after: Vec<[bool; 2]> = (0..self.views.len())
             .map(|v| ALL.map(|colors| self.untold_share(v, colors) > MANY))
             .collect();
         let extent = camera_extent(self.views);
         let options = FitOptions::default();
-        let (mut frame, mut gradients) = (Frame::new(), GaussianGradients::default());
+        let (mut frame, mut frame_before) = (Frame::new(), Frame::new());
+        let mut gradients = GaussianGradients::default();
         let none = Modifiers::default();
         let mut order: Vec<usize> = Vec::new();
         for step in 0..steps {
@@ -99,37 +100,38 @@ impl PhotoFit<'_> {
             let progress = f64::from(step) / f64::from(steps);
             let rates = Rates::at(&options, extent, LAST.powf(progress), progress);
             for (k, colors) in ALL.into_iter().enumerate() {
+                let before = match colors {
+                    Colors::Captured => start,
+                    Colors::Base => base,
+                };
                 let stays = looked_after[v][k]
-                    .then(|| Frame::new().forward(&before[k], &view, &none, self.render).clone());
-                let model = &mut models[k];
-                let image = frame.forward(&model.gaussians, &view, &none, self.render);
-                let slope = self.slope(v, colors, image, stays.as_ref());
-                frame.backward(&model.gaussians, &none, self.render, &slope, &mut gradients);
+                    .then(|| frame_before.forward(before, &view, &none, self.render));
+                let image = frame.forward(&model, &view, &none, self.render);
+                let slope = self.slope(v, colors, image, stays);
+                frame.backward(&model, &none, self.render, &slope, &mut gradients);
                 let update = Update {
                     step: u64::from(step) + 1,
-                    sh_degree: model.gaussians.sh_degree,
+                    sh_degree: model.sh_degree,
                     sh_every: 1,
                     sparse: true,
                 };
-                model.moments.apply(&mut model.gaussians, &gradients, &rates, &update);
+                moments.apply(&mut model, &gradients, &rates, &update);
                 if colors == Colors::Base {
                     let [low, high] = RANGE.map(|e| (e - 0.5) / SH_C0);
-                    model.gaussians.sh.iter_mut().for_each(|v| *v = v.clamp(low, high));
+                    model.sh.iter_mut().for_each(|v| *v = v.clamp(low, high));
                 }
-                let [captured, base] = &mut models;
-                captured.swap_shapes(base);
+                waiting.take_turns(&mut model, &mut moments);
             }
         }
-        let [mut captured, mut base] = models.map(|model| model.gaussians);
-        keep_finite([&mut captured, &mut base], [&before[0], &before[1]]);
-        let base = Gaussians {
-            means: captured.means.clone(),
-            rotations: captured.rotations.clone(),
-            log_scales: captured.log_scales.clone(),
-            opacity_logits: captured.opacity_logits.clone(),
-            ..base
+        let mut captured = model;
+        let mut base_fitted = Gaussians {
+            sh: waiting.sh,
+            sh_degree: waiting.sh_degree,
+            extra: Vec::new(),
+            ..captured.clone()
         };
-        Ok((captured, base))
+        keep_finite([&mut captured, &mut base_fitted], [start, base]);
+        Ok((captured, base_fitted))
     }
 
     fn untold_share(&self, v: usize, colors: Colors) -> f32 {
@@ -202,24 +204,9 @@ struct Pixel {
 impl Pixel {
     /// Derivative of the cost by the base colour, sRGB-encoded.
     fn slope_at(&self, encoded: f32) -> f32 {
-        let e = encoded.max(0.0);
-        // decode(e) and its derivative.
-        let (base, by_e) = if e <= 0.040_45 {
-            (e / 12.92, 1.0 / 12.92)
-        } else {
-            let t = (e + 0.055) / 1.055;
-            let power = t.powf(1.4);
-            (power * t, 2.4 / 1.055 * power)
-        };
-        let radiance = self.slope * base + self.offset;
-        // encode(radiance) and its derivative.
-        let (shown, by_radiance) = if radiance <= 0.003_130_8 {
-            (12.92 * radiance, 12.92)
-        } else {
-            let power = radiance.powf(1.0 / 2.4);
-            (1.055 * power - 0.055, 1.055 / 2.4 * power / radiance)
-        };
-        difference(shown, self.seen) * by_radiance * self.slope * by_e
+        let (base, by_encoded) = srgb::decode_with_slope(encoded.max(0.0));
+        let (shown, by_radiance) = srgb::encode_with_slope(self.slope * base + self.offset);
+        difference(shown, self.seen) * by_radiance * self.slope * by_encoded
     }
 }
 
@@ -230,46 +217,34 @@ fn camera_extent(views: &[SeenView<'_>]) -> f64 {
     1.1 * f64::from(farthest)
 }
 
-/// Gaussians and what Adam knows of them. Two of them take turns with one set of shapes.
-struct Model {
-    gaussians: Gaussians,
-    moments: Moments,
+/// The colours whose turn it is not, with what Adam knows of them. Shapes and opacities are shared.
+struct WaitingColors {
+    sh: Vec<f32>,
+    sh_degree: u8,
+    first: Vec<f32>,
+    second: Vec<f32>,
 }
 
-impl Model {
-    fn new(gaussians: Gaussians) -> Self {
-        Self { moments: Moments::zeros(&gaussians), gaussians }
+impl WaitingColors {
+    fn new(gaussians: &Gaussians) -> Self {
+        let zeros = vec![0.0; gaussians.sh.len()];
+        let (sh, sh_degree) = (gaussians.sh.clone(), gaussians.sh_degree);
+        Self { sh, sh_degree, first: zeros.clone(), second: zeros }
     }
 
-    /// Hands centres, shapes and opacities over, with their moments.
-    fn swap_shapes(&mut self, other: &mut Self) {
-        let (a, b) = (&mut self.gaussians, &mut other.gaussians);
-        swap(&mut a.means, &mut b.means);
-        swap(&mut a.rotations, &mut b.rotations);
-        swap(&mut a.log_scales, &mut b.log_scales);
-        swap(&mut a.opacity_logits, &mut b.opacity_logits);
-        let (a, b) = (&mut self.moments, &mut other.moments);
-        for (a, b) in [(&mut a.first, &mut b.first), (&mut a.second, &mut b.second)] {
-            swap(&mut a.means, &mut b.means);
-            swap(&mut a.rotations, &mut b.rotations);
-            swap(&mut a.log_scales, &mut b.log_scales);
-            swap(&mut a.opacity_logits, &mut b.opacity_logits);
-        }
+    /// Changes places with the colours in `model` and `moments`.
+    fn take_turns(&mut self, model: &mut Gaussians, moments: &mut Moments) {
+        swap(&mut self.sh, &mut model.sh);
+        swap(&mut self.sh_degree, &mut model.sh_degree);
+        swap(&mut self.first, &mut moments.first.sh);
+        swap(&mut self.second, &mut moments.second.sh);
     }
 }
 
-/// Rows that are no longer finite become what they were, in both models.
+/// Rows of which a value is no longer finite become what they were, in both models.
 fn keep_finite(mut models: [&mut Gaussians; 2], before: [&Gaussians; 2]) {
-    let finite = |g: &Gaussians, i: usize| {
-        let width = 3 * g.sh_coefficients();
-        let shape = g.means[i].iter().chain(&g.rotations[i]).chain(&g.log_scales[i]);
-        let rest = g.sh[i * width..(i + 1) * width].iter().chain([&g.opacity_logits[i]]);
-        shape.chain(rest).all(|v| v.is_finite())
-    };
-    for i in 0..before[0].len() {
-        if models.iter().all(|g| finite(g, i)) {
-            continue;
-        }
+    let rows: BTreeSet<u32> = models.iter().flat_map(|model| model.invalid_rows()).collect();
+    for i in rows.into_iter().map(|i| i as usize) {
         for (model, start) in models.iter_mut().zip(before) {
             let width = 3 * model.sh_coefficients();
             let sh = i * width..(i + 1) * width;
@@ -327,7 +302,7 @@ mod tests {
     #[test]
     fn rows_that_are_not_finite_are_taken_back() {
         let start = motes_testkit::random_gaussians(3, 4, 1);
-        let base = colored(&start, &[Vec3::splat(0.4); 4]);
+        let base = start.colored(|_| [0.4; 3]);
         let (mut model, mut other) = (start.clone(), base.clone());
         model.means[1][2] = f32::NAN;
         other.sh[9] = f32::INFINITY;

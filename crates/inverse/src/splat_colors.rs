@@ -42,15 +42,6 @@ const DARKEST: f32 = 0.004;
 /// Least opacity of a pixel that is compared.
 const MIN_ALPHA: f32 = 0.5;
 
-/// `gaussians` with one colour each and no other lobes.
-pub fn colored(gaussians: &Gaussians, colors: &[Vec3]) -> Gaussians {
-    let mut out = Gaussians { extra: Vec::new(), ..gaussians.with_sh_degree(0) };
-    for (sh, color) in out.sh.chunks_exact_mut(3).zip(colors) {
-        sh.copy_from_slice(&((*color - 0.5) / SH_C0).to_array());
-    }
-    out
-}
-
 /// The colours of `gaussians` of degree 0, 0 to 1.
 pub fn colors_of(gaussians: &Gaussians) -> Vec<Vec3> {
     let color = |sh: &[f32]| Vec3::from_slice(sh) * SH_C0 + 0.5;
@@ -73,7 +64,7 @@ pub fn fit_colors(
     let mut frame = Frame::new();
     let mut gradients = GaussianGradients::default();
     for pass in 0..passes {
-        let model = colored(gaussians, &colors);
+        let model = gaussians.colored(|i| colors[i].to_array());
         let (mut numerator, mut denominator) = (vec![Vec3::ZERO; n], vec![0.0f32; n]);
         for target in targets {
             let view = ViewTransform::new(&target.camera, &target.camera_from_world);

@@ -16,9 +16,45 @@ pub fn decode(encoded: f32) -> f32 {
     linear.copysign(encoded)
 }
 
+/// [`encode`] of a linear value and its derivative there. Below 0 the straight piece goes on.
+#[inline]
+pub fn encode_with_slope(linear: f32) -> (f32, f32) {
+    if linear <= 0.003_130_8 {
+        return (12.92 * linear, 12.92);
+    }
+    let power = linear.powf(1.0 / 2.4);
+    (1.055 * power - 0.055, 1.055 / 2.4 * power / linear)
+}
+
+/// [`decode`] of an sRGB-encoded value and its derivative there. Below 0 the straight piece goes on.
+#[inline]
+pub fn decode_with_slope(encoded: f32) -> (f32, f32) {
+    if encoded <= 0.040_45 {
+        return (encoded / 12.92, 1.0 / 12.92);
+    }
+    let t = (encoded + 0.055) / 1.055;
+    let power = t.powf(1.4);
+    (power * t, 2.4 / 1.055 * power)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn slopes_are_those_of_the_curves() {
+        for v in [1e-3f32, 0.003, 0.02, 0.05, 0.4, 1.0, 3.0] {
+            let pairs: [(fn(f32) -> f32, (f32, f32)); 2] =
+                [(encode, encode_with_slope(v)), (decode, decode_with_slope(v))];
+            for (curve, (value, slope)) in pairs {
+                let h = 0.01 * v;
+                let numeric = (curve(v + h) - curve(v - h)) / (2.0 * h);
+                assert!((value - curve(v)).abs() <= 1e-6 * value.max(1.0), "{v}: {value}");
+                assert!((slope - numeric).abs() < 2e-3 * slope, "{v}: {slope} {numeric}");
+            }
+        }
+        assert_eq!(encode_with_slope(-1.0), (-12.92, 12.92));
+    }
 
     #[test]
     fn decoding_undoes_encoding() {

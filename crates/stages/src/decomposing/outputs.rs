@@ -188,11 +188,9 @@ fn previews(
         let photo = folder.photos[view.photo];
         let stem =
             Path::new(&photo.name).with_extension("").to_string_lossy().replace(['/', '\\'], "_");
-        let attribute = |of: &dyn Fn(usize) -> Vec3| {
-            let colors: Vec<Vec3> = (0..gaussians.len()).map(of).collect();
-            let model = motes_inverse::splat_colors::colored(gaussians, &colors);
+        let attribute = |of: &dyn Fn(usize) -> [f32; 3]| {
             motes_raster::render(
-                &model,
+                &gaussians.colored(of),
                 &photo.camera,
                 &photo.camera_from_world,
                 &Default::default(),
@@ -204,10 +202,10 @@ fn previews(
             ("photo", encoded(&photo.radiance_linear)),
             ("rendered", encoded(&view.radiance_linear)),
             ("base_color", encoded(&view.base_color_linear)),
-            ("normal", attribute(&|i| Vec3::from(m.normals[i]) * 0.5 + 0.5)),
-            ("roughness", attribute(&|i| Vec3::splat(m.roughness[i]))),
-            ("metallic", attribute(&|i| Vec3::splat(m.metallic[i]))),
-            ("visibility", attribute(&|i| Vec3::splat(m.visibility[i]))),
+            ("normal", attribute(&|i| m.normals[i].map(|v| 0.5 * v + 0.5))),
+            ("roughness", attribute(&|i| [m.roughness[i]; 3])),
+            ("metallic", attribute(&|i| [m.metallic[i]; 3])),
+            ("visibility", attribute(&|i| [m.visibility[i]; 3])),
         ];
         for (name, image) in parts {
             write_png(&path.join(format!("{stem}_{name}.png")), &image.to_u8())?;
