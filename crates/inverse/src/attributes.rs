@@ -89,13 +89,10 @@ pub(crate) fn vertex_base_color(
             let (mut sum, mut weights) = (Vec3::ZERO, 0.0);
             for (k, (view, target)) in views.iter().zip(targets).enumerate() {
                 let Some(seen) = view.observe(k, p, n) else { continue };
-                let Some((x, y, _)) = view.rays.project(p) else { continue };
-                let (x, y) = (
-                    (x as usize).min(target.color.width - 1),
-                    (y as usize).min(target.color.height - 1),
-                );
-                let weight = target.weight.pixel(x, y)[0] * seen.weight;
-                sum += Vec3::from_slice(target.color.pixel(x, y)).map(srgb::decode) * weight;
+                let Some(i) = view.pixel_at(p) else { continue };
+                let weight = target.weight.data[i] * seen.weight;
+                let color = Vec3::from_slice(&target.color.data[3 * i..3 * i + 3]);
+                sum += color.map(srgb::decode) * weight;
                 weights += weight;
             }
             (weights > 0.0).then(|| sum / weights)

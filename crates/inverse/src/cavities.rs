@@ -34,9 +34,7 @@ pub(crate) fn darkening(
         let color = materials.part_color_linear[v];
         let ratio = |(k, (view, shading)): (usize, (&SeenView<'_>, &PixelShading))| {
             let seen = view.observe(k, p, n)?;
-            let (x, y, _) = view.rays.project(p)?;
-            let (w, h) = (view.photo.camera.width, view.photo.camera.height);
-            let i = (y as usize).min(h - 1) * w + (x as usize).min(w - 1);
+            let i = view.pixel_at(p)?;
             let expected = luminance(shading.slope[i] * color + shading.offset[i]);
             let ratio = luminance(seen.radiance) / expected;
             (expected > 0.0 && ratio.is_finite()).then_some(ratio)

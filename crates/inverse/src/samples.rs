@@ -80,6 +80,13 @@ impl<'a> SeenView<'a> {
         Self { photo, rays, hits }
     }
 
+    /// Index of the pixel that a point falls in, the nearest at the border; none behind the camera.
+    pub(crate) fn pixel_at(&self, position: Vec3) -> Option<usize> {
+        let (x, y, _) = self.rays.project(position)?;
+        let (w, h) = (self.photo.camera.width, self.photo.camera.height);
+        Some((y as usize).min(h - 1) * w + (x as usize).min(w - 1))
+    }
+
     /// What the photo shows of a point; none where it is hidden, too near to an edge in depth, masked, clipped
     /// or seen at more than 78 degrees from its normal.
     pub fn observe(&self, index: usize, position: Vec3, normal: Vec3) -> Option<Observation> {
