@@ -134,13 +134,14 @@ pub(crate) fn axes_focus(images: &[TrainingImage]) -> DVec3 {
 ///
 /// The radius of the camera centres, as in 3DGS; when the cameras are (nearly) in one place, a
 /// tenth of the median distance to the points; 1 when there is nothing to measure.
-pub fn scene_extent(images: &[TrainingImage], points: &SparsePoints) -> f64 {
-    let centers: Vec<DVec3> =
-        images.iter().map(|image| image.camera_from_world.center_in_world()).collect();
+pub fn scene_extent<'a>(
+    cameras_from_world: impl IntoIterator<Item = &'a Pose>,
+    positions: &[[f32; 3]],
+) -> f64 {
+    let centers: Vec<DVec3> = cameras_from_world.into_iter().map(Pose::center_in_world).collect();
     let mean = centers.iter().sum::<DVec3>() / centers.len().max(1) as f64;
     let radius = centers.iter().map(|c| (*c - mean).length()).fold(0.0, f64::max);
-    let mut distances: Vec<f64> = points
-        .positions
+    let mut distances: Vec<f64> = positions
         .iter()
         .map(|p| (Vec3::from(*p).as_dvec3() - mean).length())
         .filter(|d| d.is_finite())
@@ -213,10 +214,13 @@ mod tests {
 
     #[test]
     fn the_extent_survives_one_view_and_one_place() {
-        let points = SparsePoints { positions: vec![[9.0, 0.0, 1.0]; 3], colors: vec![[0; 3]; 3] };
-        assert!(scene_extent(&ring(1), &points) > 0.1);
-        assert_eq!(scene_extent(&ring(1), &SparsePoints::default()), 1.0);
-        let many = scene_extent(&ring(12), &points);
+        let extent = |images: Vec<TrainingImage>, points: &[[f32; 3]]| {
+            scene_extent(images.iter().map(|image| &image.camera_from_world), points)
+        };
+        let points = [[9.0, 0.0, 1.0]; 3];
+        assert!(extent(ring(1), &points) > 0.1);
+        assert_eq!(extent(ring(1), &[]), 1.0);
+        let many = extent(ring(12), &points);
         assert!(many > 4.0 && many < 5.0, "{many}");
     }
 }

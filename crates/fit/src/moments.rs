@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use crate::options::{FitOptions, FreezeGroup};
 
 /// Learning rates of one step; 0 leaves a class alone.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug)]
 pub struct Rates {
     /// World units.
     pub means: f32,

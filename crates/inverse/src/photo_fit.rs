@@ -15,8 +15,7 @@
 use std::collections::BTreeSet;
 use std::mem::swap;
 
-use glam::Vec3;
-use motes_fit::{FitOptions, Moments, Rates, Update};
+use motes_fit::{FitOptions, Moments, Rates, Update, scene_extent};
 use motes_math::rng::keyed_rng;
 use motes_math::{sh, srgb};
 use motes_raster::{
@@ -81,7 +80,8 @@ impl PhotoFit<'_> {
         let looked_after: Vec<[bool; 2]> = (0..self.views.len())
             .map(|v| ALL.map(|colors| self.untold_share(v, colors) > MANY))
             .collect();
-        let extent = camera_extent(self.views);
+        let poses = self.views.iter().map(|v| &v.photo.camera_from_world);
+        let extent = scene_extent(poses, &start.means);
         let options = FitOptions::default();
         let (mut frame, mut frame_before) = (Frame::new(), Frame::new());
         let mut gradients = GaussianGradients::default();
@@ -208,13 +208,6 @@ impl Pixel {
         let (shown, by_radiance) = srgb::encode_with_slope(self.slope * base + self.offset);
         difference(shown, self.seen) * by_radiance * self.slope * by_encoded
     }
-}
-
-/// What centres are measured by: the cameras' largest distance from their middle, and a tenth; world units.
-fn camera_extent(views: &[SeenView<'_>]) -> f64 {
-    let middle = views.iter().map(|v| v.rays.eye).sum::<Vec3>() / views.len() as f32;
-    let farthest = views.iter().map(|v| v.rays.eye.distance(middle)).fold(0.0, f32::max);
-    1.1 * f64::from(farthest)
 }
 
 /// The colours whose turn it is not, with what Adam knows of them. Shapes and opacities are shared.

@@ -36,7 +36,8 @@ impl Trainer {
         let lap = Lap::start();
         let mut plan = Plan::new(options, images.len())?;
         let model = ModelState::new(options, &mut plan, images, start.as_ref());
-        let extent = init::scene_extent(images, points);
+        let poses = images.iter().map(|image| &image.camera_from_world);
+        let extent = init::scene_extent(poses, &points.positions);
         let mut gaussians = match start {
             Some(gaussians) => init::usable(gaussians),
             None if points.is_empty() => init::random(images, seed, extent, options),
