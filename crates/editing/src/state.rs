@@ -255,14 +255,19 @@ impl EditState {
     /// Notes that the Gaussians of `rows` were moved by `motion`, on top of earlier motions.
     pub fn note_motion(&mut self, rows: &[u32], motion: &Similarity) {
         let mut composed: BTreeMap<u32, u32> = BTreeMap::new();
+        // Neighbours mostly went the same way.
+        let mut last = None;
         for &row in rows {
-            let earlier = self.origins[row as usize].motion;
-            let motions = &mut self.motions;
-            let now = *composed.entry(earlier).or_insert_with(|| {
-                motions.push(motion.after(&motions[earlier as usize]));
-                motions.len() as u32 - 1
-            });
-            self.origins[row as usize].motion = now;
+            let origin = &mut self.origins[row as usize];
+            let earlier = origin.motion;
+            origin.motion = match last {
+                Some((from, to)) if from == earlier => to,
+                _ => *composed.entry(earlier).or_insert_with(|| {
+                    self.motions.push(motion.after(&self.motions[earlier as usize]));
+                    self.motions.len() as u32 - 1
+                }),
+            };
+            last = Some((earlier, origin.motion));
         }
     }
 

@@ -81,8 +81,13 @@ impl BoundGaussians {
     /// # Errors
     /// The file cannot be read.
     pub fn of_file(path: &Path, count: usize) -> Result<Self> {
+        Ok(Self::new(path, sha256_of_file(path)?, count))
+    }
+
+    /// Of a file whose hex SHA-256 is known.
+    pub fn new(path: &Path, sha256: String, count: usize) -> Self {
         let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
-        Ok(Self { sha256: sha256_of_file(path)?, count: count as u64, name, same_rows_as: None })
+        Self { sha256, count: count as u64, name, same_rows_as: None }
     }
 }
 

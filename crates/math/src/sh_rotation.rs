@@ -66,21 +66,32 @@ impl ShRotation {
     /// When `sh` has more than the 25 coefficients of degree 4.
     pub fn apply(&self, sh: &mut [f32]) {
         assert!(sh.len() <= 75, "degree at most 4: {} values", sh.len());
-        let mut old = [0.0; 27];
         for (band, l) in self.bands.iter().zip(1usize..) {
             let (first, size) = (3 * l * l, 2 * l + 1);
             let Some(values) = sh.get_mut(first..first + 3 * size) else { return };
-            old[..3 * size].copy_from_slice(values);
-            for (new, row) in values.chunks_exact_mut(3).zip(band.chunks_exact(size)) {
-                let mut sum = [0.0; 3];
-                for (m, rgb) in row.iter().zip(old.chunks_exact(3)) {
-                    sum[0] += m * rgb[0];
-                    sum[1] += m * rgb[1];
-                    sum[2] += m * rgb[2];
-                }
-                new.copy_from_slice(&sum);
+            match l {
+                1 => turn_band::<3>(band, values),
+                2 => turn_band::<5>(band, values),
+                3 => turn_band::<7>(band, values),
+                _ => turn_band::<9>(band, values),
             }
         }
+    }
+}
+
+/// The product of a block, row-major, and `values`, `[SIZE, 3]`, in place of `values`.
+fn turn_band<const SIZE: usize>(band: &[f32], values: &mut [f32]) {
+    // A fourth channel of nothing: four numbers at a time are one instruction.
+    let mut old = [[0.0; 4]; SIZE];
+    for (old, rgb) in old.iter_mut().zip(values.chunks_exact(3)) {
+        old[..3].copy_from_slice(rgb);
+    }
+    for (new, row) in values.chunks_exact_mut(3).zip(band.chunks_exact(SIZE)) {
+        let mut sum = [0.0; 4];
+        for (m, rgb) in row.iter().zip(&old) {
+            sum = [0, 1, 2, 3].map(|c| sum[c] + m * rgb[c]);
+        }
+        new.copy_from_slice(&sum[..3]);
     }
 }
 

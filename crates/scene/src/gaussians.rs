@@ -67,6 +67,11 @@ impl ColumnValues {
         same_type!(I8, U8, I16, U16, I32, U32, F32, F64);
     }
 
+    /// Cuts off what is behind the first `n` values, or appends zeros.
+    pub fn resize(&mut self, n: usize) {
+        for_each_column_type!(self, v => v.resize(n, Default::default()));
+    }
+
     /// As many zeros of the same type.
     #[must_use]
     pub fn zeros(&self, n: usize) -> Self {

@@ -170,6 +170,12 @@ impl Context {
         Ok(())
     }
 
+    /// Hex SHA-256 of a declared input, when it was noted.
+    pub fn sha256_of_input(&self, path: &Path) -> Option<String> {
+        let shown = path.to_string_lossy();
+        self.lock().inputs.iter().find(|input| input.path == shown)?.sha256.clone()
+    }
+
     /// Standard output for a product written to `-`. When its reader goes away the stage may
     /// return the error; that ends with exit code 0.
     pub fn stdout(&self) -> Stdout {

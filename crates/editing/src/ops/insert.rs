@@ -9,7 +9,7 @@ use motes_scene::{
     ColumnValues, ExtraColumn, Gaussians, MATERIAL_COLUMNS, Materials, Selection, Surface,
 };
 
-use super::measure::Extent;
+use super::measure::{Bounds, Extent, center_of};
 use super::mesh::surface_of;
 use super::transform::transform;
 use crate::{AT_REST, EditState, Origin, Similarity, Source};
@@ -43,6 +43,16 @@ impl Asset {
     pub fn extent(&self) -> Option<Extent> {
         let rows: Vec<u32> = (0..self.gaussians.len() as u32).collect();
         Extent::of(&self.gaussians, &rows, self.up)
+    }
+
+    /// Bounds of all its Gaussians in its own world; `None` when it has none.
+    pub fn bounds(&self) -> Option<Bounds> {
+        Bounds::of(&self.gaussians, 0..self.gaussians.len() as u32)
+    }
+
+    /// Whether none of its Gaussians has a finite centre.
+    pub fn is_nowhere(&self) -> bool {
+        (0..self.gaussians.len() as u32).all(|row| center_of(&self.gaussians, row).is_none())
     }
 
     /// The motion that puts its base at `at`, its up onto `up`, and turns it by `turn_deg` about up.

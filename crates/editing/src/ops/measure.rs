@@ -26,30 +26,56 @@ pub struct Extent {
     pub up: DVec3,
 }
 
-impl Extent {
+/// What an [`Extent`] says that needs no sorting.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds {
+    /// Smallest coordinates of the centres, world.
+    pub min: DVec3,
+    /// Largest coordinates.
+    pub max: DVec3,
+    /// Mean of the centres, weighted by opacity.
+    pub centroid: DVec3,
+    /// Sum of the weights.
+    weights: f64,
+}
+
+impl Bounds {
     /// Of the Gaussians of `rows`; `None` when none of them has a finite centre.
-    pub fn of(gaussians: &Gaussians, rows: &[u32], up: DVec3) -> Option<Self> {
+    pub fn of(gaussians: &Gaussians, rows: impl IntoIterator<Item = u32>) -> Option<Self> {
+        Self::of_centers(rows.into_iter().filter_map(|row| center_of(gaussians, row)))
+    }
+
+    fn of_centers(centers: impl Iterator<Item = (DVec3, f64)>) -> Option<Self> {
         let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         let (mut sum, mut weights) = (DVec3::ZERO, 0.0);
-        let mut heights = Vec::with_capacity(rows.len());
-        for row in rows.iter().map(|r| *r as usize) {
-            let p = DVec3::from_array(gaussians.means[row].map(f64::from));
-            if !p.is_finite() {
-                continue;
-            }
-            // Never 0, so that invisible Gaussians have a place, too.
-            let weight = f64::from(sigmoid(gaussians.opacity_logits[row])).max(1e-6);
-            if weight.is_nan() {
-                continue;
-            }
+        for (p, weight) in centers {
             (min, max) = (min.min(p), max.max(p));
             sum += p * weight;
             weights += weight;
-            heights.push((p.dot(up), weight));
         }
-        if heights.is_empty() {
-            return None;
-        }
+        (weights > 0.0).then(|| Self { min, max, centroid: sum / weights, weights })
+    }
+}
+
+/// A finite centre and its weight.
+pub(super) fn center_of(gaussians: &Gaussians, row: u32) -> Option<(DVec3, f64)> {
+    let row = row as usize;
+    let p = DVec3::from_array(gaussians.means[row].map(f64::from));
+    if !p.is_finite() {
+        return None;
+    }
+    // Never 0, so that invisible Gaussians have a place, too.
+    let weight = f64::from(sigmoid(gaussians.opacity_logits[row])).max(1e-6);
+    (!weight.is_nan()).then_some((p, weight))
+}
+
+impl Extent {
+    /// Of the Gaussians of `rows`; `None` when none of them has a finite centre.
+    pub fn of(gaussians: &Gaussians, rows: &[u32], up: DVec3) -> Option<Self> {
+        let mut heights = Vec::with_capacity(rows.len());
+        let centers = rows.iter().filter_map(|row| center_of(gaussians, *row));
+        let centers = centers.inspect(|(p, weight)| heights.push((p.dot(up), *weight)));
+        let Bounds { min, max, centroid, weights } = Bounds::of_centers(centers)?;
         heights.sort_by(|a, b| a.0.total_cmp(&b.0));
         let quantile = |share: f64| {
             let mut left = share * weights;
@@ -62,7 +88,7 @@ impl Extent {
             heights[heights.len() - 1].0
         };
         let (bottom, top) = (quantile(TAIL), quantile(1.0 - TAIL));
-        Some(Self { min, max, centroid: sum / weights, bottom, top, up })
+        Some(Self { min, max, centroid, bottom, top, up })
     }
 
     /// Below the centroid, at the bottom: where it stands.

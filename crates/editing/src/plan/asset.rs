@@ -49,7 +49,7 @@ pub(super) fn load_asset(request: &AssetRequest<'_>, at: &str) -> Result<Asset, 
     if let Some(material) = request.material.and_then(material_named) {
         make_of(&mut asset, material);
     }
-    if asset.extent().is_none() {
+    if asset.is_nowhere() {
         let cause = "there is nothing with a place in it";
         return Err(EditError::plan(format!("{at}/file"), cause));
     }

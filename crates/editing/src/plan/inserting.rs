@@ -29,10 +29,12 @@ impl Run<'_> {
             AlignDocument::None => {
                 let turn = DQuat::from_axis_angle(state.up_in_world, op.rotate_deg.to_radians());
                 let shift = DVec3::from_array(op.at.unwrap_or_default());
-                let scale = match (size, asset.extent()) {
-                    (AssetSize::Factor(factor), _) => factor,
-                    (AssetSize::Height(height), Some(extent)) => height / extent.height(),
-                    _ => 1.0,
+                let scale = match size {
+                    AssetSize::Factor(factor) => factor,
+                    AssetSize::Height(height) => {
+                        asset.extent().map_or(1.0, |extent| height / extent.height())
+                    }
+                    AssetSize::Footprint(_) => 1.0,
                 };
                 Some(Similarity::about(DVec3::ZERO, turn, scale, shift))
                     .filter(|_| scale.is_finite())
@@ -67,7 +69,7 @@ impl Run<'_> {
         name: Option<&str>,
         at: &str,
     ) -> Result<Outcome, EditError> {
-        within_range(asset.extent(), at, |p| placement.point(p))?;
+        within_range(asset.bounds(), at, |p| placement.point(p))?;
         let (selection, notes) = insert(state, asset, placement);
         self.tell(&notes, state, at);
         self.drop_ball_shadow(state, &selection.rows(), at);

@@ -5,8 +5,8 @@ use motes_formats::edit_plan::{DuplicateOp, LARGEST, PivotDocument, PivotName, T
 
 use super::EditError;
 use super::apply::{Outcome, Run, applied, skipped};
-use super::values::{extent_of, fill, keep, rotation_of, rows_of};
-use crate::ops::measure::Extent;
+use super::values::{extent_of, fill, keep, rotation_of, rows_of, some_place};
+use crate::ops::measure::Bounds;
 use crate::ops::ratio_shadow::RatioShadow;
 use crate::ops::{duplicate, transform};
 use crate::{EditState, Similarity};
@@ -16,11 +16,11 @@ const MAX_GAUSSIANS: usize = 200_000_000;
 
 /// Refuses to move matter out of what a file can hold.
 pub(super) fn within_range(
-    extent: Option<Extent>,
+    bounds: Option<Bounds>,
     at: &str,
     moved: impl Fn(DVec3) -> DVec3,
 ) -> Result<(), EditError> {
-    let corners = extent.iter().flat_map(|e| [e.min, e.max]);
+    let corners = bounds.iter().flat_map(|b| [b.min, b.max]);
     match corners.map(moved).find(|p| !(p.abs().max_element() <= LARGEST)) {
         None => Ok(()),
         Some(p) => Err(EditError::plan(at, format!("it would be at {p}"))
@@ -38,12 +38,13 @@ impl Run<'_> {
         let rows = rows_of(state, op.target.as_deref(), at)?;
         let rotation = rotation_of(op);
         let scale = op.scale.unwrap_or(1.0);
+        let bounds = Bounds::of(&state.gaussians, rows.iter().copied());
         let about_pivot = rotation != DQuat::IDENTITY || scale != 1.0;
         let pivot = match op.pivot.unwrap_or_default() {
             _ if !about_pivot => DVec3::ZERO,
             PivotDocument::Point(p) => DVec3::from_array(p),
             PivotDocument::Named(PivotName::Origin) => DVec3::ZERO,
-            PivotDocument::Named(PivotName::Centroid) => extent_of(state, &rows, at)?.centroid,
+            PivotDocument::Named(PivotName::Centroid) => some_place(bounds, at)?.centroid,
             PivotDocument::Named(PivotName::Base) => extent_of(state, &rows, at)?.base(),
         };
         let shift = DVec3::from_array(op.translate.unwrap_or_default());
@@ -51,11 +52,10 @@ impl Run<'_> {
         if motion.is_identity() {
             return skipped("nothing would move");
         }
-        let extent = Extent::of(&state.gaussians, &rows, state.up_in_world);
-        within_range(extent, at, |p| motion.point(p))?;
+        within_range(bounds, at, |p| motion.point(p))?;
         let mut shadow = None;
         let is_part = rows.len() < state.len();
-        let from = if is_part { extent_of(state, &rows, at)?.centroid } else { DVec3::ZERO };
+        let from = if is_part { some_place(bounds, at)?.centroid } else { DVec3::ZERO };
         if is_part {
             state.vacate(&rows, fill(op.fill));
             self.unlit(state, at, "shadows stay where they were");
@@ -82,8 +82,8 @@ impl Run<'_> {
             return Err(EditError::plan(format!("{at}/count"), cause));
         }
         let step = DVec3::from_array(op.translate);
-        let extent = Extent::of(&state.gaussians, &rows, state.up_in_world);
-        within_range(extent, at, |p| p + step * op.count as f64)?;
+        let bounds = Bounds::of(&state.gaussians, rows.iter().copied());
+        within_range(bounds, at, |p| p + step * op.count as f64)?;
         let shadow = self.ratio_shadow.then(|| RatioShadow::read(state, &rows)).flatten();
         let selection = duplicate::duplicate(state, &rows, step, op.count as usize);
         let copied = selection.rows();

@@ -44,7 +44,12 @@ pub(super) fn rows_of(
 }
 
 pub(super) fn extent_of(state: &EditState, rows: &[u32], at: &str) -> Result<Extent, EditError> {
-    Extent::of(&state.gaussians, rows, state.up_in_world).ok_or_else(|| {
+    some_place(Extent::of(&state.gaussians, rows, state.up_in_world), at)
+}
+
+/// What is known of the place of a target that must have one.
+pub(super) fn some_place<T>(found: Option<T>, at: &str) -> Result<T, EditError> {
+    found.ok_or_else(|| {
         EditError::plan(format!("{at}/target"), "no centre of the target is a number")
             .remedy("drop_nan comes first")
     })

@@ -3,8 +3,9 @@
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 
-use motes_scene::{ColumnValues, ExposureResponse, Gaussians};
+use motes_scene::{ExposureResponse, Gaussians};
 
+use super::columns::Reading;
 use super::header::{Header, parse};
 use super::plan::Plan;
 use super::{RenderMode, open, read_vertices_behind, reserved_rows, response_from_comments};
@@ -67,42 +68,25 @@ fn read_file(reader: &mut dyn BufRead, path: &Path, bytes: Option<u64>) -> Resul
         let gaussians = crate::splats::read_compressed(&header, reader, path, bytes)?;
         return Ok(with_comments(gaussians, header));
     }
-    let ((_, mut gaussians), header) = read_vertices_behind(
+    let (reading, header) = read_vertices_behind(
         header,
         reader,
         path,
         bytes,
         |header, element| {
             let plan = Plan::new(header, element, path)?;
-            let gaussians = plan.gaussians(reserved_rows(element, bytes));
-            Ok((plan, gaussians))
+            Ok(Reading::new(plan, reserved_rows(element, bytes)))
         },
-        |(plan, gaussians), rows, big_endian| {
-            plan.append(rows, big_endian, gaussians);
+        |reading, rows, big_endian| {
+            reading.append(rows, big_endian);
             Ok(())
         },
     )?;
-    drop_zero_normals(&mut gaussians);
-    Ok(with_comments(gaussians, header))
+    Ok(with_comments(reading.finish(), header))
 }
 
 fn with_comments(gaussians: Gaussians, header: Header) -> GaussianFile {
     let render_mode = RenderMode::from_comments(&header.comments);
     let exposure_response = response_from_comments(&header.comments);
     GaussianFile { gaussians, comments: header.comments, render_mode, exposure_response }
-}
-
-/// 3DGS writes normals but never sets them.
-fn drop_zero_normals(gaussians: &mut Gaussians) {
-    let is_normal = |name: &str| ["nx", "ny", "nz"].contains(&name);
-    let is_zero = |values: &ColumnValues| match values {
-        ColumnValues::F32(v) => v.iter().all(|x| x.to_bits() == 0),
-        ColumnValues::F64(v) => v.iter().all(|x| x.to_bits() == 0),
-        _ => false,
-    };
-    // A file with some of the three is treated like one with all: the writer adds what is missing.
-    let mut normals = gaussians.extra.iter().filter(|column| is_normal(&column.name));
-    if normals.all(|column| is_zero(&column.values)) {
-        gaussians.extra.retain(|column| !is_normal(&column.name));
-    }
 }

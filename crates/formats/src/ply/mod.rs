@@ -5,6 +5,7 @@
 //! scalar type, in ascii and both binary encodings; columns that motes does not know are carried
 //! through in their type and order.
 
+mod columns;
 mod gaussians;
 pub(crate) mod header;
 mod mesh;
@@ -97,24 +98,24 @@ fn open(path: &Path) -> Result<(BufReader<File>, Option<u64>)> {
 }
 
 /// Parses the header and reads the rows of `vertex`; elements before it are passed over.
-fn read_vertices<T>(
+fn read_vertices<T: Send>(
     reader: &mut dyn BufRead,
     path: &Path,
     file_bytes: Option<u64>,
     prepare: impl FnOnce(&header::Header, &header::Element) -> Result<T>,
-    append: impl FnMut(&mut T, &[u8], bool) -> Result<()>,
+    append: impl FnMut(&mut T, &[u8], bool) -> Result<()> + Send,
 ) -> Result<(T, header::Header)> {
     read_vertices_behind(header::parse(reader, path)?, reader, path, file_bytes, prepare, append)
 }
 
 /// [`read_vertices`] of a reader that stands behind its header.
-fn read_vertices_behind<T>(
+fn read_vertices_behind<T: Send>(
     header: header::Header,
     reader: &mut dyn BufRead,
     path: &Path,
     file_bytes: Option<u64>,
     prepare: impl FnOnce(&header::Header, &header::Element) -> Result<T>,
-    mut append: impl FnMut(&mut T, &[u8], bool) -> Result<()>,
+    mut append: impl FnMut(&mut T, &[u8], bool) -> Result<()> + Send,
 ) -> Result<(T, header::Header)> {
     let Some(at) = header.elements.iter().position(|element| element.name == "vertex") else {
         return Err(FormatError::invalid(path, "ply header", "there is no element vertex"));

@@ -1,33 +1,32 @@
-//! Which column of a PLY file becomes which value of [`Gaussians`].
+//! Which column of a PLY file becomes which value of [`motes_scene::Gaussians`].
 
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use motes_scene::{ColumnValues, ExtraColumn, Gaussians};
-
 use super::header::{Element, Header, PropertyKind};
 use super::rows::{Field, fields, packed_row_bytes};
 use super::scalar::Scalar;
-use super::{FLAT_LOG_RATIO, SH_C0};
 use crate::error::{FormatError, Result, quoted};
 
 /// Numbers of `f_rest` columns and the SH degree each belongs to.
 const F_REST_COUNTS: [(usize, u8); 5] = [(0, 0), (9, 1), (24, 2), (45, 3), (72, 4)];
 
 pub(super) struct Plan {
-    row_bytes: usize,
-    means: [Field; 3],
-    rotations: [Field; 4],
-    log_scales: [Field; 2],
+    pub(super) row_bytes: usize,
+    pub(super) means: [Field; 3],
+    pub(super) rotations: [Field; 4],
+    pub(super) log_scales: [Field; 2],
     /// Absent in files of flat Gaussians (2DGS).
-    third_log_scale: Option<Field>,
-    opacity_logit: Field,
-    /// In the order of [`Gaussians::sh`]: coefficient-major, RGB fastest.
-    sh: Vec<Field>,
-    sh_degree: u8,
+    pub(super) third_log_scale: Option<Field>,
+    pub(super) opacity_logit: Field,
+    /// In the order of [`motes_scene::Gaussians::sh`]: coefficient-major, RGB fastest.
+    pub(super) sh: Vec<Field>,
+    pub(super) sh_degree: u8,
+    /// Where the columns of `sh` behind the first three begin, when they are as most programs write them.
+    pub(super) f_rest_offset: Option<usize>,
     /// Set when the first three of `sh` are `red green blue` instead of coefficients.
-    color_scale: Option<f32>,
-    extra: Vec<(String, Field)>,
+    pub(super) color_scale: Option<f32>,
+    pub(super) extra: Vec<(String, Field)>,
 }
 
 impl Plan {
@@ -94,6 +93,7 @@ impl Plan {
             log_scales,
             third_log_scale,
             opacity_logit,
+            f_rest_offset: f_rest_offset(&sh),
             sh,
             sh_degree,
             color_scale,
@@ -101,65 +101,23 @@ impl Plan {
         })
     }
 
-    /// Empty Gaussians with room for `rows`.
-    pub(super) fn gaussians(&self, rows: usize) -> Gaussians {
-        let extra = self.extra.iter().map(|(name, field)| ExtraColumn {
-            name: name.clone(),
-            values: empty_column(field.scalar, rows),
-        });
-        Gaussians {
-            means: Vec::with_capacity(rows),
-            rotations: Vec::with_capacity(rows),
-            log_scales: Vec::with_capacity(rows),
-            opacity_logits: Vec::with_capacity(rows),
-            sh_degree: self.sh_degree,
-            sh: Vec::with_capacity(rows * self.sh.len()),
-            extra: extra.collect(),
-        }
-    }
-
-    /// Appends packed rows.
-    pub(super) fn append(&self, rows: &[u8], big_endian: bool, gaussians: &mut Gaussians) {
+    /// Whether all but the extra columns are of single precision.
+    pub(super) fn is_all_f32(&self) -> bool {
         let standard = self.means.iter().chain(&self.rotations).chain(&self.log_scales);
         let standard = standard.chain([&self.opacity_logit]).chain(&self.third_log_scale);
-        let all_f32 = standard.chain(&self.sh).all(|field| field.scalar == Scalar::F32);
-        if all_f32 && !big_endian {
-            // What nearly every file holds; kept apart because the general way is several times
-            // slower.
-            self.append_rows(rows, gaussians, |row, field| {
-                let mut bytes = [0; 4];
-                bytes.copy_from_slice(&row[field.offset..field.offset + 4]);
-                f32::from_le_bytes(bytes)
-            });
-        } else {
-            self.append_rows(rows, gaussians, |row, field| {
-                field.scalar.decode(&row[field.offset..], big_endian) as f32
-            });
-        }
-        for ((_, field), column) in self.extra.iter().zip(&mut gaussians.extra) {
-            let values = rows.chunks_exact(self.row_bytes).map(|row| &row[field.offset..]);
-            extend_column(&mut column.values, field.scalar, big_endian, values);
-        }
+        standard.chain(&self.sh).all(|field| field.scalar == Scalar::F32)
     }
+}
 
-    fn append_rows(&self, rows: &[u8], to: &mut Gaussians, value: impl Fn(&[u8], Field) -> f32) {
-        for row in rows.chunks_exact(self.row_bytes) {
-            to.means.push(self.means.map(|field| value(row, field)));
-            to.rotations.push(self.rotations.map(|field| value(row, field)));
-            let [a, b] = self.log_scales.map(|field| value(row, field));
-            let third = self.third_log_scale;
-            let third = third.map_or_else(|| a.min(b) + FLAT_LOG_RATIO, |field| value(row, field));
-            to.log_scales.push([a, b, third]);
-            to.opacity_logits.push(value(row, self.opacity_logit));
-            let start = to.sh.len();
-            to.sh.extend(self.sh.iter().map(|field| value(row, *field)));
-            if let Some(scale) = self.color_scale {
-                for color in &mut to.sh[start..start + 3] {
-                    *color = (*color * scale - 0.5) / SH_C0;
-                }
-            }
-        }
-    }
+/// Where the `f_rest` columns begin, when they follow one another in the order of their numbers: `sh` holds
+/// all coefficients, RGB fastest.
+fn f_rest_offset(sh: &[Field]) -> Option<usize> {
+    let (first, per_channel) = (sh.get(3)?.offset, sh.len() / 3 - 1);
+    let in_order = sh[3..].iter().enumerate().all(|(i, field)| {
+        let number = (i % 3) * per_channel + i / 3;
+        field.scalar == Scalar::F32 && field.offset == first + 4 * number
+    });
+    in_order.then_some(first)
 }
 
 fn is_f_rest(name: &str) -> bool {
@@ -198,45 +156,5 @@ fn missing_property(
         error.with_remedy("this looks like a point cloud, not like Gaussians")
     } else {
         error
-    }
-}
-
-fn empty_column(scalar: Scalar, rows: usize) -> ColumnValues {
-    match scalar {
-        Scalar::I8 => ColumnValues::I8(Vec::with_capacity(rows)),
-        Scalar::U8 => ColumnValues::U8(Vec::with_capacity(rows)),
-        Scalar::I16 => ColumnValues::I16(Vec::with_capacity(rows)),
-        Scalar::U16 => ColumnValues::U16(Vec::with_capacity(rows)),
-        Scalar::I32 => ColumnValues::I32(Vec::with_capacity(rows)),
-        Scalar::U32 => ColumnValues::U32(Vec::with_capacity(rows)),
-        Scalar::F16 | Scalar::F32 => ColumnValues::F32(Vec::with_capacity(rows)),
-        Scalar::F64 => ColumnValues::F64(Vec::with_capacity(rows)),
-    }
-}
-
-fn extend_column<'r>(
-    column: &mut ColumnValues,
-    scalar: Scalar,
-    big_endian: bool,
-    values: impl Iterator<Item = &'r [u8]>,
-) {
-    let values = values.map(|bytes| (bytes, scalar.decode(bytes, big_endian)));
-    match column {
-        ColumnValues::I8(v) => v.extend(values.map(|(_, x)| x as i8)),
-        ColumnValues::U8(v) => v.extend(values.map(|(_, x)| x as u8)),
-        ColumnValues::I16(v) => v.extend(values.map(|(_, x)| x as i16)),
-        ColumnValues::U16(v) => v.extend(values.map(|(_, x)| x as u16)),
-        ColumnValues::I32(v) => v.extend(values.map(|(_, x)| x as i32)),
-        ColumnValues::U32(v) => v.extend(values.map(|(_, x)| x as u32)),
-        // Not by way of f64, which would change the payload of a NaN.
-        ColumnValues::F32(v) if scalar == Scalar::F32 => v.extend(values.map(|(bytes, _)| {
-            let mut bits = [bytes[0], bytes[1], bytes[2], bytes[3]];
-            if big_endian {
-                bits.reverse();
-            }
-            f32::from_le_bytes(bits)
-        })),
-        ColumnValues::F32(v) => v.extend(values.map(|(_, x)| x as f32)),
-        ColumnValues::F64(v) => v.extend(values.map(|(_, x)| x)),
     }
 }

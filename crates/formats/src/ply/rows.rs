@@ -3,15 +3,15 @@
 //! Whatever the encoding, a row arrives as the bytes of its scalar properties one after another:
 //! text is converted to little-endian bytes, list properties are left out.
 
-use std::io::{BufRead, Read};
+use std::io::{BufRead, ErrorKind, Read};
 use std::path::Path;
 
 use super::header::{Element, Header, PropertyKind};
 use super::scalar::{Encoding, Scalar};
 use crate::error::{FormatError, Result, quoted};
 
-/// Bytes of a block: small enough to stay in the second-level cache while it is transposed.
-const BLOCK_BYTES: usize = 1 << 18;
+/// Bytes of a block: two of them stay in a shared cache, and handing one to other threads costs little beside reading it.
+const BLOCK_BYTES: usize = 1 << 22;
 /// Bytes of an ascii row, list included.
 const MAX_LINE_BYTES: u64 = 1 << 24;
 
@@ -92,32 +92,54 @@ impl<'a> Body<'a> {
         self.encoding == Encoding::BigEndian
     }
 
-    /// Hands all rows of the next element to `take_block`, some thousand at a time.
+    /// Hands all rows of the next element to `take_block`, some thousand at a time. While it works on a block, the next is read.
     pub(crate) fn read(
         &mut self,
         element: &Element,
-        take_block: &mut dyn FnMut(&[u8]) -> Result<()>,
+        take_block: &mut (dyn FnMut(&[u8]) -> Result<()> + Send),
     ) -> Result<()> {
-        let row_bytes = packed_row_bytes(element);
-        let rows_per_block = (BLOCK_BYTES / row_bytes.max(1)).max(1) as u64;
-        let mut block = Vec::new();
-        let mut row = 0;
+        if element.count == 0 {
+            return Ok(());
+        }
+        let rows_per_block = (BLOCK_BYTES / packed_row_bytes(element).max(1)).max(1) as u64;
+        let rows_from = |row: u64| rows_per_block.min(element.count - row);
+        let (mut block, mut next) = (Vec::new(), Vec::new());
+        let mut row = rows_from(0);
+        self.read_block(element, 0, row, &mut block)?;
         while row < element.count {
-            let rows = rows_per_block.min(element.count - row);
-            block.clear();
-            if self.encoding == Encoding::Ascii {
-                for i in row..row + rows {
-                    self.text_row(element, i, &mut block)?;
-                }
-            } else if element.fixed_row_bytes().is_some() {
-                self.exact(rows as usize * row_bytes, &mut block, element, row)?;
-            } else {
-                for i in row..row + rows {
-                    self.binary_row(element, i, &mut block)?;
-                }
+            let mut taken = Ok(());
+            let read = rayon::in_place_scope(|scope| {
+                scope.spawn(|_| taken = take_block(&block));
+                self.read_block(element, row, rows_from(row), &mut next)
+            });
+            // What is wrong further ahead in the file comes first.
+            taken?;
+            read?;
+            std::mem::swap(&mut block, &mut next);
+            row += rows_from(row);
+        }
+        take_block(&block)
+    }
+
+    /// Replaces `block` by the next `rows` rows.
+    fn read_block(
+        &mut self,
+        element: &Element,
+        row: u64,
+        rows: u64,
+        block: &mut Vec<u8>,
+    ) -> Result<()> {
+        if self.encoding != Encoding::Ascii && element.fixed_row_bytes().is_some() {
+            // Filled whole: nothing is cleared that is written over.
+            block.resize(rows as usize * packed_row_bytes(element), 0);
+            return self.exact(block, element, row);
+        }
+        block.clear();
+        for i in row..row + rows {
+            match self.encoding {
+                Encoding::Ascii => self.text_row(element, i, block)?,
+                _ => self.binary_row(element, i, block)?,
             }
-            take_block(&block)?;
-            row += rows;
         }
         Ok(())
     }
@@ -216,10 +238,10 @@ impl<'a> Body<'a> {
     fn binary_row(&mut self, element: &Element, row: u64, block: &mut Vec<u8>) -> Result<()> {
         for property in &element.properties {
             match property.kind {
-                PropertyKind::Scalar(scalar) => self.exact(scalar.size(), block, element, row)?,
+                PropertyKind::Scalar(scalar) => self.append(scalar.size(), block, element, row)?,
                 PropertyKind::List { count, item } => {
-                    let mut bytes = Vec::with_capacity(8);
-                    self.exact(count.size(), &mut bytes, element, row)?;
+                    let mut bytes = [0; 8];
+                    self.exact(&mut bytes[..count.size()], element, row)?;
                     let length = count.decode(&bytes, self.is_big_endian());
                     if length < 0.0 {
                         let place = format!("byte {}", self.byte - count.size() as u64);
@@ -233,24 +255,36 @@ impl<'a> Body<'a> {
         Ok(())
     }
 
-    /// Appends the next `bytes` bytes to `block`, which never grows beyond a block and a row.
-    pub(super) fn exact(
-        &mut self,
-        bytes: usize,
-        block: &mut Vec<u8>,
-        element: &Element,
-        row: u64,
-    ) -> Result<()> {
-        let read = (&mut *self.reader)
-            .take(bytes as u64)
-            .read_to_end(block)
-            .map_err(|error| FormatError::io(self.path, error))?;
+    /// Fills `bytes` with what comes next.
+    pub(super) fn exact(&mut self, bytes: &mut [u8], element: &Element, row: u64) -> Result<()> {
+        let mut read = 0;
+        while read < bytes.len() {
+            match self.reader.read(&mut bytes[read..]) {
+                Ok(0) => break,
+                Ok(more) => read += more,
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                Err(error) => return Err(FormatError::io(self.path, error)),
+            }
+        }
         self.byte += read as u64;
-        if read < bytes {
+        if read < bytes.len() {
             let whole = read.checked_div(packed_row_bytes(element)).unwrap_or(0);
             return Err(self.ends_early(element, row + whole as u64));
         }
         Ok(())
+    }
+
+    /// Appends the next `count` bytes, a value or a few.
+    fn append(
+        &mut self,
+        count: usize,
+        block: &mut Vec<u8>,
+        element: &Element,
+        row: u64,
+    ) -> Result<()> {
+        let start = block.len();
+        block.resize(start + count, 0);
+        self.exact(&mut block[start..], element, row)
     }
 
     pub(super) fn pass_over(&mut self, bytes: u128, element: &Element, row: u64) -> Result<()> {

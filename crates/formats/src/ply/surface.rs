@@ -195,8 +195,8 @@ fn read_face(
 ) -> Result<[u32; 3]> {
     let big_endian = body.is_big_endian();
     let mut triangle = [0; 3];
-    // Three corners of at most eight bytes: the block never grows.
-    let mut block = Vec::with_capacity(32);
+    // Three corners of at most eight bytes.
+    let mut bytes = [0; 24];
     for property in &face.properties {
         let (count, item) = match property.kind {
             PropertyKind::Scalar(scalar) => {
@@ -206,9 +206,8 @@ fn read_face(
             PropertyKind::List { count, item } => (count, item),
         };
         let place = format_args!("byte {}", body.position()).to_string();
-        block.clear();
-        body.exact(count.size(), &mut block, face, row)?;
-        let length = count.decode(&block, big_endian);
+        body.exact(&mut bytes[..count.size()], face, row)?;
+        let length = count.decode(&bytes, big_endian);
         if property.name != corners.name {
             if length < 0.0 {
                 let cause = format!("list {} has {length} items", quoted(&property.name));
@@ -222,9 +221,9 @@ fn read_face(
             return Err(FormatError::invalid(path, place, cause)
                 .with_remedy("surfaces consist of triangles: triangulate the mesh"));
         }
-        block.clear();
-        body.exact(3 * item.size(), &mut block, face, row)?;
-        for (corner, bytes) in triangle.iter_mut().zip(block.chunks_exact(item.size())) {
+        let bytes = &mut bytes[..3 * item.size()];
+        body.exact(bytes, face, row)?;
+        for (corner, bytes) in triangle.iter_mut().zip(bytes.chunks_exact(item.size())) {
             *corner = index(item, bytes, big_endian).ok_or_else(|| {
                 let cause = format!("face {row} has the corner {}", item.decode(bytes, big_endian));
                 FormatError::invalid(path, place.as_str(), cause)

@@ -4,13 +4,16 @@ use std::io::Write;
 use std::path::Path;
 
 use motes_scene::{ColumnValues, ExposureResponse, ExtraColumn, Gaussians};
+use rayon::prelude::*;
 
 use super::{RenderMode, response_comment};
 use crate::atomic::{write_checked, write_error};
 use crate::error::{FormatError, Result, quoted};
 
-/// Rows that are packed before they are written.
-const ROWS_PER_BLOCK: usize = 1024;
+/// Rows that a thread packs at a time: about a quarter of a megabyte at SH degree 3.
+const ROWS_PER_TASK: usize = 1024;
+/// Bytes that are packed before they are written.
+const BLOCK_BYTES: usize = 1 << 22;
 
 /// What goes into the header beside the columns.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -81,15 +84,34 @@ fn write_to(
     let refused = |error| write_error(path, error);
     let columns = Columns::new(gaussians, options.columns, path)?;
     writer.write_all(columns.header(gaussians, options).as_bytes()).map_err(refused)?;
-    let mut block = Vec::new();
-    for start in (0..gaussians.len()).step_by(ROWS_PER_BLOCK) {
-        block.clear();
-        for row in start..gaussians.len().min(start + ROWS_PER_BLOCK) {
-            columns.append_row(gaussians, row, &mut block);
+    let (n, row_bytes) = (gaussians.len(), columns.row_bytes(gaussians));
+    let rows_per_block = (BLOCK_BYTES / row_bytes).max(1);
+    let (mut block, mut next) = (Vec::new(), Vec::new());
+    let pack_rows = |start: usize, rows: &mut [u8]| {
+        for (i, row) in rows.chunks_exact_mut(row_bytes).enumerate() {
+            columns.pack(gaussians, start + i, row);
         }
-        writer.write_all(&block).map_err(refused)?;
+    };
+    let task_bytes = ROWS_PER_TASK * row_bytes;
+    let pack = |start: usize, block: &mut Vec<u8>| {
+        // Only ever packed over: what stays zero is zero in every row.
+        block.resize(rows_per_block.min(n - start) * row_bytes, 0);
+        if block.len() <= task_bytes {
+            return pack_rows(start, block);
+        }
+        let tasks = block.par_chunks_mut(task_bytes).enumerate();
+        tasks.for_each(|(task, rows)| pack_rows(start + task * ROWS_PER_TASK, rows));
+    };
+    pack(0, &mut block);
+    for start in (0..n).step_by(rows_per_block).skip(1) {
+        let written = rayon::in_place_scope(|scope| {
+            scope.spawn(|_| pack(start, &mut next));
+            writer.write_all(&block)
+        });
+        written.map_err(refused)?;
+        std::mem::swap(&mut block, &mut next);
     }
-    Ok(())
+    writer.write_all(&block).map_err(refused)
 }
 
 /// The extra columns, normals apart.
@@ -162,31 +184,49 @@ impl<'g> Columns<'g> {
         text
     }
 
-    fn append_row(&self, gaussians: &Gaussians, i: usize, bytes: &mut Vec<u8>) {
-        let append = |bytes: &mut Vec<u8>, values: &[f32]| {
-            values.iter().for_each(|value| bytes.extend_from_slice(&value.to_le_bytes()));
-        };
-        append(bytes, &gaussians.means[i]);
+    /// Bytes of a row.
+    fn row_bytes(&self, gaussians: &Gaussians) -> usize {
+        let singles = 3 + 3 * gaussians.sh_coefficients() + 1 + self.scales + 4;
+        let normals = self.normals.iter().map(|column| column.map_or(4, value_bytes));
+        let others = self.others.iter().map(|column| value_bytes(column));
+        4 * singles + normals.chain(others).sum::<usize>()
+    }
+
+    /// Writes row `i` over `row`, but for normals that there are none of.
+    fn pack(&self, gaussians: &Gaussians, i: usize, row: &mut [u8]) {
+        let mut row = put(row, &gaussians.means[i]);
         for column in self.normals {
-            match column {
-                Some(column) => append_value(&column.values, i, bytes),
-                None => append(bytes, &[0.0]),
-            }
+            row = match column {
+                Some(column) => put_value(row, &column.values, i),
+                None => &mut row[4..],
+            };
         }
-        let sh = gaussians.sh_of(i);
-        append(bytes, &sh[..3]);
+        let (first, others) = gaussians.sh_of(i).split_at(3);
+        row = put(row, first);
+        let per_channel = others.len() / 3;
         for channel in 0..3 {
-            for rgb in sh[3..].chunks_exact(3) {
-                append(bytes, &[rgb[channel]]);
+            let (to, behind) = row.split_at_mut(4 * per_channel);
+            for (bytes, rgb) in to.chunks_exact_mut(4).zip(others.chunks_exact(3)) {
+                bytes.copy_from_slice(&rgb[channel].to_le_bytes());
             }
+            row = behind;
         }
-        append(bytes, &[gaussians.opacity_logits[i]]);
-        append(bytes, &gaussians.log_scales[i][..self.scales]);
-        append(bytes, &gaussians.rotations[i]);
+        row = put(row, &[gaussians.opacity_logits[i]]);
+        row = put(row, &gaussians.log_scales[i][..self.scales]);
+        row = put(row, &gaussians.rotations[i]);
         for column in &self.others {
-            append_value(&column.values, i, bytes);
+            row = put_value(row, &column.values, i);
         }
     }
+}
+
+/// Writes values to the start of `row` and returns what is behind them.
+fn put<'r>(row: &'r mut [u8], values: &[f32]) -> &'r mut [u8] {
+    let (to, behind) = row.split_at_mut(4 * values.len());
+    for (bytes, value) in to.chunks_exact_mut(4).zip(values) {
+        bytes.copy_from_slice(&value.to_le_bytes());
+    }
+    behind
 }
 
 /// Whether [`Columns::header`] writes a column of this name itself, or a reader would take it for
@@ -213,15 +253,30 @@ fn type_name(values: &ColumnValues) -> &'static str {
     }
 }
 
-fn append_value(values: &ColumnValues, i: usize, bytes: &mut Vec<u8>) {
+/// Writes value `i` of a column to the start of `row` and returns what is behind it.
+fn put_value<'r>(row: &'r mut [u8], values: &ColumnValues, i: usize) -> &'r mut [u8] {
+    fn bytes<const N: usize>(row: &mut [u8], value: [u8; N]) -> &mut [u8] {
+        let (to, behind) = row.split_at_mut(N);
+        to.copy_from_slice(&value);
+        behind
+    }
     match values {
-        ColumnValues::I8(v) => bytes.extend(v[i].to_le_bytes()),
-        ColumnValues::U8(v) => bytes.push(v[i]),
-        ColumnValues::I16(v) => bytes.extend(v[i].to_le_bytes()),
-        ColumnValues::U16(v) => bytes.extend(v[i].to_le_bytes()),
-        ColumnValues::I32(v) => bytes.extend(v[i].to_le_bytes()),
-        ColumnValues::U32(v) => bytes.extend(v[i].to_le_bytes()),
-        ColumnValues::F32(v) => bytes.extend(v[i].to_le_bytes()),
-        ColumnValues::F64(v) => bytes.extend(v[i].to_le_bytes()),
+        ColumnValues::I8(v) => bytes(row, v[i].to_le_bytes()),
+        ColumnValues::U8(v) => bytes(row, [v[i]]),
+        ColumnValues::I16(v) => bytes(row, v[i].to_le_bytes()),
+        ColumnValues::U16(v) => bytes(row, v[i].to_le_bytes()),
+        ColumnValues::I32(v) => bytes(row, v[i].to_le_bytes()),
+        ColumnValues::U32(v) => bytes(row, v[i].to_le_bytes()),
+        ColumnValues::F32(v) => bytes(row, v[i].to_le_bytes()),
+        ColumnValues::F64(v) => bytes(row, v[i].to_le_bytes()),
+    }
+}
+
+fn value_bytes(column: &ExtraColumn) -> usize {
+    match column.values {
+        ColumnValues::I8(_) | ColumnValues::U8(_) => 1,
+        ColumnValues::I16(_) | ColumnValues::U16(_) => 2,
+        ColumnValues::I32(_) | ColumnValues::U32(_) | ColumnValues::F32(_) => 4,
+        ColumnValues::F64(_) => 8,
     }
 }

@@ -34,8 +34,10 @@ impl Input {
         capture: Option<&Capture>,
         context: &Context,
     ) -> anyhow::Result<Self> {
-        context.input("gaussians", path)?;
-        let (file, write_options, antialias) = file(path)?;
+        // The one hashes while the other reads.
+        let (noted, file) = rayon::join(|| context.input("gaussians", path), || file(path));
+        noted?;
+        let (file, write_options, antialias) = file?;
         let name = path.display().to_string();
         let state = EditState::new(&name, file.gaussians, None, None, up_of(capture));
         Ok(Self {

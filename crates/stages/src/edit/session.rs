@@ -116,9 +116,11 @@ pub fn run_edit(job: &EditJob<'_>, context: &Context) -> anyhow::Result<EditAnsw
     let bound = || match bound.get() {
         Some(found) => Ok(BoundGaussians::clone(found)),
         None => {
-            let found = match &input.decomposition {
-                Some(decomposition) => decomposition.bound_gaussians(count)?,
-                None => BoundGaussians::of_file(&input.gaussians, count)?,
+            let noted = context.sha256_of_input(&input.gaussians);
+            let found = match (&input.decomposition, noted) {
+                (Some(decomposition), _) => decomposition.bound_gaussians(count)?,
+                (None, Some(sha256)) => BoundGaussians::new(&input.gaussians, sha256, count),
+                (None, None) => BoundGaussians::of_file(&input.gaussians, count)?,
             };
             Ok(bound.get_or_init(|| found).clone())
         }
