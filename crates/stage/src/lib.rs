@@ -55,6 +55,7 @@ mod exit_status;
 mod fingerprint;
 mod generate;
 mod interrupt;
+mod large_pages;
 mod log;
 mod memory;
 mod panics;

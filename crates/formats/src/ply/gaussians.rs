@@ -8,7 +8,7 @@ use motes_scene::{ExposureResponse, Gaussians};
 use super::columns::Reading;
 use super::header::{Header, parse};
 use super::plan::Plan;
-use super::{RenderMode, open, read_vertices_behind, reserved_rows, response_from_comments};
+use super::{RenderMode, open, read_vertices_behind, response_from_comments};
 use crate::error::Result;
 
 /// Gaussians and what else their file says.
@@ -75,7 +75,9 @@ fn read_file(reader: &mut dyn BufRead, path: &Path, bytes: Option<u64>) -> Resul
         bytes,
         |header, element| {
             let plan = Plan::new(header, element, path)?;
-            Ok(Reading::new(plan, reserved_rows(element, bytes)))
+            // Of a stream, every block makes its own room.
+            let rows = if bytes.is_some() { element.count as usize } else { 0 };
+            Ok(Reading::new(plan, rows))
         },
         |reading, rows, big_endian| {
             reading.append(rows, big_endian);
