@@ -2,6 +2,7 @@
 
 use glam::{DQuat, DVec3};
 use motes_formats::edit_plan::RenderOp;
+use motes_math::median::quantile;
 use motes_raster::{Antialias, RenderOptions, render};
 use motes_scene::{Gaussians, ImageU8, Pinhole, Pose};
 
@@ -66,12 +67,7 @@ pub fn whole_extent(gaussians: &Gaussians, up: DVec3) -> Option<Extent> {
     for (axis, bound) in bounds.iter_mut().enumerate() {
         let mut values: Vec<f32> =
             gaussians.means.iter().map(|m| m[axis]).filter(|v| v.is_finite()).collect();
-        if values.is_empty() {
-            return None;
-        }
-        values.sort_by(f32::total_cmp);
-        let at = |share: f64| values[((values.len() - 1) as f64 * share) as usize];
-        *bound = (at(0.05), at(0.95));
+        *bound = (quantile(&mut values, 0.05)?, quantile(&mut values, 0.95)?);
     }
     let inside = |row: &u32| {
         let m = gaussians.means[*row as usize];

@@ -5,7 +5,7 @@
 //! without heights. Steep and far surface, that of other objects, has no say.
 
 use glam::Vec3;
-use motes_math::median::median;
+use motes_math::median::{median, quantile};
 use motes_relighting::Probe;
 
 use super::grid::{Grid, boxed, pull_push};
@@ -59,8 +59,7 @@ pub(super) fn raise(
     let kept: Vec<_> = places.iter().filter(|_| near.next() == Some(true)).copied().collect();
     fit(grid, &kept);
     off = places.iter().map(|(.., p)| grid.height(*p).abs()).collect();
-    off.sort_by(f32::total_cmp);
-    let held = off[((off.len() - 1) as f32 * HELD_SHARE) as usize];
+    let held = quantile(&mut off, HELD_SHARE)?;
     tolerances.into_iter().find(|tolerance| held <= *tolerance)
 }
 
