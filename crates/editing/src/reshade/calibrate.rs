@@ -10,14 +10,19 @@
 //! d <- κ d + s                              s: what is left of log c near the edge, averaged over cells
 //! ```
 //!
-//! `c` is the plane as it looks from above. `s` may take `d` no further than to the values that it has within the reach of an
-//! edge. Texture is no error of the light: `κ - 1` and `s` are made smaller by the share of their squares that texture explains, the
-//! mean square by which places beside the shadow, as large and as far apart, differ (Wiener). Both hold where the ground
-//! lies: nothing is known about the light on other things. Ground is a plane or a field of heights.
+//! `c` is the plane as it looks from above. In `μ`, places count by the inverse square of their distance: every doubling has the
+//! same say. `s` may take `d` no further than to the values that it has within the reach of an edge.
+//!
+//! Texture is no error of the light. `κ` is the best guess between 1, from which it is [`SPREAD`] off as a rule, and what was
+//! measured, which is off by as much as places beside the shadow, as large and as far apart, differ. `s` is made smaller by the
+//! share of its mean square within the reach of an edge that texture has in three of four such places (Wiener, locally as in
+//! Lee 1980). Both hold where the ground lies: nothing is known about the light on other things. Ground is a plane or a field
+//! of heights.
 
-use glam::Vec3;
+use glam::{Vec3, Vec4};
+use motes_math::median::quantile;
 
-use super::grid::{Grid, boxed, pull_push};
+use super::grid::{Grid, boxed};
 use super::looks::{unlit, window};
 use super::support::Plane;
 
@@ -35,6 +40,8 @@ const SHADOWED: f32 = -0.5;
 const LEAST_CELLS: usize = 32;
 /// Beyond these nothing is believed.
 const EXPONENT: [f32; 2] = [0.5, 2.0];
+/// Standard deviation of κ before anything is measured: [`EXPONENT`] is two of them to each side, in logarithms.
+const SPREAD: f32 = 0.35;
 /// Radiance below says nothing but dark: seven of 255 steps of a photo. The logarithm of less would
 /// outvote the rest.
 const LEAST_RADIANCE: f32 = 2e-3;
@@ -119,8 +126,8 @@ impl Calibration {
         let across = (0.5 * count.sqrt()) as usize;
         let apart = across + 2 * steps;
         let texture = Texture::new(&grid, &around, apart, beside);
-        let off = f64::from(mean(seen - modelled) / count).powi(2);
-        let sure = beyond(off, texture.power(across.max(1)));
+        let expected = f64::from(SPREAD * mean(modelled) / count).powi(2);
+        let sure = (expected / (expected + texture.power(across.max(1)))) as f32;
         let exponent = learned.then(|| Vec3::ONE + sure * (found.clamp(least, most) - Vec3::ONE));
         let kappa = exponent.unwrap_or(Vec3::ONE);
         let d: Vec<Vec3> = cells.clone().map(|c| kappa * (log_before[c] - log_after[c])).collect();
@@ -139,13 +146,13 @@ impl Calibration {
             }
             left[c].clamp(low - own, high - own)
         };
-        let of_zone = cells.clone().filter(|&c| known[c] && zone[c]);
-        let signal = power(of_zone.map(|c| left[c]));
-        let share = beyond(signal, texture.power(1));
-        let shift: Vec<Vec3> = cells
-            .clone()
-            .map(|c| if zone[c] && known[c] { share * tint * bounded(c) } else { Vec3::ZERO })
-            .collect();
+        let of_zone: Vec<bool> = cells.clone().map(|c| known[c] && zone[c]).collect();
+        let bounded: Vec<f32> =
+            cells.clone().map(|c| if of_zone[c] { bounded(c) } else { 0.0 }).collect();
+        let signal = smoothed(&grid, &of_zone, steps, |c| bounded[c].powi(2));
+        let noise = texture.usual_power(1, steps);
+        let share = |c: usize| beyond(signal[c], noise);
+        let shift: Vec<Vec3> = cells.clone().map(|c| share(c) * bounded[c] * tint).collect();
         let light: Vec<Vec3> =
             cells.clone().map(|c| (lit(c) + gone[c] + shift[c]).map(f32::exp)).collect();
         let unlit = unlit(&grid, blurred, radiance, &light, window(&grid, object_size));
@@ -168,27 +175,38 @@ fn mean(v: Vec3) -> f32 {
     v.element_sum() / 3.0
 }
 
-/// The mean of `value` over the cells of `around` near each cell, continued where none is near.
+/// The mean of `value` over the cells of `around`, as seen from each cell. Squares of `2 radius + 1` cells, squares twice as wide
+/// and so on, until all is in, have as much say as they have cells of `around` for their size.
+///
+/// So beyond `radius` cells count by the inverse square of their distance (Shepard 1968): the few that are nearest do not
+/// outvote the rest. `around` is not empty.
 fn mean_around(
     grid: &Grid,
     around: &[bool],
     radius: usize,
     value: impl Fn(usize) -> Vec3,
 ) -> Vec<Vec3> {
-    let sums: Vec<[f32; 4]> = (0..grid.cells())
+    let own: Vec<[f32; 4]> = (0..grid.cells())
         .map(|c| if around[c] { value(c).extend(1.0).to_array() } else { [0.0; 4] })
         .collect();
-    let sums = boxed(grid, &sums, radius);
-    let weight = sums.iter().map(|s| f32::from(u8::from(s[3] > 0.0))).collect();
-    let means = sums
-        .iter()
-        .map(|s| if s[3] > 0.0 { [s[0] / s[3], s[1] / s[3], s[2] / s[3]] } else { [0.0; 3] });
-    pull_push(grid.size, means.collect(), weight).into_iter().map(Vec3::from).collect()
+    let mut sums = vec![Vec4::ZERO; grid.cells()];
+    let mut radius = radius.max(1);
+    loop {
+        let share = ((2 * radius + 1) as f32).powi(-2);
+        for (sum, square) in sums.iter_mut().zip(boxed(grid, &own, radius)) {
+            *sum += share * Vec4::from(square);
+        }
+        if radius >= grid.size[0].max(grid.size[1]) {
+            break;
+        }
+        radius *= 2;
+    }
+    sums.iter().map(|sum| sum.truncate() / sum.w).collect()
 }
 
 /// The share of a mean square that texture does not explain (Wiener).
-fn beyond(signal: f64, texture: f64) -> f32 {
-    if signal > texture { (1.0 - texture / signal) as f32 } else { 0.0 }
+fn beyond(signal: f32, texture: f32) -> f32 {
+    if signal > texture { 1.0 - texture / signal } else { 0.0 }
 }
 
 /// How a value differs between places of `around` that are `distance` cells apart.
@@ -222,6 +240,15 @@ impl<'a, F: Fn(usize) -> f32> Texture<'a, F> {
         });
         power(pairs.filter(|(_, n)| around[*n]).map(|(c, n)| smooth[c] - wide[n].x))
     }
+
+    /// The mean square, within squares of `2 window + 1` cells, by which means over squares of `2 radius + 1` differ from far means:
+    /// what it is in three of four places at most.
+    fn usual_power(&self, radius: usize, window: usize) -> f32 {
+        let Self { grid, around, value, wide, .. } = self;
+        let smooth = smoothed(grid, around, radius, value);
+        let powers = smoothed(grid, around, window, |c| (smooth[c] - wide[c].x).powi(2));
+        upper_quartile((0..grid.cells()).filter(|c| around[*c]).map(|c| powers[c]))
+    }
 }
 
 /// The mean square.
@@ -242,8 +269,7 @@ fn smoothed(grid: &Grid, known: &[bool], radius: usize, value: impl Fn(usize) ->
 /// A value that a quarter reaches; 0 of nothing.
 fn upper_quartile(values: impl Iterator<Item = f32>) -> f32 {
     let mut values: Vec<f32> = values.filter(|v| v.is_finite()).collect();
-    let at = values.len() * 3 / 4;
-    if values.is_empty() { 0.0 } else { *values.select_nth_unstable_by(at, f32::total_cmp).1 }
+    quantile(&mut values, 0.75).unwrap_or(0.0)
 }
 
 #[cfg(test)]
@@ -306,6 +332,32 @@ mod tests {
         let [with, without] = errors_with_island(0.02, 0, 1.2, true).expect("a shadow");
         assert!(without < 0.05, "the depth: {without}");
         assert!(with < 0.2, "{with}");
+    }
+
+    #[test]
+    fn cells_count_by_the_inverse_square_of_their_distance() {
+        let plane = Plane::new(DVec3::Z, DVec3::ZERO);
+        let corners = [[-1.0, -1.0], [1.0, 1.0]].map(|f| plane.point(f));
+        let grid = Grid::over(plane, &corners, 0.02, 0.0).expect("a grid");
+        let width = grid.size[0];
+        let at = |x: usize, y: usize| y * width + x;
+        // Four dark cells near by, and ground farther off.
+        let is_chip = |c: usize| (40..42).contains(&(c % width)) && (50..52).contains(&(c / width));
+        let mut around: Vec<bool> =
+            (0..grid.cells()).map(|c| c % width >= 60 || is_chip(c)).collect();
+        let value =
+            |c: usize| Vec3::new(if is_chip(c) { -3.0 } else { 0.0 }, (c % width) as f32, 2.0);
+        let means = mean_around(&grid, &around, 4, value);
+        let seen = means[at(30, 50)];
+        assert!(seen.x < 0.0 && seen.x > -0.3 && (seen.z - 2.0).abs() < 1e-4, "{seen}");
+        let (near, middle) = (means[at(65, 50)].y, means[at(80, 50)].y);
+        assert!(middle - near > 5.0, "what is near counts: {near} {middle}");
+        // Of two cells alone the one half as far has about four times the say.
+        around.fill(false);
+        [at(20, 50), at(80, 50)].iter().for_each(|c| around[*c] = true);
+        let value = |c: usize| Vec3::splat(if c == at(20, 50) { 1.0 } else { 0.0 });
+        let share = mean_around(&grid, &around, 1, value)[at(40, 50)].x;
+        assert!((0.65..0.9).contains(&share), "{share}");
     }
 
     #[test]

@@ -144,7 +144,7 @@ impl Grid {
     }
 }
 
-/// Sums over squares of `2 radius + 1` cells.
+/// Sums over squares of `2 radius + 1` cells, in time that does not depend on the radius. Squares of zeros sum to zero exactly.
 pub(super) fn boxed<const C: usize>(
     grid: &Grid,
     values: &[[f32; C]],
@@ -152,12 +152,16 @@ pub(super) fn boxed<const C: usize>(
 ) -> Vec<[f32; C]> {
     let along = |values: &[[f32; C]], length: usize, at: &dyn Fn(usize, usize) -> usize| {
         let mut out = vec![[0.0f32; C]; values.len()];
+        let mut until = vec![[0.0f64; C]; length + 1];
         for line in 0..values.len() / length {
             for i in 0..length {
-                for j in i.saturating_sub(radius)..(i + radius + 1).min(length) {
-                    let from = values[at(line, j)];
-                    out[at(line, i)].iter_mut().zip(from).for_each(|(o, v)| *o += v);
-                }
+                let from = values[at(line, i)];
+                until[i + 1] = std::array::from_fn(|k| until[i][k] + f64::from(from[k]));
+            }
+            for i in 0..length {
+                let (first, end) = (i.saturating_sub(radius), (i + radius + 1).min(length));
+                out[at(line, i)] =
+                    std::array::from_fn(|k| (until[end][k] - until[first][k]) as f32);
             }
         }
         out
