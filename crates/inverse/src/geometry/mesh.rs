@@ -89,12 +89,17 @@ impl Mesh {
         self.triangles.iter().map(|t| root(&mut parent, t[0])).collect()
     }
 
-    /// Drops connected pieces smaller than `area`, in squared units. Returns how many.
-    pub(crate) fn drop_small_components(&mut self, area: f32) -> usize {
+    /// Drops connected pieces smaller than `area`, in squares of the grain at each triangle. Returns how many.
+    pub(crate) fn drop_small_components(
+        &mut self,
+        area: f32,
+        grain: impl Fn(Vec3) -> f32,
+    ) -> usize {
         let labels = self.components();
         let mut areas = vec![0.0f32; self.vertices.len()];
         for (&label, &t) in labels.iter().zip(&self.triangles) {
-            areas[label as usize] += 0.5 * self.area_normal(t).length();
+            let square = grain(self.vertices[t[0] as usize]).powi(2);
+            areas[label as usize] += 0.5 * self.area_normal(t).length() / square;
         }
         let dropped = areas.iter().filter(|&&a| a > 0.0 && !(a >= area)).count();
         self.retain(|t| areas[labels[t] as usize] >= area);

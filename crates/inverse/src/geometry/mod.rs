@@ -1,5 +1,7 @@
 //! From Gaussians and photos to an explicit surface.
 
+mod creases;
+mod facets;
 pub(crate) mod mesh;
 mod options;
 mod outlines;
@@ -164,7 +166,7 @@ fn surface_of(
     let least = options.min_views.min(views.len() as u8).max(1);
     let mut mesh = surface_nets::surface_nets(&grid, least);
     drop(grid);
-    report.pieces_dropped = clean(&mut mesh, &sheets, voxel, options);
+    report.pieces_dropped = clean(&mut mesh, views, &sheets, voxel, options);
     steps.begin("smoothing", 0.4)?;
     smooth(&mut mesh, voxel, options);
 
@@ -177,8 +179,12 @@ fn surface_of(
         let agreement = refine::refine(&mut mesh, &planes, views, &neighbours, voxel, &round);
         report.agreement.push(agreement);
     }
-    report.pieces_dropped += clean(&mut mesh, &sheets, voxel, options);
-    seams::skirts(&mut mesh, &sheets, SKIRT * voxel);
+    report.pieces_dropped += clean(&mut mesh, views, &sheets, voxel, options);
+    let facets = creases::flatten(&mut mesh, voxel, options.facet_width);
+    report.facets = facets.len();
+    seams::skirts(&mut mesh, &sheets, |mesh, up| {
+        creases::reach_down(&facets, mesh, up, SKIRT * voxel)
+    });
     let mut normals = mesh.vertex_normals();
     if options.smooth_normals > 0 {
         let neighbours = Neighbours::of(&mesh);
@@ -195,10 +201,21 @@ fn surface_of(
 }
 
 /// Drops what belongs to the planes and what is too small to be anything. Returns the number of pieces.
-fn clean(mesh: &mut Mesh, sheets: &[Sheet], voxel: f32, options: &GeometryOptions) -> usize {
+fn clean(
+    mesh: &mut Mesh,
+    views: &[View],
+    sheets: &[Sheet],
+    voxel: f32,
+    options: &GeometryOptions,
+) -> usize {
     seams::cut_planes(mesh, sheets, voxel);
-    let small = mesh.drop_small_components((options.min_component * voxel).powi(2));
-    small + seams::drop_crumbs(mesh, sheets, CRUMB * voxel)
+    // What no camera comes near is as rough as the pixels that see it.
+    let grain = |p: Vec3| {
+        let footprint = |view: &View| view.project(p).map(|q| q.z * view.footprint());
+        views.iter().filter_map(footprint).reduce(f32::min).unwrap_or(voxel).max(voxel)
+    };
+    let small = mesh.drop_small_components(options.min_component.powi(2), grain);
+    small + seams::drop_crumbs(mesh, sheets, CRUMB, &grain)
 }
 
 fn smooth(mesh: &mut Mesh, voxel: f32, options: &GeometryOptions) {

@@ -25,6 +25,9 @@ pub struct GeometryOptions {
     /// Distance from a plane up to which the surface is put onto it
     #[arg(long, help_heading = "Geometry", default_value_t = 2.5, value_name = "VOXELS")]
     pub plane_tolerance: f32,
+    /// Flat faces of things at least this wide are put onto their planes; larger than any: never
+    #[arg(long, help_heading = "Geometry", default_value_t = 20.0, value_name = "VOXELS")]
+    pub facet_width: f32,
     /// Stiffness of the surface against the noise of the Gaussians' depth; 0 leaves it as fused
     #[arg(long, help_heading = "Geometry", default_value_t = 100.0, value_name = "WEIGHT")]
     pub stiffness: f32,

@@ -141,7 +141,7 @@ fn best_plane(left: &[Sample], tolerance: f32, voxel: f32, round: u64) -> Option
 }
 
 /// Plane of least squared distances, on the side of `before`.
-fn least_squares(points: &[Vec3], before: Plane) -> Option<Plane> {
+pub(super) fn least_squares(points: &[Vec3], before: Plane) -> Option<Plane> {
     if points.len() < 3 {
         return None;
     }

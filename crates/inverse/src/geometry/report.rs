@@ -22,7 +22,10 @@ pub struct GeometryReport {
     pub pieces_dropped: usize,
     /// Dominant planes that were found.
     pub planes: usize,
-    /// Share of the pixels that see them.
+    /// Flat faces of things that were found.
+    #[serde(default)]
+    pub facets: usize,
+    /// Share of the pixels that see dominant planes.
     pub pixels_on_planes: f64,
     /// Blocks of voxels.
     pub blocks: usize,

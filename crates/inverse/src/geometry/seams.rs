@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use glam::Vec3;
+
 use super::mesh::Mesh;
 use super::sheet::Sheet;
 use super::splat_depth::DepthMap;
@@ -45,17 +47,19 @@ pub(super) fn cut_planes(mesh: &mut Mesh, sheets: &[Sheet], voxel: f32) {
     mesh.retain(|t| keep[t]);
 }
 
-/// Extends open edges that end within `reach` over a sheet down to it, along the surface: depth maps blur where a thing
+/// Extends open edges that end within `reach` (of every vertex over a sheet) over a sheet down to it, along the surface: depth maps blur where a thing
 /// stands, and light would pass through the gap. What bulges goes on inwards, what widens goes straight down, so that no skirt
 /// shows beyond its thing.
-pub(super) fn skirts(mesh: &mut Mesh, sheets: &[Sheet], reach: f32) {
+pub(super) fn skirts(mesh: &mut Mesh, sheets: &[Sheet], reach: impl Fn(&Mesh, Vec3) -> Vec<f32>) {
     let edges = mesh.open_edges();
     let normals = mesh.vertex_normals();
     for sheet in sheets {
         let mut foot_of = BTreeMap::new();
+        let reach = reach(mesh, sheet.plane.normal);
         for &(a, b) in &edges {
             let ends = [b, a].map(|v| (v, mesh.vertices[v as usize]));
             let heights = ends.map(|(_, p)| sheet.plane.height(p));
+            let reach = reach[a as usize].min(reach[b as usize]);
             if !heights.iter().all(|&h| h > 0.0 && h < reach) {
                 continue;
             }
@@ -77,15 +81,20 @@ pub(super) fn skirts(mesh: &mut Mesh, sheets: &[Sheet], reach: f32) {
     }
 }
 
-/// Drops pieces that never rise by `height` over the sheet below them: noise of the plane's depth.
-pub(super) fn drop_crumbs(mesh: &mut Mesh, sheets: &[Sheet], height: f32) -> usize {
+/// Drops pieces that never rise by `height` (in units of `grain`, per vertex) over the sheet below them: noise of the plane's depth.
+pub(super) fn drop_crumbs(
+    mesh: &mut Mesh,
+    sheets: &[Sheet],
+    height: f32,
+    grain: &dyn Fn(Vec3) -> f32,
+) -> usize {
     let labels = mesh.components();
     let mut dropped = vec![false; mesh.vertices.len()];
     for sheet in sheets {
         let mut top = vec![f32::MIN; mesh.vertices.len()];
         for (&label, &t) in labels.iter().zip(&mesh.triangles) {
             for p in mesh.corners(t) {
-                top[label as usize] = top[label as usize].max(sheet.plane.height(p));
+                top[label as usize] = top[label as usize].max(sheet.plane.height(p) / grain(p));
             }
         }
         dropped.iter_mut().zip(top).for_each(|(d, top)| *d |= top > f32::MIN && top < height);
