@@ -50,11 +50,31 @@ pub fn schlick(f0: f64, cos: f64) -> f64 {
 /// A microfacet normal with the density `G_1(w_o) (w_o · h)⁺ D(h) / μ_o`, by spherical caps
 /// (Dupuy & Benyoub 2023). `to_viewer.z > 0`; `u` in [0, 1)².
 pub fn sample_visible_normal(alpha: f64, to_viewer: DVec3, u: [f64; 2]) -> DVec3 {
-    let stretched = DVec3::new(alpha * to_viewer.x, alpha * to_viewer.y, to_viewer.z).normalize();
+    let stretched = stretched(alpha, to_viewer);
     let phi = TAU * u[0];
-    let z = (1.0 - u[1]) * (1.0 + stretched.z) - stretched.z;
-    let r = (1.0 - z * z).clamp(0.0, 1.0).sqrt();
-    let h = DVec3::new(r * phi.cos(), r * phi.sin(), z) + stretched;
+    visible_normal(alpha, stretched, [phi.cos(), phi.sin()], cap(stretched, u[1]))
+}
+
+/// The viewer in the space where the visible normals are a spherical cap.
+pub(super) fn stretched(alpha: f64, to_viewer: DVec3) -> DVec3 {
+    DVec3::new(alpha * to_viewer.x, alpha * to_viewer.y, to_viewer.z).normalize()
+}
+
+/// Radius and height of the circle of the cap that `u` in [0, 1) picks.
+pub(super) fn cap(stretched: DVec3, u: f64) -> [f64; 2] {
+    let z = (1.0 - u) * (1.0 + stretched.z) - stretched.z;
+    [(1.0 - z * z).clamp(0.0, 1.0).sqrt(), z]
+}
+
+/// The normal at an azimuth, given by its cosine and sine, of a circle of the cap.
+#[inline]
+pub(super) fn visible_normal(
+    alpha: f64,
+    stretched: DVec3,
+    [cos, sin]: [f64; 2],
+    [r, z]: [f64; 2],
+) -> DVec3 {
+    let h = DVec3::new(r * cos, r * sin, z) + stretched;
     DVec3::new(alpha * h.x, alpha * h.y, h.z.max(0.0)).normalize_or(DVec3::Z)
 }
 

@@ -14,6 +14,7 @@ use motes_scene::ImageF32;
 use thiserror::Error;
 
 use super::alias::AliasTable;
+use super::turns::turns;
 use super::{CleanUp, Convention, Orientation};
 use crate::sampling::unit_f32;
 
@@ -127,30 +128,29 @@ impl EnvironmentMap {
         self.power
     }
 
-    /// Bilinear look-up: radiance and density over (u, v).
+    /// Bilinear look-up: radiance and density over (u, v), `u` in [0, 1], `v` in [0, 1]; NaN looks up
+    /// the first texel.
     #[inline]
     fn bilinear(&self, u: f32, v: f32) -> Vec4 {
         let x = u * self.width as f32 - 0.5;
         let y = (v * self.height as f32 - 0.5).clamp(0.0, (self.height - 1) as f32);
-        let (fx, fy) = (x.floor(), y.floor());
-        let (s, t) = (x - fx, y - fy);
-        let wrap = |i: i32| {
-            let w = self.width as i32;
-            (if i < 0 {
-                i + w
-            } else if i >= w {
-                i - w
-            } else {
-                i
-            }) as usize
-        };
-        let (x0, x1) = (wrap(fx as i32), wrap(fx as i32 + 1));
-        let row0 = fy as usize;
+        // Not below -1/2: the floor by a conversion, which cuts off.
+        let left = if x < 0.0 { -1.0 } else { x as u32 as f32 };
+        let row0 = y as usize;
+        let (s, t) = (x - left, y - row0 as f32);
+        let x0 = if left < 0.0 { self.width - 1 } else { (left as usize).min(self.width - 1) };
+        let x1 = if x0 + 1 == self.width { 0 } else { x0 + 1 };
         let row1 = (row0 + 1).min(self.height - 1);
         let at = |x: usize, y: usize| self.texels[y * self.width + x];
         let top = at(x0, row0) + (at(x1, row0) - at(x0, row0)) * s;
         let bottom = at(x0, row1) + (at(x1, row1) - at(x0, row1)) * s;
         top + (bottom - top) * t
+    }
+
+    /// Density per steradian where the density over the unit square is `density`.
+    #[inline]
+    fn per_steradian(density: f32, sin_theta: f32) -> f32 {
+        density / (2.0 * PI * PI * sin_theta.max(1e-7))
     }
 
     /// Radiance from the unit vector `to_light` (world), and the density of
@@ -159,25 +159,34 @@ impl EnvironmentMap {
     pub fn radiance_pdf(&self, to_light: Vec3) -> (Vec3, f32) {
         let d = self.map_from_world * to_light;
         let sin_theta = (d.x * d.x + d.z * d.z).sqrt();
-        let u = d.x.atan2(-d.z) * (1.0 / TAU);
-        let u = if u < 0.0 { (u + 1.0).min(0.999_999_94) } else { u };
-        let v = sin_theta.atan2(d.y) * (1.0 / PI);
-        let texel = self.bilinear(u, v);
-        (texel.truncate(), texel.w / (2.0 * PI * PI * sin_theta.max(1e-7)))
+        let texel = self.bilinear(turns(d.x, -d.z), 2.0 * turns(sin_theta, d.y));
+        (texel.truncate(), Self::per_steradian(texel.w, sin_theta))
     }
 
     /// A unit vector towards the light (world); `u` are fractions of 2³². None for a black map.
     #[inline]
     pub fn sample_direction(&self, u: [u32; 3]) -> Option<Vec3> {
+        self.sample(u).map(|(to_light, _, _)| to_light)
+    }
+
+    /// As [`Self::sample_direction`], with what [`Self::radiance_pdf`] says there: its place in the map
+    /// is known, so no angle has to be found again.
+    #[inline]
+    pub fn sample(&self, u: [u32; 3]) -> Option<(Vec3, Vec3, f32)> {
         let texel = self.alias.as_ref()?.pick(u[0]);
         let (x, y) = ((texel % self.width) as f32, (texel / self.width) as f32);
         let (su, sv) = (unit_f32(u[1]), unit_f32(u[2]));
         let u = (x + 0.5 + tent(su)) / self.width as f32;
+        // The tents of the first and the last column reach over the seam.
+        let u = if u < 0.0 { u + 1.0 } else { u };
+        let u = if u > 1.0 { u - 1.0 } else { u };
         let v = (y + row_offset(sv, texel / self.width, self.height)) / self.height as f32;
         let (sin_phi, cos_phi) = (TAU * u).sin_cos();
         let (sin_theta, cos_theta) = (PI * v).sin_cos();
         let d = Vec3::new(sin_theta * sin_phi, cos_theta, -sin_theta * cos_phi);
-        Some(self.map_from_world.transpose() * d)
+        let texel = self.bilinear(u, v);
+        let pdf = Self::per_steradian(texel.w, sin_theta);
+        Some((self.map_from_world.transpose() * d, texel.truncate(), pdf))
     }
 }
 

@@ -12,8 +12,11 @@ mod sky;
 mod sun;
 mod sun_spectrum;
 mod test_map;
+mod turns;
 
 use glam::Vec3;
+
+use crate::integrate::LastPool;
 
 pub use clean_up::CleanUp;
 pub use harmonics::{Harmonics, irradiance};
@@ -40,6 +43,8 @@ pub struct Environment {
     map: Option<EnvironmentMap>,
     sun: Option<SunDisc>,
     sun_probability: f32,
+    /// What was drawn from it last, for all who shade under it.
+    pub(crate) pool: LastPool,
 }
 
 impl Environment {
@@ -55,7 +60,7 @@ impl Environment {
             // Neither light starves: below a tenth its own noise would rule.
             (sun_power / (sun_power + map_power)).clamp(0.1, 0.9) as f32
         };
-        Self { map, sun, sun_probability }
+        Self { map, sun, sun_probability, pool: LastPool::default() }
     }
 
     /// The map, if there is one.
@@ -81,10 +86,16 @@ impl Environment {
     /// Radiance from the unit vector `to_light`, and the density of [`Self::sample`] there.
     #[inline]
     pub fn radiance_pdf(&self, to_light: Vec3) -> (Vec3, f32) {
-        let (mut radiance, mut pdf) = match &self.map {
+        let of_map = match &self.map {
             Some(map) => map.radiance_pdf(to_light),
             None => (Vec3::ZERO, 0.0),
         };
+        self.with_sun(to_light, of_map)
+    }
+
+    /// Radiance and density of the map, and those of the sun where it stands.
+    #[inline]
+    fn with_sun(&self, to_light: Vec3, (mut radiance, mut pdf): (Vec3, f32)) -> (Vec3, f32) {
         pdf *= 1.0 - self.sun_probability;
         if let Some(sun) = self.sun.as_ref().filter(|sun| sun.contains(to_light)) {
             radiance += sun.radiance;
@@ -98,16 +109,19 @@ impl Environment {
     pub fn sample(&self, u: [u32; 3]) -> Option<LightSample> {
         let pick = crate::sampling::unit_f32(u[0]);
         let p = self.sun_probability;
-        let to_light = match (&self.sun, &self.map) {
-            (Some(sun), _) if pick < p => sun.sample(u[1], u[2]),
+        let (to_light, (radiance, pdf)) = match (&self.sun, &self.map) {
+            (Some(sun), _) if pick < p => {
+                let to_light = sun.sample(u[1], u[2]);
+                (to_light, self.radiance_pdf(to_light))
+            }
             (_, Some(map)) => {
                 // What is left of the first number chooses the texel.
                 let rest = (f64::from(u[0]) - f64::from(p) * 4_294_967_296.0) / f64::from(1.0 - p);
-                map.sample_direction([rest.max(0.0) as u32, u[1], u[2]])?
+                let (to_light, radiance, pdf) = map.sample([rest.max(0.0) as u32, u[1], u[2]])?;
+                (to_light, self.with_sun(to_light, (radiance, pdf)))
             }
             _ => return None,
         };
-        let (radiance, pdf) = self.radiance_pdf(to_light);
         (pdf > 0.0).then_some(LightSample { to_light, radiance, pdf })
     }
 }

@@ -1,5 +1,7 @@
 //! The same estimator in f32, with stratified points and samples of the light that all points share.
 
+use std::sync::Arc;
+
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -64,7 +66,7 @@ pub struct Shader<'a, T> {
     tracer: &'a T,
     indirect: Option<IndirectRadiance<'a>>,
     options: IntegrationOptions,
-    pool: LightPool,
+    pool: Arc<LightPool>,
 }
 
 impl<'a, T: Tracer> Shader<'a, T> {
@@ -75,7 +77,7 @@ impl<'a, T: Tracer> Shader<'a, T> {
         indirect: Option<IndirectRadiance<'a>>,
         options: IntegrationOptions,
     ) -> Self {
-        let pool = LightPool::new(light, LOG2_POOL, options.seed);
+        let pool = LightPool::shared(light, LOG2_POOL, options.seed);
         Self { light, tracer, indirect, options, pool }
     }
 

@@ -22,6 +22,7 @@ use crate::brdf::Material;
 use crate::tracing::{Hit, Ray};
 
 pub use fast::{Incident, Shaded, Shader};
+pub(crate) use light_pool::LastPool;
 pub use light_pool::LightPool;
 
 /// A visible point of a surface.

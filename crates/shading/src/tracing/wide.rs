@@ -64,13 +64,19 @@ impl WideTree {
             return tree;
         }
         let counts = counts(binary);
+        let packets = packets_below(binary, &counts);
+        tree.packets.reserve_exact(packets);
+        // Few nodes have less than four children.
+        tree.nodes.reserve(packets / 3 + 1);
         tree.nodes.push(Node::EMPTY);
         let mut work = vec![(0u32, 0usize)];
+        let (mut open, mut members) = (Vec::with_capacity(LANES), Vec::with_capacity(LANES));
         while let Some((from, to)) = work.pop() {
-            for (lane, child) in children(binary, &counts, from).into_iter().enumerate() {
+            children(binary, &counts, from, &mut open);
+            for (lane, &child) in open.iter().enumerate() {
                 let aabb = binary.nodes[child as usize].aabb();
                 let reference = if counts[child as usize] <= LANES as u32 {
-                    let mut members = Vec::with_capacity(LANES);
+                    members.clear();
                     gather(binary, child, &mut |i| members.push(triangles[i as usize]));
                     tree.packets.push(Packet::new(&members));
                     LEAF | (tree.packets.len() - 1) as u32
@@ -272,10 +278,25 @@ fn counts(binary: &Bvh2) -> Vec<u32> {
     counts
 }
 
+/// Subtrees that become one packet each: of eight primitives or fewer, below a node of more. The
+/// packets of a whole tree are one allocation, which must not move while it grows.
+fn packets_below(binary: &Bvh2, counts: &[u32]) -> usize {
+    let is_packet = |i: u32| counts[i as usize] <= LANES as u32;
+    let mut packets = usize::from(is_packet(0));
+    for (node, &count) in binary.nodes.iter().zip(counts) {
+        if count > LANES as u32 && !node.is_leaf() {
+            let children = [node.first_index, node.first_index + 1];
+            packets += children.into_iter().filter(|&child| is_packet(child)).count();
+        }
+    }
+    packets
+}
+
 /// Up to eight nodes below `root` that together hold all of it.
-fn children(binary: &Bvh2, counts: &[u32], root: u32) -> Vec<u32> {
+fn children(binary: &Bvh2, counts: &[u32], root: u32, open: &mut Vec<u32>) {
     let opens = |i: u32| counts[i as usize] > LANES as u32;
-    let mut open = vec![root];
+    open.clear();
+    open.push(root);
     while open.len() < LANES {
         let area = |&i: &u32| binary.nodes[i as usize].aabb().half_area();
         let largest = (0..open.len())
@@ -286,7 +307,6 @@ fn children(binary: &Bvh2, counts: &[u32], root: u32) -> Vec<u32> {
         open[k] = first;
         open.push(first + 1);
     }
-    open
 }
 
 /// Calls `found` with every primitive below a node.
