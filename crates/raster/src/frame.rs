@@ -124,12 +124,45 @@ impl Frame {
         self.stats.visible = self.bins.visible();
         self.stats.tile_entries = self.bins.entries();
 
+        self.view = Some(view.clone());
+        self.composite(view.size, options)
+    }
+
+    /// Renders the view of the last [`Self::forward`] call again with other colours, without projecting, sorting and
+    /// listing the Gaussians again: `color` is asked for those that are on the image and says numbers from 0 on; what is
+    /// below 0 or NaN becomes 0. `options` must be those of the forward call; the background may differ.
+    ///
+    /// # Panics
+    /// When there was no forward call.
+    pub fn repaint(
+        &mut self,
+        color: impl Fn(usize) -> [f32; 3] + Sync,
+        options: &RenderOptions,
+    ) -> &Planes {
+        let size = self.view.as_ref().map(|view| view.size);
+        assert!(size.is_some(), "repaint needs a forward pass first");
+        self.projected.par_iter_mut().with_min_len(CHUNK).enumerate().for_each(|(i, splat)| {
+            if splat.is_visible() {
+                splat.color = color(i).map(|v| v.max(0.0));
+            }
+        });
+        let projected = &self.projected;
+        self.bins.rows.par_iter_mut().for_each(|row| {
+            for (splat, &id) in row.splats.iter_mut().zip(&row.ids) {
+                splat.color = projected[id as usize].color;
+            }
+        });
+        self.composite(size.unwrap_or_default(), options)
+    }
+
+    /// The picture of the binned splats.
+    fn composite(&mut self, size: [usize; 2], options: &RenderOptions) -> &Planes {
         let start = (self.clock)();
-        let [width, height] = view.size;
+        let [width, height] = size;
         let mut image = self
             .image
             .take()
-            .filter(|image| [image.width, image.height] == view.size)
+            .filter(|image| [image.width, image.height] == size)
             .unwrap_or_else(|| Planes::new(width, height, 4));
         let (stride, band_len) = (image.stride, image.band_len());
         let (bins, count_pairs) = (&self.bins, self.count_pairs);
@@ -148,7 +181,6 @@ impl Frame {
         self.stats.pairs_visited = pairs.iter().map(|p| p.visited).sum();
         self.stats.pairs_composited = pairs.iter().map(|p| p.composited).sum();
         self.stats.forward = (self.clock)() - start;
-        self.view = Some(view.clone());
         self.image.insert(image)
     }
 

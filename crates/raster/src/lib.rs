@@ -6,7 +6,7 @@
 //!
 //! - [`mod@reference`]: the equations in double precision, one loop each: the oracle of the tests.
 //! - [`Frame`]: the tiled SIMD path, forward and backward.
-//! - [`fn@render`]: one picture with its AOVs.
+//! - [`fn@render`]: one picture with its AOVs; [`Painter`]: one view in several sets of colours.
 //!
 //! Invariants: forward and backward decide with the same function whether a Gaussian touches a
 //! pixel; a comparison that decides is written so that NaN means "no"; results do not depend on
@@ -46,6 +46,6 @@ pub use options::{
 };
 pub use planes::Planes;
 pub use project::ViewTransform;
-pub use render::{Aovs, Rendering, render};
+pub use render::{Aovs, Painter, Rendering, render};
 pub use scalars::render_scalars;
 pub use votes::{LabelVotes, NO_LABEL, label_votes};

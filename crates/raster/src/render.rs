@@ -1,11 +1,13 @@
 //! One picture with its AOVs.
 
+use motes_math::sh::sh_basis;
 use motes_scene::{Gaussians, ImageF32, Pinhole, Pose};
 
 use crate::aovs::tile_aovs;
 use crate::frame::Frame;
 use crate::options::{Modifiers, RenderOptions};
-use crate::project::ViewTransform;
+use crate::planes::Planes;
+use crate::project::{ViewTransform, raw_color};
 
 /// Depth and normals of a rendering.
 #[derive(Clone, Debug, PartialEq)]
@@ -40,14 +42,102 @@ pub fn render(
     camera_from_world: &Pose,
     options: &RenderOptions,
 ) -> Rendering {
-    let view = ViewTransform::new(camera, camera_from_world);
-    let mut frame = Frame::new();
-    let planes = frame.forward(gaussians, &view, &Modifiers::default(), options);
+    let (painter, mut rendering) = Painter::new(gaussians, camera, camera_from_world, options);
+    let Painter { frame, view, .. } = &painter;
+    rendering.aovs = options.aovs.then(|| tile_aovs(frame, gaussians, view, &options.dials));
+    rendering
+}
+
+/// Gaussians before a camera, to be drawn in more than one set of colours: where they are on the image, their
+/// order and their lists per tile are found once, which is more than half of a picture.
+#[derive(Debug)]
+pub struct Painter {
+    frame: Frame,
+    view: ViewTransform,
+    options: RenderOptions,
+}
+
+impl Painter {
+    /// Also draws `gaussians` in their own colours, without AOVs.
+    pub fn new(
+        gaussians: &Gaussians,
+        camera: &Pinhole,
+        camera_from_world: &Pose,
+        options: &RenderOptions,
+    ) -> (Self, Rendering) {
+        let view = ViewTransform::new(camera, camera_from_world);
+        let mut frame = Frame::new();
+        let first = rendering(frame.forward(gaussians, &view, &Modifiers::default(), options));
+        (Self { frame, view, options: options.clone() }, first)
+    }
+
+    /// Draws them in other colours, `color` of Gaussian `i`, numbers from 0 on; what is below 0 or NaN becomes 0.
+    pub fn paint(&mut self, color: impl Fn(usize) -> [f32; 3] + Sync) -> Rendering {
+        rendering(self.frame.repaint(color, &self.options))
+    }
+
+    /// Draws them in the colours of `others`, which differ from them in nothing else.
+    ///
+    /// # Panics
+    /// When their number differs.
+    pub fn paint_as(&mut self, others: &Gaussians) -> Rendering {
+        assert_eq!(others.len(), self.frame.projected().len(), "one colour per Gaussian");
+        let degree = self.options.sh_degree_limit.unwrap_or(4).min(others.sh_degree);
+        let view = self.view.clone();
+        self.paint(|i| {
+            let direction = view.offset_to(others.means[i]).normalize_or_zero();
+            let mut basis = [0.0; 25];
+            sh_basis(degree, direction.to_array(), &mut basis);
+            raw_color(others, i, degree, &basis)
+        })
+    }
+}
+
+fn rendering(planes: &Planes) -> Rendering {
     let color = planes.to_image(0, 3);
     let mut alpha = planes.to_image(3, 1);
     for value in &mut alpha.data {
         *value = 1.0 - *value;
     }
-    let aovs = options.aovs.then(|| tile_aovs(&frame, gaussians, &view, &options.dials));
-    Rendering { color, alpha, aovs }
+    Rendering { color, alpha, aovs: None }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{DQuat, DVec3};
+
+    use super::*;
+    use crate::options::Antialias;
+
+    #[test]
+    fn painting_anew_is_rendering_with_the_other_colours() {
+        let n = 3000;
+        let at = |i: usize, k: f32| (i as f32 * k).sin();
+        let mut first = Gaussians {
+            means: (0..n).map(|i| [at(i, 1.3), at(i, 2.7), at(i, 0.7)]).collect(),
+            rotations: (0..n).map(|i| [1.0, at(i, 3.1), at(i, 0.3), 0.2]).collect(),
+            log_scales: (0..n).map(|i| [-3.0 + at(i, 5.0), -3.5, -4.0]).collect(),
+            opacity_logits: (0..n).map(|i| 3.0 * at(i, 7.7)).collect(),
+            sh_degree: 2,
+            sh: (0..27 * n).map(|i| 0.4 * at(i, 0.77)).collect(),
+            extra: Vec::new(),
+        };
+        // One that is nowhere.
+        first.means[17] = [f32::NAN; 3];
+        let mut second = first.clone();
+        second.sh.iter_mut().for_each(|v| *v = 0.3 - *v);
+        let camera = Pinhole { width: 93, height: 61, fx: 80.0, fy: 80.0, cx: 46.0, cy: 31.0 };
+        let pose = Pose { rotation: DQuat::IDENTITY, translation: DVec3::new(0.1, 0.0, 2.5) };
+        let options = RenderOptions { antialias: Antialias::Mip, ..RenderOptions::default() };
+        let (mut painter, drawn) = Painter::new(&first, &camera, &pose, &options);
+        assert_eq!(drawn, render(&first, &camera, &pose, &options));
+        assert_eq!(painter.paint_as(&second), render(&second, &camera, &pose, &options));
+        let flat = first.colored(|i| [0.1, (i % 7) as f32 / 7.0, 0.9]);
+        let expected = render(&flat, &camera, &pose, &options).color.data;
+        let painted = painter.paint(|i| [0.1, (i % 7) as f32 / 7.0, 0.9]).color.data;
+        let apart = painted.iter().zip(&expected).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+        assert!(apart < 1e-6, "{apart}");
+        let dark = painter.paint(|i| if i % 2 == 0 { [f32::NAN; 3] } else { [-1.0; 3] });
+        assert!(dark.color.data.iter().all(|v| *v == 0.0));
+    }
 }

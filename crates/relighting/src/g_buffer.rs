@@ -3,7 +3,7 @@
 
 use glam::{DVec3, Vec3};
 use motes_math::srgb;
-use motes_raster::{RasterDials, RenderOptions, Rendering, render};
+use motes_raster::{Painter, RasterDials, RenderOptions, Rendering};
 use motes_scene::{Gaussians, Pinhole, Pose};
 use motes_shading::brdf::Material;
 use motes_shading::integrate::SurfacePoint;
@@ -105,16 +105,17 @@ impl GBuffer {
         let draw = |gaussians: &Gaussians, camera: &Pinhole, dials: RasterDials| {
             let antialias = scene.antialias;
             let options = RenderOptions { antialias, dials, ..RenderOptions::default() };
-            render(gaussians, camera, camera_from_world, &options)
+            Painter::new(gaussians, camera, camera_from_world, &options)
         };
         let exact = RasterDials::default();
         let quick = RasterDials { alpha_min: 0.01, transmittance_min: 0.01, ..exact };
-        let color = draw(&scene.base_color_splats, camera, if detailed { exact } else { quick });
+        let (_, color) =
+            draw(&scene.base_color_splats, camera, if detailed { exact } else { quick });
         // Roughness and metallic change little under what is nearly hidden.
         let coarse = RasterDials { alpha_min: 0.02, transmittance_min: 0.02, ..exact };
         let every = if detailed { 1 } else { StandIn::COARSER };
         let reduced = camera.resized(camera.width.div_ceil(every), camera.height.div_ceil(every));
-        let properties = draw(&scene.property_splats, &reduced, coarse);
+        let (painter, properties) = draw(&scene.property_splats, &reduced, coarse);
         let (width, height) = (camera.width, camera.height);
         let (alpha, property_alpha) = (&color.alpha.data, &properties.alpha.data);
         let material = |i: usize| {
@@ -138,7 +139,14 @@ impl GBuffer {
         let missed: Vec<usize> =
             (0..sight.len()).filter(|i| sight[*i].is_none() && visible(*i)).collect();
         if !missed.is_empty() {
-            let stand_in = StandIn::new(scene, camera, camera_from_world);
+            let painter = if detailed {
+                let side = |length: usize| length.div_ceil(StandIn::COARSER);
+                let coarse = camera.resized(side(camera.width), side(camera.height));
+                draw(&scene.property_splats, &coarse, exact).0
+            } else {
+                painter
+            };
+            let stand_in = StandIn::new(scene, painter, camera_from_world);
             for &i in &missed {
                 sight[i] = stand_in.sight(&rays, i % width, i / width);
             }
@@ -215,20 +223,19 @@ struct StandIn {
 impl StandIn {
     const COARSER: usize = 3;
 
-    fn new(scene: &RelightScene, camera: &Pinhole, camera_from_world: &Pose) -> Self {
-        let side = |length: usize| length.div_ceil(Self::COARSER);
-        let coarse = camera.resized(side(camera.width), side(camera.height));
-        let means = scene.gaussians.means.iter();
+    /// `painter` holds the scene's Gaussians at that resolution.
+    fn new(scene: &RelightScene, mut painter: Painter, camera_from_world: &Pose) -> Self {
+        let means = scene.gaussians.means.par_iter().with_min_len(1024);
         let depths: Vec<f32> = means
             .map(|p| camera_from_world.transform_point(Vec3::from(*p).as_dvec3()).z as f32)
             .collect();
         let positive = depths.iter().copied().filter(|z| *z > 0.0 && z.is_finite());
         let range = positive.fold([f32::INFINITY, 0.0], |[a, b], z| [a.min(z), b.max(z)]);
         let length = (range[1] - range[0]).max(f32::MIN_POSITIVE);
-        let splats = scene.gaussians.colored(|i| [(depths[i] - range[0]) / length; 3]);
-        let options = RenderOptions { antialias: scene.antialias, ..RenderOptions::default() };
-        let draw = |splats: &Gaussians| render(splats, &coarse, camera_from_world, &options);
-        Self { depth: draw(&splats), normal: draw(&scene.normal_splats), range }
+        let share = |i: usize| ((depths[i] - range[0]) / length).clamp(0.0, 1.0);
+        let normal = |i: usize| scene.materials.normals[i].map(|v| (0.5 + 0.5 * v).clamp(0.0, 1.0));
+        let depth = painter.paint(|i| [share(i); 3]);
+        Self { depth, normal: painter.paint(normal), range }
     }
 
     fn sight(&self, rays: &Rays, x: usize, y: usize) -> Option<Sight> {

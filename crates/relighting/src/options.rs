@@ -179,6 +179,11 @@ pub struct QualityOptions {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=8))]
     pub bounces: Option<u32>,
 
+    /// Vertices of the surface that are less than this many median edges apart share the light that they
+    /// send on, 0 (every vertex its own) to 16 [default: 3 for preview, 0 otherwise]
+    #[arg(long, value_name = "EDGES", value_parser = parse_spacing)]
+    pub light_spacing: Option<f32>,
+
     /// Strength of the filter of light, 0 (off) to 10
     #[arg(long, value_name = "STRENGTH", value_parser = parse_strength)]
     pub denoise: Option<f32>,
@@ -191,6 +196,11 @@ pub struct QualityOptions {
 fn parse_strength(text: &str) -> Result<f32, String> {
     let strength = text.parse().ok().filter(|s| (0.0..=10.0).contains(s));
     strength.ok_or_else(|| "expected a number from 0 to 10".into())
+}
+
+fn parse_spacing(text: &str) -> Result<f32, String> {
+    let spacing = text.parse().ok().filter(|s| (0.0..=16.0).contains(s));
+    spacing.ok_or_else(|| "expected a number from 0 to 16".into())
 }
 
 impl QualityOptions {
@@ -226,6 +236,12 @@ impl QualityOptions {
     /// Surfaces that indirect light comes over.
     pub fn bounces(&self, scene_has_indirect: bool) -> u32 {
         self.bounces.unwrap_or(if scene_has_indirect { 2 } else { 0 })
+    }
+
+    /// Side of the cells that share indirect light, median edges of the surface.
+    pub fn light_spacing(&self) -> f32 {
+        let spacing = if self.quality == Quality::Preview { 3.0 } else { 0.0 };
+        self.light_spacing.unwrap_or(spacing)
     }
 
     /// Directions per vertex of the surface, for indirect light.

@@ -33,7 +33,8 @@ impl<'a> Relighter<'a> {
         seed: u64,
     ) -> Self {
         let bounces = options.bounces(scene.indirect);
-        let cache = RadianceCache::new(scene, light, bounces, options.cache_samples(), seed);
+        let (samples, spacing) = (options.cache_samples(), options.light_spacing());
+        let cache = RadianceCache::new(scene, light, bounces, samples, spacing, seed);
         Self { scene, light, cache, options: options.clone(), seed }
     }
 

@@ -47,10 +47,10 @@ pub struct RelightScene {
     pub(crate) base_color_splats: Gaussians,
     /// Degree 0; colours are roughness, metallic, and 1 where no view saw the Gaussian.
     pub(crate) property_splats: Gaussians,
-    /// Degree 0; colours are `(1 + normal) / 2`.
-    pub(crate) normal_splats: Gaussians,
     /// How far rays start off the surface, world units.
     pub(crate) ray_bias: f32,
+    /// Of the surface, world units.
+    median_edge: f32,
 }
 
 impl RelightScene {
@@ -81,8 +81,8 @@ impl RelightScene {
             let unobserved = if materials.observations[i] == 0 { 1.0 } else { 0.0 };
             [materials.roughness[i], materials.metallic[i], unobserved]
         });
-        let normal_splats = gaussians.colored(|i| materials.normals[i].map(|v| 0.5 + 0.5 * v));
-        let ray_bias = ray_bias(&mesh);
+        let median_edge = mesh.median_edge();
+        let ray_bias = ray_bias(&mesh, median_edge);
         Ok(Self {
             gaussians,
             materials,
@@ -94,8 +94,8 @@ impl RelightScene {
             tracer,
             base_color_splats,
             property_splats,
-            normal_splats,
             ray_bias,
+            median_edge,
         })
     }
 
@@ -117,6 +117,11 @@ impl RelightScene {
     /// How far rays start off the surface, world units: half its median edge.
     pub fn ray_bias(&self) -> f32 {
         self.ray_bias
+    }
+
+    /// Median edge of the surface, world units; 0 without triangles.
+    pub(crate) fn median_edge(&self) -> f32 {
+        self.median_edge
     }
 
     /// The triangle that a ray meets first.
@@ -161,10 +166,10 @@ pub(crate) struct SurfaceHit {
 }
 
 /// Half the median edge: what a reconstructed surface is rough by.
-fn ray_bias(mesh: &TriangleMesh) -> f32 {
+fn ray_bias(mesh: &TriangleMesh, median_edge: f32) -> f32 {
     let finite = mesh.vertices.iter().filter(|v| v.is_finite());
     let (low, high) =
         finite.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
     let diagonal = (high - low).length();
-    if diagonal.is_finite() { (0.5 * mesh.median_edge()).min(MAX_BIAS * diagonal) } else { 0.0 }
+    if diagonal.is_finite() { (0.5 * median_edge).min(MAX_BIAS * diagonal) } else { 0.0 }
 }
