@@ -221,8 +221,8 @@ fn row_range(splat: &Splat, tile: usize, rows: usize) -> (usize, usize) {
     let scale = (tile as f32).recip();
     let first = (splat.y - splat.half_height - 0.5) * scale;
     let last = (splat.y + splat.half_height - 0.5) * scale;
-    // Conversions saturate, and tiles are powers of two: scaling is exact.
-    let first = (first.floor().max(0.0) as usize).min(rows);
+    // Conversions saturate and cut off, and tiles are powers of two: scaling is exact.
+    let first = (first.max(0.0) as usize).min(rows);
     let last = if last >= 0.0 { (last as usize + 1).min(rows) } else { 0 };
     (first.min(last), last)
 }
@@ -236,10 +236,13 @@ fn tile_range(splat: &Splat, y0: f32, tile: usize, tiles_x: usize) -> (u32, u32)
     };
     // First and last pixel centre of a tile column are at 0.5 and tile - 0.5.
     let (side, scale) = (tile as f32, (tile as f32).recip());
-    let first = ((splat.x + left - (side - 0.5)) * scale).ceil().max(0.0);
-    let last = ((splat.x + right - 0.5) * scale).floor() + 1.0;
-    let last = (last.max(0.0) as usize).min(tiles_x);
-    ((first as usize).min(last) as u32, last as u32)
+    let first = ((splat.x + left - (side - 0.5)) * scale).max(0.0);
+    let last = (splat.x + right - 0.5) * scale;
+    // Conversions saturate and cut off; calls of floor and ceil cost more than the rest.
+    let last = if last >= 0.0 { (last as usize).saturating_add(1).min(tiles_x) } else { 0 };
+    let whole = first as usize;
+    let first = if (whole as f32) < first { whole.saturating_add(1) } else { whole };
+    (first.min(last) as u32, last as u32)
 }
 
 #[cfg(test)]

@@ -17,8 +17,10 @@ use crate::scene::RelightScene;
 
 /// No factor is smaller: light on black matter must not become infinite.
 const LEAST_FACTOR: f32 = 1e-3;
-/// Pixels per task; the result does not depend on it.
+/// Least pixels per task; the result does not depend on it.
 const CHUNK: usize = 64;
+/// Pixels per side of a tile that is shaded in one go.
+const TILE: usize = 24;
 
 /// Light on the material of a pixel, or the factors of that material.
 #[derive(Clone, Copy, Debug, Default)]
@@ -91,13 +93,8 @@ pub(crate) struct Shading<'a> {
 }
 
 impl Shading<'_> {
-    /// Light of the pixels that `wanted` says; the others stay dark.
-    pub(crate) fn shade(
-        &self,
-        buffer: &GBuffer,
-        samples: Samples,
-        wanted: impl Fn(usize) -> bool + Sync,
-    ) -> Vec<Lit> {
+    /// Light of `pixels`, in their order; those without a sight stay dark.
+    pub(crate) fn shade(&self, buffer: &GBuffer, samples: Samples, pixels: &[u32]) -> Vec<Lit> {
         let l_hit = |_: &Ray, hit: &Hit| self.cache.at(self.scene, hit);
         let options = |divisor: u32| IntegrationOptions {
             light_samples: samples.light.div_ceil(divisor),
@@ -112,31 +109,44 @@ impl Shading<'_> {
         };
         let whole = shader(1);
         let quarter = (!buffer.edges.is_empty()).then(|| shader(4));
-        let mut lit = vec![Lit::default(); buffer.sight.len()];
-        lit.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, lit)| {
-            for (k, lit) in lit.iter_mut().enumerate() {
-                let pixel = chunk * CHUNK + k;
-                let Some(sight) = buffer.sight[pixel].as_ref().filter(|_| wanted(pixel)) else {
-                    continue;
-                };
-                let item = 4 * pixel as u64;
-                let edge = buffer.edges.binary_search_by_key(&(pixel as u32), |(p, _)| *p);
-                *lit = match (&quarter, edge) {
-                    (Some(quarter), Ok(edge)) => {
-                        let sights = buffer.edges[edge].1.iter().zip(item..);
-                        let seen = sights.filter_map(|(s, item)| s.as_ref().map(|s| (s, item)));
-                        mean(seen.map(|(sight, item)| {
-                            quarter.shade_point(&buffer.point(pixel, sight), item)
-                        }))
-                    }
-                    _ => {
-                        mean(std::iter::once(whole.shade_point(&buffer.point(pixel, sight), item)))
-                    }
-                };
+        let shade_pixel = |pixel: usize| -> Lit {
+            let Some(sight) = &buffer.sight[pixel] else { return Lit::default() };
+            let item = 4 * pixel as u64;
+            let edge = buffer.edges.binary_search_by_key(&(pixel as u32), |(p, _)| *p);
+            match (&quarter, edge) {
+                (Some(quarter), Ok(edge)) => {
+                    let sights = buffer.edges[edge].1.iter().zip(item..);
+                    let seen = sights.filter_map(|(s, item)| s.as_ref().map(|s| (s, item)));
+                    mean(seen.map(|(sight, item)| {
+                        quarter.shade_point(&buffer.point(pixel, sight), item)
+                    }))
+                }
+                _ => mean(std::iter::once(whole.shade_point(&buffer.point(pixel, sight), item))),
             }
-        });
+        };
+        let order = by_tile(pixels, buffer.width);
+        let shaded: Vec<Lit> = order
+            .par_iter()
+            .with_min_len(CHUNK)
+            .map(|k| shade_pixel(pixels[*k as usize] as usize))
+            .collect();
+        let mut lit = vec![Lit::default(); pixels.len()];
+        for (k, shaded) in order.into_iter().zip(shaded) {
+            lit[k as usize] = shaded;
+        }
         lit
     }
+}
+
+/// Indices of `pixels`, tile by tile: rays from one place meet the same part of the surface.
+fn by_tile(pixels: &[u32], width: usize) -> Vec<u32> {
+    let tile = |k: &u32| {
+        let pixel = pixels[*k as usize] as usize;
+        (pixel / width / TILE, pixel % width / TILE)
+    };
+    let mut order: Vec<u32> = (0..pixels.len() as u32).collect();
+    order.sort_by_key(tile);
+    order
 }
 
 fn mean(all: impl Iterator<Item = Shaded>) -> Lit {

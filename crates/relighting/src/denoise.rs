@@ -47,10 +47,11 @@ pub(crate) fn denoise(grid: &mut Grid, strength: f32, passes: u32) {
     }
     let mut variance = smooth_variance(grid);
     for pass in 0..passes {
+        let levels: Vec<[f32; 3]> = grid.lit.iter().map(|lit| luminances(&lit.parts)).collect();
         let out: Vec<(Lit, f32)> = (0..grid.lit.len())
             .into_par_iter()
             .with_min_len(1024)
-            .map(|i| filter(grid, &variance, i, pass, strength))
+            .map(|i| filter(grid, &levels, &variance, i, pass, strength))
             .collect();
         for (i, (lit, v)) in out.into_iter().enumerate() {
             grid.lit[i] = lit;
@@ -83,14 +84,21 @@ fn specular_reach(roughness: f32) -> f32 {
     32.0 * roughness * roughness
 }
 
-fn filter(grid: &Grid, variance: &[f32], i: usize, pass: u32, strength: f32) -> (Lit, f32) {
+fn filter(
+    grid: &Grid,
+    levels: &[[f32; 3]],
+    variance: &[f32],
+    i: usize,
+    pass: u32,
+    strength: f32,
+) -> (Lit, f32) {
     let own = grid.lit[i];
     let Some(sight) = &grid.sight[i] else { return (own, variance[i]) };
     let (w, h, step) = (grid.width as i32, grid.height as i32, 1i32 << pass);
     let (x, y) = ((i % grid.width) as i32, (i / grid.width) as i32);
     let deviation = variance[i].sqrt() * strength;
     let factors = grid.factors[i];
-    let levels = luminances(&own.parts);
+    let here = levels[i];
     // Differences are measured as they appear: times the factor of the material.
     let scale = factors.map(|f| f / (deviation + 1e-6));
     let plane = 1.0 / (PLANE_SHARE * sight.depth * step as f32).max(1e-12);
@@ -105,7 +113,11 @@ fn filter(grid: &Grid, variance: &[f32], i: usize, pass: u32, strength: f32) -> 
             }
             let k = (yy * w + xx) as usize;
             let Some(other) = &grid.sight[k] else { continue };
-            let cosine = sight.normal.dot(other.normal).max(0.0);
+            let cosine = sight.normal.dot(other.normal);
+            // Its 64th power is below the bound of weights.
+            if !(cosine > 0.8) {
+                continue;
+            }
             let power = |v: f32| {
                 let v4 = v * v * (v * v);
                 let v16 = v4 * v4 * (v4 * v4);
@@ -119,8 +131,8 @@ fn filter(grid: &Grid, variance: &[f32], i: usize, pass: u32, strength: f32) -> 
                 continue;
             }
             let lit = &grid.lit[k];
-            let there = luminances(&lit.parts);
-            let weight = |c: usize| geometry * falloff((there[c] - levels[c]).abs() * scale[c]);
+            let there = levels[k];
+            let weight = |c: usize| geometry * falloff((there[c] - here[c]).abs() * scale[c]);
             let (d, n) = (weight(0), weight(2));
             let s = if narrow && k != i { 0.0 } else { weight(1) };
             sums.diffuse += lit.parts.diffuse * d;

@@ -1,7 +1,7 @@
 //! What a view sees, before any light: material from the Gaussians, position and normal from the
 //! surface.
 
-use glam::{DVec3, Vec3};
+use glam::{DMat3, DVec3, Vec3};
 use motes_math::srgb;
 use motes_raster::{Painter, RasterDials, RenderOptions, Rendering};
 use motes_scene::{Gaussians, Pinhole, Pose};
@@ -10,7 +10,8 @@ use motes_shading::integrate::SurfacePoint;
 use motes_shading::tracing::Ray;
 use rayon::prelude::*;
 
-use crate::scene::RelightScene;
+use crate::first_triangles::{NOTHING, first_triangles};
+use crate::scene::{RelightScene, SurfaceHit};
 
 /// Blended alpha never reaches 1; from here on a pixel counts as covered.
 const FULL_ALPHA: f32 = 0.95;
@@ -55,32 +56,48 @@ pub(crate) struct GBuffer {
 /// A pinhole camera as rays.
 pub(crate) struct Rays {
     eye: Vec3,
-    world_from_camera: Pose,
+    world_from_camera: DMat3,
     camera: Pinhole,
 }
 
 impl Rays {
     pub(crate) fn new(camera: &Pinhole, camera_from_world: &Pose) -> Self {
-        let world_from_camera = camera_from_world.inverse();
-        let eye = world_from_camera.translation.as_vec3();
+        let inverse = camera_from_world.inverse();
+        let (eye, world_from_camera) = (inverse.translation.as_vec3(), inverse.rotation_matrix());
         Self { eye, world_from_camera, camera: *camera }
     }
 
     /// The ray through a point of the picture, and the cosine to the optical axis.
+    #[inline]
     pub(crate) fn through(&self, x: f64, y: f64) -> (Ray, f32) {
         let c = &self.camera;
-        let local = DVec3::new((x - c.cx) / c.fx, (y - c.cy) / c.fy, 1.0).normalize();
-        let direction = (self.world_from_camera.rotation * local).as_vec3().normalize();
-        (Ray::new(self.eye, direction), local.z as f32)
+        let local = DVec3::new((x - c.cx) / c.fx, (y - c.cy) / c.fy, 1.0);
+        let cosine = local.length_recip();
+        let direction = (self.world_from_camera * local * cosine).as_vec3().normalize();
+        (Ray::new(self.eye, direction), cosine as f32)
     }
 
     fn sight(&self, scene: &RelightScene, x: f64, y: f64) -> Option<Sight> {
         let (ray, cosine) = self.through(x, y);
-        let hit = scene.first_hit(&ray)?;
+        scene.first_hit(&ray).map(|hit| Sight::of(&ray, cosine, &hit))
+    }
+
+    /// As [`Self::sight`], when the triangle is known.
+    fn sight_of(&self, scene: &RelightScene, triangle: u32, x: f64, y: f64) -> Option<Sight> {
+        if triangle == NOTHING {
+            return None;
+        }
+        let (ray, cosine) = self.through(x, y);
+        scene.hit_of(triangle, &ray).map(|hit| Sight::of(&ray, cosine, &hit))
+    }
+}
+
+impl Sight {
+    fn of(ray: &Ray, cosine: f32, hit: &SurfaceHit) -> Self {
         let to_viewer = -ray.direction;
         let normal = towards(hit.normal, to_viewer);
         let depth = hit.distance * cosine;
-        Some(Sight { position: hit.position, normal, to_viewer, depth, on_surface: true })
+        Self { position: hit.position, normal, to_viewer, depth, on_surface: true }
     }
 }
 
@@ -131,9 +148,15 @@ impl GBuffer {
         };
         let (material, unobserved) = (0..width * height).into_par_iter().map(material).unzip();
         let rays = Rays::new(camera, camera_from_world);
-        let mut sight: Vec<Option<Sight>> = (0..width * height)
-            .into_par_iter()
-            .map(|i| rays.sight(scene, (i % width) as f64 + 0.5, (i / width) as f64 + 0.5))
+        let first = first_triangles(&scene.surface, camera, camera_from_world);
+        let mut sight: Vec<Option<Sight>> = first
+            .par_iter()
+            .enumerate()
+            .with_min_len(1024)
+            .map(|(i, triangle)| {
+                let (x, y) = ((i % width) as f64 + 0.5, (i / width) as f64 + 0.5);
+                rays.sight_of(scene, *triangle, x, y)
+            })
             .collect();
         let visible = |i: usize| alpha[i] >= LEAST_ALPHA;
         let missed: Vec<usize> =

@@ -1,7 +1,9 @@
 //! A scene under one light.
 
 use motes_scene::{Pinhole, Pose};
+use motes_shading::brdf::Material;
 use motes_shading::environment::Environment;
+use rayon::prelude::*;
 
 use crate::compose::{Background, Composition, Picture, compose};
 use crate::deferred::{Lit, Parts, Samples, Shading};
@@ -65,7 +67,8 @@ impl<'a> Relighter<'a> {
     }
 
     fn every_pixel(&self, buffer: &GBuffer) -> Vec<Lit> {
-        let lit = self.shading().shade(buffer, self.samples(), |_| true);
+        let pixels: Vec<u32> = (0..buffer.sight.len() as u32).collect();
+        let lit = self.shading().shade(buffer, self.samples(), &pixels);
         if !(self.options.denoise_strength() > 0.0) {
             return lit;
         }
@@ -86,32 +89,38 @@ impl<'a> Relighter<'a> {
     /// surface no shaded neighbour shares are shaded on their own.
     fn sparse(&self, buffer: &GBuffer, every: usize) -> Vec<Lit> {
         let (width, height) = (buffer.width.div_ceil(every), buffer.height.div_ceil(every));
-        let fine: Vec<usize> =
-            (0..width * height).map(|i| fine_pixel(i, width, every, buffer)).collect();
-        let mut chosen = vec![false; buffer.sight.len()];
-        fine.iter().for_each(|i| chosen[*i] = true);
-        let first = self.shading().shade(buffer, self.samples(), |i| chosen[i]);
-        let factors: Vec<Parts> = buffer.material.iter().map(Parts::factors).collect();
+        let fine: Vec<u32> =
+            (0..width * height).map(|i| fine_pixel(i, width, every, buffer) as u32).collect();
+        let first = self.shading().shade(buffer, self.samples(), &fine);
+        let of_fine = |i: &u32| *i as usize;
+        let factors: Vec<Parts> =
+            fine.iter().map(|i| Parts::factors(&buffer.material[of_fine(i)])).collect();
         let mut grid = Grid {
             width,
             height,
-            sight: fine.iter().map(|i| buffer.sight[*i]).collect(),
-            roughness: fine.iter().map(|i| buffer.material[*i].roughness).collect(),
-            lit: fine.iter().map(|i| demodulate((&first[*i], &factors[*i]))).collect(),
-            factors: fine.iter().map(|i| luminances(&factors[*i])).collect(),
+            sight: fine.iter().map(|i| buffer.sight[of_fine(i)]).collect(),
+            roughness: fine.iter().map(|i| buffer.material[of_fine(i)].roughness).collect(),
+            lit: first.iter().zip(&factors).map(demodulate).collect(),
+            factors: factors.iter().map(luminances).collect(),
         };
         denoise(&mut grid, self.options.denoise_strength(), FILTER_PASSES - 1);
         let filled = upsample(&grid, every, buffer);
-        let unexplained = filled.iter().any(Option::is_none);
-        let second = match unexplained {
-            true => self.shading().shade(buffer, self.samples(), |i| filled[i].is_none()),
-            false => first,
+        let unexplained: Vec<u32> =
+            (0..filled.len() as u32).filter(|i| filled[of_fine(i)].is_none()).collect();
+        let second = self.shading().shade(buffer, self.samples(), &unexplained);
+        let with_texture = |(lit, material): (Option<Lit>, &Material)| {
+            lit.map_or_else(Lit::default, |lit| modulate((&lit, &Parts::factors(material))))
         };
-        let pixel = |i: usize| match &filled[i] {
-            Some(lit) => modulate((lit, &factors[i])),
-            None => second[i],
-        };
-        (0..buffer.sight.len()).map(pixel).collect()
+        let mut lit: Vec<Lit> = filled
+            .into_par_iter()
+            .zip(&buffer.material)
+            .with_min_len(1024)
+            .map(with_texture)
+            .collect();
+        for (i, own) in unexplained.iter().zip(second) {
+            lit[of_fine(i)] = own;
+        }
+        lit
     }
 }
 

@@ -5,7 +5,9 @@ use motes_math::srgb;
 use motes_raster::Antialias;
 use motes_scene::{Gaussians, Materials, Surface};
 use motes_shading::brdf::{Lobes, Material};
-use motes_shading::tracing::{BuildQuality, Hit, MeshError, MeshTracer, Ray, TriangleMesh};
+use motes_shading::tracing::{
+    BuildQuality, Hit, MeshError, MeshTracer, Ray, Tracer as _, TriangleMesh,
+};
 use thiserror::Error;
 
 /// Rays start at most this share of the surface's diagonal off it: a mesh of few large triangles
@@ -74,7 +76,8 @@ impl RelightScene {
             vertices: surface.vertices.iter().map(|v| Vec3::from(*v)).collect(),
             triangles: surface.triangles.clone(),
         };
-        let tracer = MeshTracer::new(&mesh, BuildQuality::Balanced)?;
+        // More care with the tree does not pay: rays gain little (docs/shading.md).
+        let tracer = MeshTracer::new(&mesh, BuildQuality::Fast)?;
         let base_color_splats =
             gaussians.colored(|i| materials.base_color_linear[i].map(srgb::encode));
         let property_splats = gaussians.colored(|i| {
@@ -137,13 +140,36 @@ impl RelightScene {
 
     /// The first point of the surface on a ray, with its normals turned towards the ray's start.
     pub(crate) fn first_hit(&self, ray: &Ray) -> Option<SurfaceHit> {
-        use motes_shading::tracing::Tracer as _;
-        let hit = self.tracer.closest_hit(ray)?;
+        self.tracer.closest_hit(ray).map(|hit| self.seen(ray, hit))
+    }
+
+    /// As [`Self::first_hit`], when it is known which triangle that is.
+    pub(crate) fn hit_of(&self, triangle: u32, ray: &Ray) -> Option<SurfaceHit> {
+        let [a, b, c] = self.surface.triangles[triangle as usize]
+            .map(|v| Vec3::from(self.surface.vertices[v as usize]) - ray.origin);
+        let d = ray.direction;
+        let plane = (b - a).cross(c - a);
+        let distance = a.dot(plane) / plane.dot(d);
+        // As rays are tested: see `tracing/packet.rs`.
+        let u = (c - a).cross(c + a).dot(d);
+        let v = (a - b).cross(a + b).dot(d);
+        let w = (b - c).cross(b + c).dot(d);
+        let barycentrics = [u, v].map(|weight| weight / (u + v + w));
+        let usable = distance > 0.0 && distance.is_finite();
+        if !(usable && barycentrics.iter().all(|weight| weight.is_finite())) {
+            return self.first_hit(ray);
+        }
+        let geometric_normal = self.tracer.geometric_normal(triangle);
+        let hit = Hit { distance, primitive: triangle, barycentrics, geometric_normal };
+        Some(self.seen(ray, hit))
+    }
+
+    fn seen(&self, ray: &Ray, hit: Hit) -> SurfaceHit {
         let mut normal = self.interpolated_normal(&hit);
         if hit.geometric_normal.dot(ray.direction) > 0.0 {
             normal = -normal;
         }
-        Some(SurfaceHit { position: ray.at(hit.distance), normal, distance: hit.distance, hit })
+        SurfaceHit { position: ray.at(hit.distance), normal, distance: hit.distance, hit }
     }
 
     fn interpolated_normal(&self, hit: &Hit) -> Vec3 {

@@ -26,25 +26,40 @@ pub(crate) fn upsample(grid: &Grid, n: usize, fine: &GBuffer) -> Vec<Option<Lit>
         .map(|i| {
             let Some(sight) = &fine.sight[i] else { return Some(Lit::default()) };
             let (x, y) = (i % fine.width, i / fine.width);
-            let place = |v: usize| (v as f32 - (n / 2) as f32) / n as f32;
-            blend(grid, place(x), place(y), sight, fine.material[i].roughness)
+            blend(grid, Place::new(x, n), Place::new(y, n), sight, fine.material[i].roughness)
         })
         .collect()
 }
 
-fn blend(grid: &Grid, x: f32, y: f32, sight: &Sight, roughness: f32) -> Option<Lit> {
-    let (x0, y0) = (x.floor(), y.floor());
+/// Where a fine pixel lies between two coarse ones, along one axis.
+#[derive(Clone, Copy)]
+struct Place {
+    /// The lower one, -1 or more.
+    low: i32,
+    /// Weights of both.
+    tent: [f32; 2],
+}
+
+impl Place {
+    fn new(fine: usize, n: usize) -> Self {
+        // From the middle of the coarse pixel before the picture.
+        let from = fine + n - n / 2;
+        let share = (from % n) as f32 / n as f32;
+        Self { low: (from / n) as i32 - 1, tent: [1.0 - share, share] }
+    }
+}
+
+fn blend(grid: &Grid, x: Place, y: Place, sight: &Sight, roughness: f32) -> Option<Lit> {
     let (mut sum, mut total) = (Lit::default(), 0.0f32);
-    for dy in 0..2 {
-        for dx in 0..2 {
-            let (xx, yy) = (x0 as i32 + dx, y0 as i32 + dy);
+    for dy in 0..2usize {
+        for dx in 0..2usize {
+            let (xx, yy) = (x.low + dx as i32, y.low + dy as i32);
             if xx < 0 || yy < 0 || xx >= grid.width as i32 || yy >= grid.height as i32 {
                 continue;
             }
             let k = yy as usize * grid.width + xx as usize;
             let Some(other) = &grid.sight[k] else { continue };
-            let tent =
-                (1.0 - (x - xx as f32).abs()).max(0.0) * (1.0 - (y - yy as f32).abs()).max(0.0);
+            let tent = x.tent[dx] * y.tent[dy];
             let offset = (other.position - sight.position).dot(sight.normal).abs();
             let cosine = sight.normal.dot(other.normal).max(0.0);
             let apart = offset / (PLANE_SHARE * sight.depth).max(1e-12)

@@ -133,6 +133,15 @@ impl MeshTracer {
         self.skipped
     }
 
+    /// Unit normal of a triangle by the order of its corners; 0 without area.
+    ///
+    /// # Panics
+    /// When the mesh has no such triangle.
+    #[inline]
+    pub fn geometric_normal(&self, triangle: u32) -> Vec3 {
+        self.normals[triangle as usize]
+    }
+
     #[inline]
     fn inner(&self, ray: &Ray) -> Option<InnerRay> {
         let usable = ray.origin.is_finite() && ray.direction.is_finite() && ray.t_min < ray.t_max;
