@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::time::SystemTime;
 
 use motes_formats::selection::{sha256_of_bytes, sha256_of_file};
 use motes_formats::tensors::{TensorData, read_tensors, write_tensors};
@@ -72,6 +73,9 @@ impl ViewCache {
     /// The prepared view; `None` when it is not there or not whole, so that it is made again.
     pub(crate) fn read(&self, gaussians: usize) -> Option<ViewData> {
         let (mut tensors, _) = read_tensors(&self.file).ok()?;
+        // What is used stays longest where a cache is bounded; a cache that cannot be written is used all the same.
+        let file = fs::File::options().append(true).open(&self.file);
+        let _ = file.and_then(|file| file.set_modified(SystemTime::now()));
         let mut u32s = |name: &str| match tensors.remove(name) {
             Some(TensorData::U32(_, v)) => Some(v),
             _ => None,

@@ -167,7 +167,10 @@ fn find(source: &SelectSource<'_>, selector: &Selector) -> Result<Selection, Sel
         }
         Selector::Property { name, compare, value } => {
             let values = match name.as_str() {
-                "visibility_count" => source.index()?.visibility_counts(),
+                "visibility_count" => {
+                    source.capture("the property visibility_count")?;
+                    source.index()?.visibility_counts()
+                }
                 name => property(g, name)?,
             };
             Selection::where_true(n, |i| compare.holds(values[i], *value))
@@ -266,6 +269,7 @@ fn ground(
     side: PlaneSide,
     thickness: Option<f64>,
 ) -> Result<Selection, SelectError> {
+    source.capture("the ground plane")?;
     let plane: SupportPlane = source.index()?.plane.ok_or(SelectError::NoPlane)?;
     let half = match thickness {
         Some(t) if t > 0.0 && t.is_finite() => 0.5 * t,

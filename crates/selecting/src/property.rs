@@ -18,8 +18,8 @@ pub(crate) fn base_lab(gaussians: &Gaussians, i: usize) -> [f32; 3] {
     lab_from_srgb(base_color(gaussians, i))
 }
 
-/// Names that are not columns of the file.
-const NAMES: [&str; 13] = [
+/// Names that are no further columns of the file.
+const NAMES: [&str; 16] = [
     "x",
     "y",
     "z",
@@ -33,6 +33,9 @@ const NAMES: [&str; 13] = [
     "red",
     "green",
     "blue",
+    "rot_0..3",
+    "f_dc_0..2",
+    "f_rest_0..",
 ];
 
 /// The values of a property, `[N]`. With `_raw` at the end of the name as they are stored: logarithms of
@@ -49,6 +52,7 @@ pub fn property(gaussians: &Gaussians, name: &str) -> Result<Vec<f64>, SelectErr
     let of = |f: &dyn Fn(usize) -> f32| (0..n).map(|i| f64::from(f(i))).collect();
     let scale = |s: f32| if raw { s } else { s.exp() };
     let scales = &gaussians.log_scales;
+    let rest = gaussians.sh_coefficients() - 1;
     Ok(match bare {
         "x" => of(&|i| gaussians.means[i][0]),
         "y" => of(&|i| gaussians.means[i][1]),
@@ -67,6 +71,23 @@ pub fn property(gaussians: &Gaussians, name: &str) -> Result<Vec<f64>, SelectErr
             let k = usize::from(bare == "green") + 2 * usize::from(bare == "blue");
             of(&|i| if raw { gaussians.sh_of(i)[k] } else { base_color(gaussians, i)[k] })
         }
+        _ if numbered(bare, "rot_").is_some_and(|k| k < 4) => {
+            let k = numbered(bare, "rot_").unwrap_or(0);
+            of(&|i| {
+                let q = gaussians.rotations[i];
+                let length = q.iter().map(|v| v * v).sum::<f32>().sqrt();
+                if raw { q[k] } else { q[k] / length }
+            })
+        }
+        _ if numbered(bare, "f_dc_").is_some_and(|k| k < 3) => {
+            let k = numbered(bare, "f_dc_").unwrap_or(0);
+            of(&|i| if raw { gaussians.sh_of(i)[k] } else { base_color(gaussians, i)[k] })
+        }
+        _ if numbered(bare, "f_rest_").is_some_and(|k| k < 3 * rest) => {
+            // The file has all coefficients of red, then of green, then of blue.
+            let k = numbered(bare, "f_rest_").unwrap_or(0);
+            of(&|i| gaussians.sh_of(i)[3 * (1 + k % rest) + k / rest])
+        }
         _ => {
             let column = |name: &str| gaussians.extra.iter().find(|c| c.name == name);
             let found = column(name).or_else(|| column(bare));
@@ -80,6 +101,11 @@ pub fn property(gaussians: &Gaussians, name: &str) -> Result<Vec<f64>, SelectErr
             values(&column.values)
         }
     })
+}
+
+/// The number at the end of `name`, after `prefix`.
+fn numbered(name: &str, prefix: &str) -> Option<usize> {
+    name.strip_prefix(prefix).and_then(|digits| digits.parse().ok())
 }
 
 fn values(column: &ColumnValues) -> Vec<f64> {
@@ -115,6 +141,14 @@ mod tests {
         assert!((get("scale_max")[0].ln() - get("scale_max_raw")[0]).abs() < 1e-5);
         assert!((get("red")[3] - (0.5 + 0.282_094_8 * get("red_raw")[3])).abs() < 1e-6);
         assert_eq!(get("part")[0], -3.0);
+        assert_eq!(get("f_dc_2_raw"), get("blue_raw"));
+        // Degree 1 has 3 coefficients per channel beyond the mean: number 4 is the second of green.
+        assert_eq!(get("f_rest_4")[3], f64::from(g.sh_of(3)[3 * 2 + 1]));
+        let norm: f64 = (0..4).map(|k| get(&format!("rot_{k}"))[1].powi(2)).sum();
+        assert!((norm - 1.0).abs() < 1e-6);
+        for none in ["rot_4", "f_dc_3", "f_rest_9", "f_rest_"] {
+            assert!(property(&g, none).is_err(), "{none}");
+        }
         let error = property(&g, "partt").unwrap_err().to_string();
         assert!(
             error.contains("partt") && error.contains("part,") || error.contains("part"),

@@ -177,6 +177,10 @@ fn bad_plans_fail_with_a_pointer_and_lose_nothing() {
         (json!([{ "op": "insert", "file": "scene", "at": [0, 1e19, 0] }]), "/ops/0/at/1"),
         (json!([{ "op": "set_material", "name": "mithril" }]), "/ops/0/name"),
         (
+            json!([{ "op": "duplicate", "target": "all", "translate": [9, 0, 0], "count": 9000 }]),
+            "/ops/0/count",
+        ),
+        (
             json!([{ "op": "select", "steps": [{ "by": "ids", "ids": [4_000_000] }] }]),
             "/ops/0/steps/0/ids",
         ),

@@ -20,6 +20,7 @@ fn run(toy: &ToyScene, program: &str, arguments: &[&str]) -> Output {
     Command::new(program)
         .args(arguments)
         .arg("--no-provenance")
+        .env("XDG_CACHE_HOME", toy.path("caches"))
         .current_dir(toy.folder.path())
         .output()
         .unwrap()
@@ -87,6 +88,18 @@ fn a_click_becomes_a_selection_overlays_labels_masks_and_mattes() {
     let first = std::fs::read(toy.path("s.json")).unwrap();
     let again = select(&toy, &["--click", &click, "--cache", "kept", "-w"]);
     assert_eq!(again.status.code(), Some(0), "{}", stderr(&again));
+    assert_eq!(std::fs::read(toy.path("s.json")).unwrap(), first);
+
+    // Where nothing is said, views are kept in the user's folder of caches, in one for this build.
+    let kept = |folder: &str| -> usize {
+        let builds = std::fs::read_dir(toy.path(folder)).into_iter().flatten().flatten();
+        builds.map(|build| std::fs::read_dir(build.path()).unwrap().count()).sum()
+    };
+    let unsaid = select(&toy, &["--click", &click, "-w", "--no-cache"]);
+    assert_eq!((unsaid.status.code(), kept("caches/motes/views")), (Some(0), 0));
+    let usual = select(&toy, &["--click", &click, "-w"]);
+    assert_eq!(usual.status.code(), Some(0), "{}", stderr(&usual));
+    assert_eq!(kept("caches/motes/views"), std::fs::read_dir(toy.path("kept")).unwrap().count());
     assert_eq!(std::fs::read(toy.path("s.json")).unwrap(), first);
 
     let render = |arguments: &[&str]| {

@@ -17,6 +17,8 @@ pub enum ColorMode {
     /// The given colour; what varied around the mean still varies.
     #[default]
     Replace,
+    /// The given colour everywhere, as a material has it.
+    Even,
 }
 
 /// A change of colour, linear Rec. 709.
@@ -39,6 +41,7 @@ impl ColorChange {
         let new = match self.mode {
             ColorMode::Gain => [0, 1, 2].map(|c| old[c] * rgb[c]),
             ColorMode::Replace => scaled(ratio(luminance(old), mean_luminance)),
+            ColorMode::Even => rgb,
             ColorMode::Tint => scaled(ratio(luminance(old), luminance(rgb))),
         };
         new.map(|v| v.max(0.0).clamp(0.0, 1.0))
@@ -90,6 +93,8 @@ mod tests {
         let change = |mode, rgb_linear| ColorChange { mode, rgb_linear }.apply(old, luminance(old));
         assert_eq!(change(ColorMode::Gain, [2.0, 0.5, 20.0]), [0.4, 0.2, 1.0]);
         assert_eq!(change(ColorMode::Replace, [0.1, 0.2, 0.3]), [0.1, 0.2, 0.3]);
+        let even = ColorChange { mode: ColorMode::Even, rgb_linear: [0.1, 0.2, 0.3] };
+        assert_eq!(even.apply(old, 0.01), [0.1, 0.2, 0.3]);
         let tinted = change(ColorMode::Tint, [0.5, 0.1, 0.1]);
         assert!((luminance(tinted) - luminance(old)).abs() < 1e-6, "{tinted:?}");
         assert!((tinted[0] / tinted[1] - 5.0).abs() < 1e-4);

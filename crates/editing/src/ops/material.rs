@@ -5,7 +5,7 @@
 
 use motes_scene::Materials;
 
-use super::color::{ColorChange, luminance, show_linear, shown_linear};
+use super::color::{ColorChange, ColorMode, luminance, show_linear, shown_linear};
 use crate::EditState;
 
 /// A change of material; `None` leaves a property as it is.
@@ -76,6 +76,9 @@ fn change_shown(state: &mut EditState, rows: &[u32], color: &ColorChange) {
     let shown: Vec<[f32; 3]> =
         rows.iter().map(|r| shown_linear(state.gaussians.sh_of(*r as usize))).collect();
     let mean = mean(shown.iter().map(|c| luminance(*c)));
+    // What varies is the light, too: an even colour would take it away.
+    let mode = if color.mode == ColorMode::Even { ColorMode::Replace } else { color.mode };
+    let color = ColorChange { mode, ..*color };
     for (row, old) in rows.iter().zip(shown) {
         let at = *row as usize * stride;
         show_linear(&mut state.gaussians.sh[at..at + stride], color.apply(old, mean));
@@ -98,7 +101,6 @@ mod tests {
     use motes_scene::{ColumnValues, ExtraColumn};
 
     use super::*;
-    use crate::ops::color::ColorMode;
 
     fn replace(rgb_linear: [f32; 3]) -> MaterialChange {
         let base_color = Some(ColorChange { mode: ColorMode::Replace, rgb_linear });
@@ -136,6 +138,11 @@ mod tests {
         );
         assert_eq!(state.material_changed, [false, true, true, false]);
         assert_eq!(state.gaussians.sh, before.sh, "the light follows later");
+        let even = ColorChange { mode: ColorMode::Even, rgb_linear: [0.03; 3] };
+        let change = MaterialChange { base_color: Some(even), ..MaterialChange::default() };
+        set_material(&mut state, &[1, 2], &change);
+        let after = Materials::of(&state.gaussians).unwrap();
+        assert_eq!(after.base_color_linear[1..3], [[0.03; 3]; 2]);
     }
 
     #[test]

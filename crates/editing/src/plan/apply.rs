@@ -226,7 +226,7 @@ impl Run<'_> {
         let mut change = MaterialChange::default();
         if let Some(material) = op.name.as_deref().and_then(material_named) {
             let rgb_linear = material.base_color_linear;
-            change.base_color = Some(ColorChange { mode: ColorMode::Replace, rgb_linear });
+            change.base_color = Some(ColorChange { mode: ColorMode::Even, rgb_linear });
             (change.roughness, change.metallic) =
                 (Some(material.roughness), Some(material.metallic));
         }

@@ -11,8 +11,8 @@ use crate::ops::ratio_shadow::RatioShadow;
 use crate::ops::{duplicate, transform};
 use crate::{EditState, Similarity};
 
-/// More Gaussians than a file can hold, or than a mistake should make.
-const MAX_GAUSSIANS: usize = 200_000_000;
+/// Copies make no more than so many: about 10 GiB of memory with colours of degree 3. Copies of copies would fill any machine.
+const MAX_GAUSSIANS: usize = 20_000_000;
 
 /// Refuses to move matter out of what a file can hold.
 pub(super) fn within_range(
@@ -78,8 +78,12 @@ impl Run<'_> {
         let rows = rows_of(state, op.target.as_deref(), at)?;
         let copies = rows.len().saturating_mul(op.count as usize);
         if state.len().saturating_add(copies) > MAX_GAUSSIANS {
-            let cause = format!("{copies} copies are more than {MAX_GAUSSIANS} Gaussians");
-            return Err(EditError::plan(format!("{at}/count"), cause));
+            let cause = format!(
+                "{copies} copies and {} are more than {MAX_GAUSSIANS} Gaussians",
+                state.len()
+            );
+            return Err(EditError::plan(format!("{at}/count"), cause)
+                .remedy("copy less, or merge files that are written one by one"));
         }
         let step = DVec3::from_array(op.translate);
         let bounds = Bounds::of(&state.gaussians, rows.iter().copied());

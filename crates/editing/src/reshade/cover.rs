@@ -15,9 +15,10 @@ use motes_shading::tracing::{BuildQuality, MeshTracer, Ray, Tracer as _, Triangl
 /// Directions over the half of the sphere around the normal, as dense as the cosine: few cameras look along the ground, and
 /// the surface of an object ends a little above it.
 const DIRECTIONS: usize = 64;
-/// A point is hidden when no more of them reach past what left: under a round table, farther from its edge than two
-/// and a half times its height.
-const MOST_OPEN: usize = 9;
+/// A point is hidden when no more of them reach past what left: under a round table, farther from its edge than 1.4 times its
+/// height. Where less light than that came in, a splat holds little but what the object threw back, and dividing by so
+/// little light makes stains of it.
+const MOST_OPEN: usize = 22;
 /// A Gaussian belongs to a surface that is nearer than this many half edges of the mesh.
 const ORPHAN_REACH: f32 = 6.0;
 

@@ -67,7 +67,14 @@ fn selector(kind: &str, values: &str) -> Result<Selector, String> {
             Selector::Object(ObjectPrompt { clicks: vec![click], ..Default::default() })
         }
         "mask" => {
-            let (view, path) = named(kind, values, "VIEW,FILE")?;
+            // As the flag spells it, or with a comma as all other steps do.
+            let flag = values.split_once('=').filter(|(view, _)| !view.contains(','));
+            let (view, path) = match flag {
+                Some((view, path)) if !view.is_empty() && !path.is_empty() => {
+                    (view.trim().to_owned(), path)
+                }
+                _ => named(kind, values, "VIEW,FILE")?,
+            };
             Selector::Masks { masks: vec![MaskPrompt { view, path: path.into() }] }
         }
         "rectangle" => {
@@ -298,6 +305,14 @@ mod tests {
                 r#"{"combine":"set","by":"ground-plane","side":"above","thickness":0.01}"#,
             ),
             ("label=4", r#"{"combine":"set","by":"label","column":"object_id","value":4}"#),
+            (
+                "mask=v.png,m.png",
+                r#"{"combine":"set","by":"masks","masks":[{"view":"v.png","path":"m.png"}]}"#,
+            ),
+            (
+                "mask=v.png=m,1.png",
+                r#"{"combine":"set","by":"masks","masks":[{"view":"v.png","path":"m,1.png"}]}"#,
+            ),
             ("invert", r#"{"post":"invert"}"#),
             ("grow=0.5", r#"{"post":"grow","distance":0.5}"#),
         ] {

@@ -76,8 +76,9 @@ fn run(args: &Args, context: &Context) -> anyhow::Result<SelectReport> {
     )?;
     context.stop_if_dry_run()?;
     let mut source = inputs.source();
-    if let Some(cache) = &args.extra.cache {
-        source = source.with_cache(cache);
+    // Without a capture there are no views to keep.
+    if let Some(cache) = args.capture.as_ref().and_then(|_| args.extra.cache_folder()) {
+        source = source.with_cache(&cache);
     }
     let start = context.elapsed_seconds();
     if args.prompt.needs_views() {

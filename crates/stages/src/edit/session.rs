@@ -182,6 +182,7 @@ pub fn run_edit(job: &EditJob<'_>, context: &Context) -> anyhow::Result<EditAnsw
         cpu_seconds: None,
     };
     context.stop_if_dry_run_with(&answer)?;
+    context.check_interrupted()?;
     let refit_steps = answer.refit.as_ref().map(|refit| refit.steps).or(plan.refit_steps);
     // A replay shall not depend on what is usual then.
     let reshade_samples = input.state.parts.as_ref().map(|_| samples).or(plan.reshade_samples);

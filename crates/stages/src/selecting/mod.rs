@@ -5,6 +5,7 @@ mod inputs;
 mod masks;
 mod products;
 mod report;
+mod view_cache;
 
 pub use flags::PromptFlags;
 pub use inputs::Inputs;

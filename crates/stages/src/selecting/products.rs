@@ -13,6 +13,7 @@ use motes_selecting::{Proposal, SelectSource, notes, overlay, propose, select, s
 use motes_stage::{Context, OrBadInput as _, StageError};
 use serde::Serialize;
 
+use super::view_cache::usual_folder;
 use super::{Inputs, PromptFlags};
 
 /// What a document says of its maker.
@@ -26,9 +27,14 @@ pub struct ExtraProducts {
     #[arg(long, value_name = "DIR")]
     pub overlay: Option<PathBuf>,
 
-    /// Folder that keeps prepared views, so that the next prompt is answered at once
+    /// Folder that keeps prepared views, so that the next prompt is answered at once [default: motes/views in the user's folder
+    /// of caches]
     #[arg(long, value_name = "DIR")]
     pub cache: Option<PathBuf>,
+
+    /// Keep no prepared views
+    #[arg(long, conflicts_with = "cache")]
+    pub no_cache: bool,
 
     /// Column of labels in the labelled PLY; other rows keep the label that they have
     #[arg(long, value_name = "NAME", default_value = "object_id")]
@@ -58,6 +64,15 @@ pub struct Outputs {
 }
 
 impl ExtraProducts {
+    /// Where prepared views are kept.
+    pub fn cache_folder(&self) -> Option<PathBuf> {
+        match (&self.cache, self.no_cache) {
+            (_, true) => None,
+            (Some(folder), _) => Some(folder.clone()),
+            (None, false) => usual_folder(),
+        }
+    }
+
     /// Claims all paths before any work.
     ///
     /// # Errors
