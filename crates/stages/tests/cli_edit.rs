@@ -254,6 +254,20 @@ fn flags_are_applied_in_their_order() {
 }
 
 #[test]
+fn a_copy_that_moves_on_leaves_no_hole() {
+    let toy = toy_scene();
+    let line = [
+        &SCENE[..],
+        &QUICK,
+        &["--select", BOX_STEP, "--duplicate", "0.9,0,0", "--rotate-axis", "0,0,1,30"],
+        &["-o", "copied", "--json"],
+    ];
+    let answer = answer(&edit(&toy, &line.concat()));
+    assert_eq!(answer["skipped"], json!([]));
+    assert_eq!(answer["light"]["filled"], 0);
+}
+
+#[test]
 fn meshes_and_splats_are_inserted_and_swapped() {
     let toy = toy_scene();
     let pyramid = "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\n\
@@ -292,7 +306,28 @@ fn meshes_and_splats_are_inserted_and_swapped() {
 }
 
 #[test]
-fn splats_of_other_codecs_are_edited_and_inserted() {
+fn what_is_inserted_in_other_units_is_told() {
+    let toy = toy_scene();
+    let gaussians = read_gaussians(&toy.path("scene/gaussians.ply")).unwrap();
+    let written = gaussians.len();
+    let inserted = |factor: &str| {
+        let scale = ["--scale", factor, "-o", "other.ply", "-w"];
+        assert_code(
+            &edit(&toy, &[&["--gaussians", "scene/gaussians.ply"], &scale[..]].concat()),
+            0,
+        );
+        let line =
+            ["--gaussians", "scene/gaussians.ply", "--insert", "other.ply", "-o", "both.ply"];
+        let said = answer(&edit(&toy, &[&line[..], &["-w", "--json", "-q"]].concat()));
+        assert_eq!(said["gaussians"], 2 * written);
+        said["warnings"].to_string()
+    };
+    assert!(inserted("0.001").contains("times the size of the scene"));
+    assert!(!inserted("0.5").contains("times the size of the scene"));
+}
+
+#[test]
+fn splats_of_other_codecs_are_edited_and_inserted_but_not_written() {
     let toy = toy_scene();
     let gaussians = read_gaussians(&toy.path("scene/gaussians.ply")).unwrap();
     let n = gaussians.len() as u64;
@@ -305,6 +340,10 @@ fn splats_of_other_codecs_are_edited_and_inserted() {
         let said = answer(&edit(&toy, &line));
         assert_eq!(said["gaussians"].as_u64(), Some(2 * n), "{name}: {said}");
     }
+    let done = edit(&toy, &["--gaussians", "scene/gaussians.ply", "--order", "-o", "out.spz"]);
+    assert_code(&done, 2);
+    assert!(text(&done).contains("export turns it into other formats"), "{}", text(&done));
+    assert!(!toy.path("out.spz").exists());
 }
 
 #[test]

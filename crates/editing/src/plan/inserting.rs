@@ -10,8 +10,12 @@ use super::moving::within_range;
 use super::preview::whole_extent;
 use super::values::{extent_of, fill, flat, keep, rows_of};
 use crate::ops::insert::{Asset, AssetSize, InsertNotes, insert};
+use crate::ops::measure::Extent;
 use crate::ops::{delete, ground};
 use crate::{EditState, Similarity};
+
+/// What is inserted is usually as large as this times the scene.
+const USUAL_SIZE: std::ops::Range<f64> = 0.02..5.0;
 
 impl Run<'_> {
     pub(super) fn insert(
@@ -40,6 +44,9 @@ impl Run<'_> {
                     .filter(|_| scale.is_finite())
             }
             AlignDocument::Ground => {
+                if op.height.is_none() && op.scale.is_none() {
+                    self.tell_size(&asset, state, at);
+                }
                 let to = op.at.map_or_else(|| self.free_ground(state, at), DVec3::from_array);
                 asset.placement(to, state.up_in_world, op.rotate_deg, size)
             }
@@ -58,6 +65,21 @@ impl Run<'_> {
     ) -> Result<Asset, EditError> {
         let path = self.resources.file(file);
         load_asset(&AssetRequest { path: &path, name: file, up, count, material }, at)
+    }
+
+    /// Files of different makers have different units: what comes in far too small or too large was hardly meant so.
+    fn tell_size(&mut self, asset: &Asset, state: &EditState, at: &str) {
+        let size = |extent: Extent| extent.height().max(extent.footprint());
+        let scene = whole_extent(&state.gaussians, state.up_in_world).map(size);
+        let own = asset.extent().map(size);
+        let (Some(scene), Some(own)) = (scene, own) else { return };
+        let share = own / scene;
+        if share.is_finite() && !USUAL_SIZE.contains(&share) {
+            let text = format!(
+                "what is inserted has {share:.2e} times the size of the scene: \"height\" or \"scale\" would change that"
+            );
+            self.warn(at, text);
+        }
     }
 
     /// Brings the asset in and keeps it under its name.

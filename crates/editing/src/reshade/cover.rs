@@ -126,3 +126,24 @@ impl Orphans {
             && self.stayed.as_ref().map_or(f32::INFINITY, distance) > self.reach.max(2.0 * left)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_middle_of_what_is_under_a_wide_table_is_hidden() {
+        let under_table = |half: f32| {
+            let corners = [(-half, -half), (half, -half), (half, half), (-half, half)];
+            let vertices = corners.map(|(x, y)| Vec3::new(x, y, 1.0)).to_vec();
+            let (low, high) = (vertices[0], vertices[2]);
+            let mesh = TriangleMesh { vertices, triangles: vec![[0, 1, 2], [0, 2, 3]] };
+            let tracer = MeshTracer::new(&mesh, BuildQuality::Balanced).unwrap();
+            let cover = Cover { tracer, low, high, bias: 0.25 };
+            [0.0, 0.9 * half].map(|x| cover.hides(Vec3::new(x, 0.0, 0.01), Vec3::Z))
+        };
+        // A fifth of what a lamp in all the sky sends gets under the wider one, nearly half under the other.
+        assert_eq!(under_table(2.0), [true, false]);
+        assert_eq!(under_table(1.0), [false, false]);
+    }
+}

@@ -38,7 +38,12 @@ pub(super) fn reshade(
     let cover = Cover::new(&before, left);
     let projection = Projection::new(state.gaussians.sh_degree);
     let mut holes: Vec<(Hole, Fill)> = Vec::new();
-    for (k, fill) in fills.iter().enumerate().filter(|(_, fill)| **fill != Fill::None) {
+    // A copy that moves on leaves a place where nothing of the scene was.
+    let is_vacated = |k: usize| {
+        (0..before.gaussians.len() as u32).any(|row| images.of_row(row).hole == Some(k as u32))
+    };
+    let asked = |(k, fill): &(usize, &Fill)| **fill != Fill::None && is_vacated(*k);
+    for (k, fill) in fills.iter().enumerate().filter(asked) {
         let found = cover.as_ref().and_then(|cover| {
             let left =
                 Left { before: &before, images: &images, fate_of_vertex: &fate_of_vertex, cover };

@@ -39,6 +39,12 @@ pub enum EditorError {
         /// The last line of its error output.
         said: String,
     },
+    /// It ended well, but there is no picture.
+    #[error("the editor wrote no picture for {view} at the place that {{output}} stands for")]
+    NoPicture {
+        /// The view.
+        view: String,
+    },
     /// The picture that it wrote has another size.
     #[error("the editor made {width} x {height} pixels of {view}: pictures keep their size")]
     Size {
@@ -115,6 +121,9 @@ impl Editor {
             let (view, status) = (view.to_owned(), done.status.to_string());
             return Err(EditorError::Failed { view, status, said: said.trim().to_owned() });
         }
+        if !at("output.png").exists() {
+            return Err(EditorError::NoPicture { view: view.to_owned() });
+        }
         let image = read_image(&at("output.png"))?;
         let (width, height) = (image.width, image.height);
         if (width, height) != (original.width, original.height) {
@@ -149,7 +158,7 @@ mod tests {
                 "sh -c 'echo no light >&2; exit 3' {input} {output}",
                 "failed on a (exit status: 3): no light",
             ),
-            ("true {input} {output}", "output.png"),
+            ("true {input} {output}", "wrote no picture for a"),
         ] {
             let error = Editor::new(command, "").unwrap().edit(&image, &image, "a").unwrap_err();
             assert!(error.to_string().contains(says), "{command}: {error}");

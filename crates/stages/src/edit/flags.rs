@@ -179,6 +179,11 @@ impl FromArgMatches for OpFlags {
                         keys.entry(key).or_insert_with(|| value.clone());
                     }
                 }
+                if flag.op == "stylize" && !keys.contains_key("editor") {
+                    return Err(invalid(
+                        "--stylize needs the program that edits pictures: give --editor".into(),
+                    ));
+                }
                 keys.insert("op".into(), json!(flag.op));
                 found.push((at, Value::Object(keys)));
             }
@@ -318,6 +323,7 @@ mod tests {
             ("--scale NaN", "is no finite number"),
             ("--translate 1,2", "takes 3 numbers"),
             ("--delete ball", "takes no value"),
+            ("--stylize autumn", "give --editor"),
             ("--op {\"op\":\"explode\"}", "there is no operation"),
             ("--set-material {\"ruffness\":1}", "ruffness"),
             ("--select magic=1", "magic"),

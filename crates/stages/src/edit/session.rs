@@ -94,6 +94,12 @@ pub struct EditJob<'a> {
 /// # Errors
 /// When a plan does not fit, a file is missing or malformed, a file cannot be written, or the user interrupts.
 pub fn run_edit(job: &EditJob<'_>, context: &Context) -> anyhow::Result<EditAnswer> {
+    let is_ply = job.output.extension().is_some_and(|end| end.eq_ignore_ascii_case("ply"));
+    if job.scene.is_none() && job.gaussians.is_some() && !is_ply {
+        let text = format!("an edited splat is written as .ply: {}", job.output.display());
+        let help = "export turns it into other formats; a scene folder needs --scene";
+        return Err(StageError::usage(text).help(help).into());
+    }
     let output = context.output(job.output)?;
     let log = log_path(&output, job.scene.is_some());
     let log = if job.scene.is_some() { log } else { context.output(log)? };
