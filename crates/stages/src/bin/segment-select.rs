@@ -81,7 +81,7 @@ fn run(args: &Args, context: &Context) -> anyhow::Result<SelectReport> {
         source = source.with_cache(&cache);
     }
     let start = context.elapsed_seconds();
-    if args.prompt.needs_views() {
+    if args.prompt.needs_views() && args.capture.is_some() {
         source.index().or_bad_input()?;
     }
     let prepared = context.elapsed_seconds();
