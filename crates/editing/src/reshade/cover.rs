@@ -48,8 +48,8 @@ impl Cover {
 
     /// Whether what left hid a point from nearly everywhere on the side of `normal`.
     pub(super) fn hides(&self, p: Vec3, normal: Vec3) -> bool {
-        // What is above a box is not under it.
-        if !self.is_near(p, 4.0 * self.bias) {
+        // Far beyond the foot of a mesh, which often ends above the ground since no camera saw it, nothing is asked.
+        if !self.is_near(p, 0.5 * (self.high - self.low).length()) {
             return false;
         }
         let (u, v) = normal.any_orthonormal_pair();
@@ -139,7 +139,7 @@ mod tests {
             let (low, high) = (vertices[0], vertices[2]);
             let mesh = TriangleMesh { vertices, triangles: vec![[0, 1, 2], [0, 2, 3]] };
             let tracer = MeshTracer::new(&mesh, BuildQuality::Balanced).unwrap();
-            let cover = Cover { tracer, low, high, bias: 0.25 };
+            let cover = Cover { tracer, low, high, bias: 0.01 };
             [0.0, 0.9 * half].map(|x| cover.hides(Vec3::new(x, 0.0, 0.01), Vec3::Z))
         };
         // A fifth of what a lamp in all the sky sends gets under the wider one, nearly half under the other.
