@@ -18,7 +18,7 @@ use std::f32::consts::TAU;
 
 use clap::Args;
 use glam::Vec3;
-use motes_math::sh::{sh_basis, sh_coefficients};
+use motes_math::sh::{MAX_SH_DEGREE, sh_basis, sh_coefficients};
 use motes_scene::Gaussians;
 use motes_shading::frame::Frame;
 use motes_shading::integrate::{IntegrationOptions, Shader, SurfacePoint};
@@ -108,7 +108,13 @@ impl Relighter<'_> {
                 observations.push((to_viewer, shaded.specular, normal.dot(to_viewer)));
             }
             even /= options.bake_directions as f32;
-            fit(options.sh_degree, &observations, even, sh);
+            let factor = |basis: &[f32; 25]| match &scene.residual {
+                Some(of_scene) if self.residual_share > 0.0 => {
+                    of_scene.factor(i, basis, self.residual_share)
+                }
+                _ => Vec3::ONE,
+            };
+            fit(options.sh_degree, &observations, even, &factor, sh);
         });
         baked
     }
@@ -139,11 +145,17 @@ fn direction(normal: Vec3, d: u32, n: u32) -> Vec3 {
     Frame::from_normal(normal).world_from_local(Vec3::new(r * cos, r * sin, z)).normalize()
 }
 
-fn fit(degree: u8, observations: &[(Vec3, Vec3, f32)], even: Vec3, sh: &mut [f32]) {
+fn fit(
+    degree: u8,
+    observations: &[(Vec3, Vec3, f32)],
+    even: Vec3,
+    factor: &dyn Fn(&[f32; 25]) -> Vec3,
+    sh: &mut [f32],
+) {
     let k = sh_coefficients(degree);
     let basis_of = |to_viewer: Vec3| {
         let mut basis = [0.0f32; 25];
-        sh_basis(degree, (-to_viewer).to_array(), &mut basis);
+        sh_basis(MAX_SH_DEGREE, (-to_viewer).to_array(), &mut basis);
         basis
     };
     let solved = |value: &dyn Fn(&[f32; 25], Vec3) -> Vec3| {
@@ -173,7 +185,7 @@ fn fit(degree: u8, observations: &[(Vec3, Vec3, f32)], even: Vec3, sh: &mut [f32
     let specular = solved(&|_, specular| specular);
     let encoded = solved(&|basis, _| {
         let sum = |c: usize| (0..k).map(|j| basis[j] * specular[j][c] as f32).sum::<f32>().max(0.0);
-        let color = even + Vec3::new(sum(0), sum(1), sum(2));
+        let color = (even + Vec3::new(sum(0), sum(1), sum(2))) * factor(basis);
         Vec3::from(color.to_array().map(|v| srgb::encode(v.clamp(0.0, 1.0)) - 0.5))
     });
     for (out, solved) in sh.chunks_exact_mut(3).zip(&encoded) {
@@ -223,7 +235,7 @@ mod tests {
         let observations: Vec<(Vec3, Vec3, f32)> =
             (0..32).map(|d| (direction(Vec3::Y, d, 32), Vec3::ZERO, 1.0)).collect();
         let mut sh = [0.0; 48];
-        fit(3, &observations, Vec3::new(0.2, 0.5, 0.9), &mut sh);
+        fit(3, &observations, Vec3::new(0.2, 0.5, 0.9), &|_| Vec3::ONE, &mut sh);
         for (c, v) in [0.2, 0.5, 0.9].into_iter().enumerate() {
             let shown = 0.5 + sh[c] * motes_math::sh::SH_C0 as f32;
             assert!((shown - srgb::encode(v)).abs() < 1e-3, "{shown}");
@@ -239,7 +251,7 @@ mod tests {
             .map(|v| (v, Vec3::splat(0.5 * v.dot(toward).max(0.0).powi(8)), 1.0))
             .collect();
         let mut sh = [0.0; 48];
-        fit(3, &observations, Vec3::splat(0.1), &mut sh);
+        fit(3, &observations, Vec3::splat(0.1), &|_| Vec3::ONE, &mut sh);
         let seen = |to_viewer: Vec3| {
             let mut basis = [0.0; 25];
             sh_basis(3, (-to_viewer).to_array(), &mut basis);

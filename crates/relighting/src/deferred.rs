@@ -72,6 +72,10 @@ impl Parts {
         }
     }
 
+    pub(crate) fn scaled(&self, factor: Vec3) -> Self {
+        self.times(&Self { diffuse: factor, specular: factor, indirect: factor })
+    }
+
     pub(crate) fn total(&self) -> Vec3 {
         self.diffuse + self.specular + self.indirect
     }

@@ -49,6 +49,8 @@ pub(crate) struct GBuffer {
     pub(crate) unobserved: Vec<f32>,
     /// Through the pixel's centre.
     pub(crate) sight: Vec<Option<Sight>>,
+    /// Colours that stand for the residual, over black.
+    pub(crate) residual: Option<Rendering>,
     /// Pixels of an edge with up to four sights instead of one, sorted by pixel.
     pub(crate) edges: Vec<(u32, [Option<Sight>; 4])>,
 }
@@ -112,12 +114,13 @@ pub(crate) fn towards(normal: Vec3, to_viewer: Vec3) -> Vec3 {
 
 impl GBuffer {
     /// Of a view. When `detailed`, pixels where the surface has an edge get four sights, and roughness and
-    /// metallic have the picture's resolution instead of a third.
+    /// metallic have the picture's resolution instead of a third. The residual is drawn where the scene has one and it is wanted.
     pub(crate) fn new(
         scene: &RelightScene,
         camera: &Pinhole,
         camera_from_world: &Pose,
         detailed: bool,
+        with_residual: bool,
     ) -> Self {
         let draw = |gaussians: &Gaussians, camera: &Pinhole, dials: RasterDials| {
             let antialias = scene.antialias;
@@ -126,8 +129,12 @@ impl GBuffer {
         };
         let exact = RasterDials::default();
         let quick = RasterDials { alpha_min: 0.01, transmittance_min: 0.01, ..exact };
-        let (_, color) =
+        let (mut painter_of_colors, color) =
             draw(&scene.base_color_splats, camera, if detailed { exact } else { quick });
+        let residual = with_residual
+            .then_some(scene.residual.as_ref())
+            .flatten()
+            .map(|of_scene| painter_of_colors.paint_as(of_scene.splats()));
         // Roughness and metallic change little under what is nearly hidden.
         let coarse = RasterDials { alpha_min: 0.02, transmittance_min: 0.02, ..exact };
         let every = if detailed { 1 } else { StandIn::COARSER };
@@ -180,8 +187,16 @@ impl GBuffer {
             }
         }
         let coverage = alpha.iter().map(|a| (a / FULL_ALPHA).min(1.0)).collect();
-        let mut buffer =
-            Self { width, height, coverage, material, unobserved, sight, edges: Vec::new() };
+        let mut buffer = Self {
+            width,
+            height,
+            coverage,
+            material,
+            unobserved,
+            sight,
+            residual,
+            edges: Vec::new(),
+        };
         if detailed {
             buffer.edges = buffer.find_edges(scene, &rays);
         }

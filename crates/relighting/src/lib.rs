@@ -20,6 +20,7 @@ mod options;
 mod probe;
 mod radiance_cache;
 mod relighter;
+mod residual;
 mod scene;
 mod upsample;
 
@@ -29,4 +30,5 @@ pub use light::{Light, LightError, LightSource, environment_image};
 pub use options::{Convention, Exposure, LightOptions, Quality, QualityOptions, SunOption};
 pub use probe::{Probe, Question};
 pub use relighter::Relighter;
+pub use residual::ResidualShare;
 pub use scene::{RelightScene, SceneError};

@@ -7,6 +7,8 @@ use clap::{Args, ValueEnum};
 use motes_shading::environment::{self, SunSky};
 use serde::Serialize;
 
+use crate::residual::ResidualShare;
+
 /// Which light falls on the scene; none of these: the scene's own.
 #[derive(Args, Clone, Debug, Default, Serialize)]
 #[command(next_help_heading = "Light")]
@@ -187,6 +189,11 @@ pub struct QualityOptions {
     /// Strength of the filter of light, 0 (off) to 10
     #[arg(long, value_name = "STRENGTH", value_parser = parse_strength)]
     pub denoise: Option<f32>,
+
+    /// How far what the model left unexplained under the scene's own light is carried to a light that has nothing of it, 0 to 1;
+    /// the more alike the lights the further, and wholly under its own. Or off
+    #[arg(long, value_name = "SHARE", default_value = "0.5")]
+    pub residual: ResidualShare,
 
     /// Shade every Nth pixel in both directions, 1 to 8
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=8))]

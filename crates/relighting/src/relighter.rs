@@ -24,6 +24,7 @@ pub struct Relighter<'a> {
     pub(crate) cache: RadianceCache,
     pub(crate) options: QualityOptions,
     pub(crate) seed: u64,
+    pub(crate) residual_share: f32,
 }
 
 impl<'a> Relighter<'a> {
@@ -37,7 +38,10 @@ impl<'a> Relighter<'a> {
         let bounces = options.bounces(scene.indirect);
         let (samples, spacing) = (options.cache_samples(), options.light_spacing());
         let cache = RadianceCache::new(scene, light, bounces, samples, spacing, seed);
-        Self { scene, light, cache, options: options.clone(), seed }
+        let mut relighter =
+            Self { scene, light, cache, options: options.clone(), seed, residual_share: 0.0 };
+        relighter.residual_share = relighter.residual_share();
+        relighter
     }
 
     pub(crate) fn shading(&self) -> Shading<'_> {
@@ -53,8 +57,11 @@ impl<'a> Relighter<'a> {
         with_components: bool,
     ) -> Picture {
         let every = self.options.shade_every();
-        let buffer = GBuffer::new(self.scene, camera, camera_from_world, every == 1);
-        let lit = if every == 1 { self.every_pixel(&buffer) } else { self.sparse(&buffer, every) };
+        let with_residual = self.residual_share > 0.0;
+        let buffer = GBuffer::new(self.scene, camera, camera_from_world, every == 1, with_residual);
+        let mut lit =
+            if every == 1 { self.every_pixel(&buffer) } else { self.sparse(&buffer, every) };
+        self.apply_residual(&buffer, &mut lit);
         let (scene, light) = (self.scene, self.light);
         let with =
             Composition { scene, light, camera, camera_from_world, background, with_components };

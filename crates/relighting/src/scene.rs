@@ -5,10 +5,13 @@ use motes_math::srgb;
 use motes_raster::Antialias;
 use motes_scene::{Gaussians, Materials, Surface};
 use motes_shading::brdf::{Lobes, Material};
+use motes_shading::environment::Harmonics;
 use motes_shading::tracing::{
     BuildQuality, Hit, MeshError, MeshTracer, Ray, Tracer as _, TriangleMesh,
 };
 use thiserror::Error;
+
+use crate::residual::SceneResidual;
 
 /// Rays start at most this share of the surface's diagonal off it: a mesh of few large triangles
 /// says nothing about how fine it is.
@@ -20,6 +23,9 @@ pub enum SceneError {
     /// A column is missing or has another type.
     #[error("the Gaussians have no column \"{0}\" of the right type")]
     Column(&'static str),
+    /// The columns of the residual do not belong together.
+    #[error("the Gaussians have columns \"residual_*\", but none \"{0}\" of the right type")]
+    Residual(String),
     /// The surface has no material.
     #[error("the vertices of the surface have no base_color, roughness and metallic")]
     SurfaceMaterial,
@@ -43,6 +49,9 @@ pub struct RelightScene {
     pub indirect: bool,
     /// Unit vector away from the ground.
     pub up_in_world: Vec3,
+    /// The light of the photos, where it is known: the residual is about it.
+    pub own_light: Option<Harmonics>,
+    pub(crate) residual: Option<SceneResidual>,
     pub(crate) surface: Surface,
     pub(crate) tracer: MeshTracer,
     /// Degree 0; colours are base color, sRGB-encoded, as they are blended.
@@ -84,6 +93,7 @@ impl RelightScene {
             let unobserved = if materials.observations[i] == 0 { 1.0 } else { 0.0 };
             [materials.roughness[i], materials.metallic[i], unobserved]
         });
+        let residual = SceneResidual::of(&gaussians).map_err(SceneError::Residual)?;
         let median_edge = mesh.median_edge();
         let ray_bias = ray_bias(&mesh, median_edge);
         Ok(Self {
@@ -93,6 +103,8 @@ impl RelightScene {
             lobes,
             indirect,
             up_in_world: up_in_world.normalize_or(Vec3::Z),
+            own_light: None,
+            residual,
             surface,
             tracer,
             base_color_splats,

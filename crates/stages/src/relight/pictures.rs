@@ -57,6 +57,8 @@ pub fn write_pictures(
         let light = job.light.turned(turn)?;
         let relighter = Relighter::new(scene, &light.environment, job.quality, job.seed);
         light_seconds += cpu() - start;
+        report.residual_share +=
+            relighter.residual_share() * (end - at) as f32 / job.frames.len() as f32;
         lights += 1;
         for (frame, _) in &job.frames[at..end] {
             context.check_interrupted()?;

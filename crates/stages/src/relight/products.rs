@@ -7,7 +7,7 @@ use motes_formats::decomposition::{ConventionDocument, write_decomposition};
 use motes_formats::environment::write_environment;
 use motes_formats::ply::{PlyWriteOptions, write_gaussians};
 use motes_relighting::{BakeOptions, Relighter, environment_image};
-use motes_scene::ImageF32;
+use motes_scene::{ImageF32, Residual};
 use motes_shading::environment::Convention;
 use motes_stage::Context;
 
@@ -33,7 +33,13 @@ pub fn write_baked(
     let light = light.turned(0.0)?;
     let relighter = Relighter::new(&loaded.scene, &light.environment, quality, seed);
     report.cpu_seconds_per_light = Some(cpu() - start).filter(|s| s.is_finite());
-    let baked = relighter.bake(bake);
+    let mut baked = relighter.bake(bake);
+    report.residual_share = relighter.residual_share();
+    if let Ok(Some(mut residual)) = Residual::of(&baked) {
+        // What is left of it is about the new light.
+        residual.scale(0..baked.len(), relighter.residual_share());
+        residual.attach(&mut baked);
+    }
     let options = PlyWriteOptions { render_mode: loaded.render_mode, ..PlyWriteOptions::default() };
     write_gaussians(output, &baked, &options)?;
     Ok(())

@@ -61,6 +61,8 @@ pub struct RelightReport {
     pub denoise: f32,
     /// Surfaces that indirect light comes over.
     pub bounces: u32,
+    /// How much of what the model left unexplained under the scene's own light counts under this one, 0 to 1.
+    pub residual_share: f32,
     /// Gaussians of the scene.
     pub gaussians: usize,
     /// Gaussians whose material is a guess: no training view saw them.
@@ -99,6 +101,7 @@ impl RelightReport {
             shade_every: quality.shade_every(),
             denoise: quality.denoise_strength(),
             bounces: quality.bounces(scene.indirect),
+            residual_share: 0.0,
             gaussians: scene.gaussians.len(),
             unobserved_gaussians: scene.unobserved(),
             triangles: scene.triangles(),
@@ -138,8 +141,8 @@ impl fmt::Display for RelightReport {
         let (l, b) = (self.light_samples, self.brdf_samples);
         write!(
             f,
-            "samples: {l} of the light and {b} of the lobes per point, {} bounces",
-            self.bounces
+            "samples: {l} of the light and {b} of the lobes per point, {} bounces; residual {:.2}",
+            self.bounces, self.residual_share
         )?;
         if let Some(means) = &self.picture_means {
             write!(f, "; noise {:.4} before the filter", means.noise_rms)?;

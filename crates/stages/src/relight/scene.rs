@@ -9,7 +9,7 @@ use motes_formats::decomposition::{
 use motes_formats::environment::read_environment;
 use motes_formats::ply::{RenderMode, open_gaussians, read_surface};
 use motes_raster::Antialias;
-use motes_relighting::{RelightScene, SceneError};
+use motes_relighting::{Exposure, LightSource, RelightScene, SceneError};
 use motes_scene::ImageF32;
 use motes_shading::brdf::Lobes;
 use motes_shading::environment::Convention;
@@ -66,6 +66,10 @@ impl LoadedScene {
             scene.antialias = Antialias::Mip;
         }
         let own_convention = convention(document.environment_convention);
+        let own = LightSource::Map { image: own_light.clone(), convention: own_convention };
+        // A light that cannot be used is told of by those who need it.
+        let own = own.light(0.0, Exposure::Factor(1.0), up, &|| None).ok();
+        scene.own_light = own.map(|light| light.environment.harmonics());
         let render_mode = file.render_mode;
         Ok(Self { scene, decomposition, own_light, own_convention, render_mode })
     }
@@ -82,7 +86,7 @@ pub(crate) fn convention(document: ConventionDocument) -> Convention {
 
 fn scene_error(error: SceneError, decomposition: &Decomposition) -> StageError {
     let file = match error {
-        SceneError::Column(_) => &decomposition.gaussians,
+        SceneError::Column(_) | SceneError::Residual(_) => &decomposition.gaussians,
         SceneError::SurfaceMaterial | SceneError::Mesh(_) => &decomposition.surface,
     };
     StageError::bad_input(format!("{error}: {}", file.display()))
