@@ -16,6 +16,7 @@ mod photo_fit;
 pub mod pixels;
 mod reflection;
 mod rendered;
+mod residual;
 pub mod samples;
 mod sheets;
 pub mod splat_colors;
@@ -27,4 +28,5 @@ pub use decompose::{
 pub use options::{DecomposeOptions, LobesChoice, TermChoice};
 pub use photo::Photo;
 pub use reflection::MirrorRound;
+pub use residual::{ResidualOptions, ResidualView, fit_residual};
 pub use sheets::up_in_world;

@@ -4,6 +4,8 @@ use clap::{Args, ValueEnum};
 use motes_shading::brdf::Lobes;
 use serde::{Deserialize, Serialize};
 
+use crate::residual::ResidualOptions;
+
 /// Lobes of the materials.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -73,6 +75,16 @@ pub struct DecomposeOptions {
     #[arg(long, default_value_t = 600, value_name = "COUNT", help_heading = "Fit")]
     pub photo_steps: u32,
 
+    /// Steps, one photo each, that put what the model leaves unexplained onto the Gaussians, as a factor that depends on the
+    /// direction of view. 0 leaves it out
+    #[arg(long, default_value_t = 300, value_name = "COUNT", help_heading = "Fit")]
+    pub residual_steps: u32,
+
+    /// Degree of the spherical harmonics of that factor
+    #[arg(long, default_value_t = 3, value_name = "DEGREE", help_heading = "Fit",
+        value_parser = clap::value_parser!(u8).range(0..=4))]
+    pub residual_degree: u8,
+
     /// Rounds that turn the surface of metals to where it mirrors what the photos show; 0 leaves it as it was extracted
     #[arg(long, default_value_t = 1, value_name = "COUNT", help_heading = "Fit")]
     pub mirror_rounds: u32,
@@ -137,6 +149,13 @@ pub struct DecomposeOptions {
     /// Typical base colour, where nothing tells the scale of the light
     #[arg(long, default_value_t = 0.35, value_name = "VALUE", help_heading = "Priors")]
     pub typical_base_color: f32,
+}
+
+impl DecomposeOptions {
+    /// How the residual is fitted.
+    pub fn residual(&self, seed: u64) -> ResidualOptions {
+        ResidualOptions { degree: self.residual_degree, steps: self.residual_steps, seed }
+    }
 }
 
 impl Default for DecomposeOptions {

@@ -10,7 +10,7 @@ use motes_formats::environment::write_environment;
 use motes_formats::images::{read_image, write_png};
 use motes_formats::ply::{read_gaussians, read_surface, write_surface};
 use motes_formats::selection::sha256_of_file;
-use motes_scene::{ImageF32, ImageU8, Materials, Surface};
+use motes_scene::{ImageF32, ImageU8, Materials, Residual, Surface};
 use toy_capture::{ToyCapture, assert_code, run, stderr, toy_capture};
 
 /// A sheet through the middle of the toy's Gaussians, and a bright even light.
@@ -65,6 +65,10 @@ fn a_scene_folder_is_written_whole_and_kept() {
     let gaussians = read_gaussians(&scene.gaussians).unwrap();
     assert_eq!((gaussians.len(), gaussians.sh_degree), (before.len(), before.sh_degree));
     assert_ne!(gaussians.means, before.means, "fitted to the photos once more");
+    let residual = Residual::of(&gaussians).unwrap().unwrap();
+    assert!(residual.degree == 3 && residual.log_ratio_sh.iter().any(|v| *v != 0.0));
+    let term = scene.document.terms.iter().find(|t| t.name == "residual").unwrap();
+    assert!(term.numbers["psnr_db"] > term.numbers["psnr_db_without"], "{}", term.evidence);
     let materials = Materials::of(&gaussians).unwrap();
     assert!(materials.base_color_linear.iter().flatten().all(|v| (0.0..=1.0).contains(v)));
     assert!(read_surface(&scene.surface).unwrap().has_materials());
@@ -82,9 +86,11 @@ fn a_scene_folder_is_written_whole_and_kept() {
 #[test]
 fn without_photo_steps_the_standard_columns_are_those_of_the_input() {
     let toy = prepared();
-    let arguments = ["-o", "scene", "--environment", "light.exr", "--photo-steps", "0"];
+    let off = ["--photo-steps", "0", "--residual-steps", "0"];
+    let arguments = [&["-o", "scene", "--environment", "light.exr"], &off[..]].concat();
     assert_code(&decompose(&toy, &arguments), 0);
     let gaussians = read_gaussians(&toy.path("scene/gaussians.ply")).unwrap();
+    assert_eq!(Residual::of(&gaussians), Ok(None));
     let plain = motes_scene::Gaussians { extra: Vec::new(), ..gaussians };
     assert_eq!(plain, motes_scene::Gaussians { extra: Vec::new(), ..toy.gaussians.clone() });
 }

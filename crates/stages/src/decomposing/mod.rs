@@ -5,6 +5,7 @@ mod outputs;
 mod priors;
 mod report;
 mod request;
+mod residual;
 
 pub use inputs::{KnownArgs, LightConvention};
 pub use report::DecomposeReport;

@@ -7,7 +7,7 @@ use glam::Vec3;
 use motes_formats::capture::SplitDocument;
 use motes_formats::decomposition::{
     ConventionDocument, DecomposedViewDocument, DecompositionCounts, DecompositionDocument,
-    LobesDocument, ScaleAnchorDocument, ScaleAnchorKind, write_decomposition,
+    LobesDocument, ScaleAnchorDocument, ScaleAnchorKind, TermDocument, write_decomposition,
 };
 use motes_formats::documents::Document as _;
 use motes_formats::environment::write_environment;
@@ -32,8 +32,8 @@ pub(super) struct SceneFolder<'a> {
     pub up_in_world: Vec3,
     /// Lobes of the materials.
     pub lobes: LobesChoice,
-    /// The light that was given, when it was.
-    pub known_light: Option<&'a Environment>,
+    /// About the residual, when there is one.
+    pub residual: Option<TermDocument>,
     /// How the Gaussians are written.
     pub ply: PlyWriteOptions,
     /// Training photos, then those that were only compared with.
@@ -59,21 +59,14 @@ const MAP_WIDTH: usize = 256;
 /// When a file cannot be written.
 pub(super) fn write_scene(
     folder: &SceneFolder<'_>,
-    gaussians: &mut Gaussians,
+    gaussians: &Gaussians,
     result: &Decomposition,
+    maps: &[ImageF32],
 ) -> anyhow::Result<DecompositionDocument> {
     let path = folder.path;
     std::fs::create_dir_all(path).with_context(|| format!("cannot make {}", path.display()))?;
-    if let Some(refined) = &result.refined {
-        gaussians.clone_from(refined);
-    }
-    result.materials.attach(gaussians);
     write_gaussians(&path.join("gaussians.ply"), gaussians, &folder.ply)?;
     write_surface(&path.join("surface.ply"), &result.surface)?;
-    let maps: Vec<ImageF32> = match folder.known_light {
-        Some(light) => vec![map_of(light, folder.convention)],
-        None => result.lights.iter().map(|light| light.image(MAP_WIDTH)).collect(),
-    };
     let attributes = [("motes made by".to_owned(), folder.made_by.clone())];
     for (k, map) in maps.iter().enumerate() {
         let name = if k == 0 { "environment.exr".into() } else { format!("environment_{k}.exr") };
@@ -83,6 +76,18 @@ pub(super) fn write_scene(
     let document = document(folder, gaussians, result);
     write_decomposition(path, &document)?;
     Ok(document)
+}
+
+/// The light of every capture, photo units: `known`, or what was found.
+pub(super) fn maps_of(
+    known: Option<&Environment>,
+    convention: Convention,
+    result: &Decomposition,
+) -> Vec<ImageF32> {
+    match known {
+        Some(light) => vec![map_of(light, convention)],
+        None => result.lights.iter().map(|light| light.image(MAP_WIDTH)).collect(),
+    }
 }
 
 fn map_of(light: &Environment, convention: Convention) -> ImageF32 {
@@ -126,7 +131,7 @@ fn document(
         },
         indirect: result.indirect,
         scale_anchor: scale_anchor(result),
-        terms: terms(result),
+        terms: terms(result).into_iter().chain(folder.residual.clone()).collect(),
         views: result
             .views
             .iter()

@@ -174,6 +174,8 @@ pub(crate) fn terms(result: &Decomposition) -> Vec<TermDocument> {
     all
 }
 
-fn numbers<const N: usize>(pairs: [(&str, Option<f64>); N]) -> BTreeMap<String, Option<f64>> {
+pub(super) fn numbers<const N: usize>(
+    pairs: [(&str, Option<f64>); N],
+) -> BTreeMap<String, Option<f64>> {
     pairs.into_iter().map(|(k, v)| (k.to_owned(), v.filter(|v| v.is_finite()))).collect()
 }

@@ -12,12 +12,14 @@ use motes_inverse::{
 };
 use motes_raster::{Antialias, RenderOptions};
 use motes_scene::Split;
+use motes_shading::brdf::Lobes;
 use motes_shading::environment::{Convention, Orientation};
 use motes_stage::{Context, StageError};
 
 use super::inputs::{KnownArgs, load_capture, load_known, load_photos};
-use super::outputs::{SceneFolder, write_scene};
+use super::outputs::{SceneFolder, maps_of, write_scene};
 use super::report::DecomposeReport;
+use super::residual::Found;
 
 /// What a run of `decompose` was asked for.
 #[derive(Debug)]
@@ -115,7 +117,7 @@ impl Request<'_> {
             Orientation::new(convention),
             self.options,
             self.seed,
-            &mut |_, done| tick(0.4 + 0.6 * done, &mut reached),
+            &mut |_, done| tick(0.4 + 0.5 * done, &mut reached),
         )
         .map_err(|error| match error {
             DecomposeError::Cancelled => interrupted(),
@@ -124,6 +126,33 @@ impl Request<'_> {
             ),
             DecomposeError::Mesh(_) => StageError::bad_input(error.to_string()),
         })?;
+        let maps = maps_of(known.lights.first(), convention, &result);
+        if let Some(refined) = &result.refined {
+            gaussians.clone_from(refined);
+        }
+        result.materials.attach(&mut gaussians);
+        let mut residual = None;
+        if let Some(light) = maps.first().filter(|_| self.options.residual_steps > 0) {
+            let found = Found {
+                gaussians: &gaussians,
+                surface: &result.surface,
+                lobes: if result.specular { self.options.lobes.into() } else { Lobes::Lambert },
+                indirect: result.indirect,
+                up_in_world: up,
+                antialias: render.antialias,
+                light: light.clone(),
+                convention,
+                photos: photos.iter().filter(|photo| photo.light == 0).collect(),
+            };
+            let options = self.options.residual(self.seed);
+            let unexplained =
+                found.unexplained(&options, |done| match tick(0.9 + 0.1 * done, &mut reached) {
+                    ControlFlow::Continue(()) => Ok(()),
+                    ControlFlow::Break(()) => Err(interrupted()),
+                })?;
+            unexplained.residual.attach(&mut gaussians);
+            residual = Some(unexplained.term);
+        }
         drop(progress);
 
         let trained = photos.len();
@@ -132,7 +161,7 @@ impl Request<'_> {
             convention,
             up_in_world: up,
             lobes: self.options.lobes,
-            known_light: known.lights.first(),
+            residual,
             ply: PlyWriteOptions {
                 render_mode: file.render_mode,
                 exposure_response: file.exposure_response,
@@ -145,7 +174,7 @@ impl Request<'_> {
             seconds: context.elapsed_seconds(),
             made_by: concat!("motes decompose ", env!("CARGO_PKG_VERSION")).into(),
         };
-        let document = write_scene(&folder, &mut gaussians, &result)?;
+        let document = write_scene(&folder, &gaussians, &result, &maps)?;
         let unobserved = document.counts.unobserved_gaussians;
         if unobserved > 0 {
             context.warn(format!(
