@@ -6,7 +6,7 @@ use glam::{DQuat, DVec3};
 use motes_math::sh::SH_C0;
 use motes_math::srgb;
 use motes_scene::{
-    ColumnValues, ExtraColumn, Gaussians, MATERIAL_COLUMNS, Materials, Selection, Surface,
+    ColumnValues, ExtraColumn, Gaussians, MATERIAL_COLUMNS, Materials, Residual, Selection, Surface,
 };
 
 use super::measure::{Bounds, Extent, center_of};
@@ -119,9 +119,13 @@ pub fn insert(
     }
     if !is_decomposed && Materials::of(&state.gaussians).is_err() {
         // A plain splat does not grow a material for a part of it.
-        gaussians.extra.retain(|c| !MATERIAL_COLUMNS.contains(&c.name.as_str()));
+        let is_of_scenes =
+            |name: &str| MATERIAL_COLUMNS.contains(&name) || Residual::is_column(name);
+        gaussians.extra.retain(|c| !is_of_scenes(&c.name));
     }
     notes.filled_columns = same_columns(&mut state.gaussians, &mut gaussians);
+    // Nothing is left unexplained where nothing is said.
+    notes.filled_columns.retain(|name| !Residual::is_column(name));
     let source = state.sources.len() as u32;
     state.sources.push(Source {
         name,

@@ -3,7 +3,7 @@
 //! On Gaussians with material columns the columns change, and the rows are noted for the light to follow. On a plain splat the
 //! shown colour stands for the base color: light and reflectance are not told apart, so only the colour changes.
 
-use motes_scene::Materials;
+use motes_scene::{Materials, Residual};
 
 use super::color::{ColorChange, ColorMode, luminance, show_linear, shown_linear};
 use crate::EditState;
@@ -43,6 +43,12 @@ pub fn set_material(
             let place = |name: &String| names.iter().position(|n| n == name);
             state.gaussians.extra.sort_by_key(|c| place(&c.name));
             rows.iter().for_each(|row| state.material_changed[*row as usize] = true);
+            let is_another = change.roughness.is_some() || change.metallic.is_some();
+            if let (true, Ok(Some(mut residual))) = (is_another, Residual::of(&state.gaussians)) {
+                // What was left unexplained of one lobe says nothing about another.
+                residual.scale(rows.iter().map(|row| *row as usize), 0.0);
+                residual.attach(&mut state.gaussians);
+            }
             MaterialOutcome::Columns
         }
         Err(_) => {
@@ -119,6 +125,7 @@ mod tests {
             observations: vec![3; 4],
         };
         materials.attach(&mut gaussians);
+        Residual { degree: 0, log_ratio_sh: vec![0.25; 12] }.attach(&mut gaussians);
         let label = ExtraColumn { name: "label".into(), values: ColumnValues::U8(vec![9; 4]) };
         gaussians.extra.insert(3, label);
         let before = gaussians.clone();
@@ -138,6 +145,9 @@ mod tests {
         );
         assert_eq!(state.material_changed, [false, true, true, false]);
         assert_eq!(state.gaussians.sh, before.sh, "the light follows later");
+        let residual = Residual::of(&state.gaussians).unwrap().unwrap();
+        let left = [0.25, 0.0, 0.0, 0.25].map(|v| [v; 3]).concat();
+        assert_eq!(residual.log_ratio_sh, left, "it was about the old lobe");
         let even = ColorChange { mode: ColorMode::Even, rgb_linear: [0.03; 3] };
         let change = MaterialChange { base_color: Some(even), ..MaterialChange::default() };
         set_material(&mut state, &[1, 2], &change);

@@ -5,8 +5,9 @@
 //! exactly, whatever their shape, because `s` is uniform.
 
 use glam::{DQuat, DVec3};
+use motes_math::sh::sh_coefficients;
 use motes_math::sh_rotation::ShRotation;
-use motes_scene::{ColumnValues, Gaussians};
+use motes_scene::{ColumnValues, Gaussians, Residual};
 use rayon::prelude::*;
 
 use crate::{EditState, Similarity};
@@ -55,6 +56,7 @@ pub fn transform_gaussians(gaussians: &mut Gaussians, rows: &[u32], motion: &Sim
         });
     }
     turn_normals(gaussians, rows, motion);
+    turn_residual(gaussians, rows, motion);
 }
 
 /// Turns the columns `nx ny nz`, when they are floats.
@@ -75,6 +77,20 @@ fn turn_normals(gaussians: &mut Gaussians, rows: &[u32], motion: &Similarity) {
     for (at, values) in [(x, nx), (y, ny), (z, nz)] {
         gaussians.extra[at].values = ColumnValues::F32(values);
     }
+}
+
+/// Turns the columns of the residual, when they belong together.
+fn turn_residual(gaussians: &mut Gaussians, rows: &[u32], motion: &Similarity) {
+    let Ok(Some(mut residual)) = Residual::of(gaussians) else { return };
+    if residual.degree == 0 {
+        return;
+    }
+    let turn = ShRotation::new(motion.rotation_rows());
+    let stride = 3 * sh_coefficients(residual.degree);
+    for row in rows.iter().map(|r| *r as usize) {
+        turn.apply(&mut residual.log_ratio_sh[row * stride..(row + 1) * stride]);
+    }
+    residual.attach(gaussians);
 }
 
 fn take(gaussians: &mut Gaussians, at: usize) -> Vec<f32> {
@@ -191,6 +207,8 @@ mod tests {
             let values = ColumnValues::F32(vec![value; 3]);
             gaussians.extra.push(ExtraColumn { name: name.into(), values });
         }
+        let log_ratio_sh = gaussians.sh.clone();
+        Residual { degree: 1, log_ratio_sh }.attach(&mut gaussians);
         let before = gaussians.clone();
         let quarter = DQuat::from_rotation_z(std::f64::consts::FRAC_PI_2);
         let motion = Similarity::about(DVec3::ZERO, quarter, 2.0, DVec3::ZERO);
@@ -205,6 +223,8 @@ mod tests {
         }
         let ColumnValues::F32(ny) = &gaussians.extra[1].values else { panic!() };
         assert!((ny[1] - 1.0).abs() < 1e-6 && ny[0] == 0.0, "{ny:?}");
+        let residual = Residual::of(&gaussians).unwrap().unwrap();
+        assert_eq!(residual.log_ratio_sh, gaussians.sh, "it turns as colours do");
         assert!((gaussians.log_scales[1][0] - before.log_scales[1][0] - 2f32.ln()).abs() < 1e-6);
     }
 }

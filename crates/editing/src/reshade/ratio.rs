@@ -4,7 +4,7 @@ use glam::Vec3;
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use motes_math::sigmoid::sigmoid;
 use motes_relighting::{BakeOptions, Probe, Question, RelightScene, Relighter};
-use motes_scene::{Materials, Surface};
+use motes_scene::{Materials, Residual, Surface};
 use rayon::prelude::*;
 
 use super::ReshadeOptions;
@@ -257,6 +257,11 @@ pub(super) fn shade_anew(
         let out = &mut state.gaussians.sh[*i as usize * to..][..to];
         out.fill(0.0);
         out[..from].copy_from_slice(sh);
+    }
+    if let Ok(Some(mut residual)) = Residual::of(&state.gaussians) {
+        // So much of it was baked.
+        residual.scale(rows.iter().map(|i| *i as usize), after.residual_share());
+        residual.attach(&mut state.gaussians);
     }
     rows.len()
 }
