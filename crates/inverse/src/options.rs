@@ -77,7 +77,7 @@ pub struct DecomposeOptions {
 
     /// Steps, one photo each, that put what the model leaves unexplained onto the Gaussians, as a factor that depends on the
     /// direction of view. 0 leaves it out
-    #[arg(long, default_value_t = 300, value_name = "COUNT", help_heading = "Fit")]
+    #[arg(long, default_value_t = 400, value_name = "COUNT", help_heading = "Fit")]
     pub residual_steps: u32,
 
     /// Degree of the spherical harmonics of that factor

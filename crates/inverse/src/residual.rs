@@ -120,7 +120,8 @@ fn slope(view: &ResidualView<'_>, image: &Planes) -> Planes {
                 for (x, to) in to.iter_mut().enumerate() {
                     let i = y * width + x;
                     let weight = view.weight.data[i];
-                    let model = view.model_linear.data[3 * i + c];
+                    // A photo shows nothing above 1.
+                    let model = view.model_linear.data[3 * i + c].min(1.0);
                     if !(weight > 0.0 && model > LEAST_MODEL) {
                         continue;
                     }

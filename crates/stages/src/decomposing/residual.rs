@@ -16,8 +16,8 @@ use motes_stage::StageError;
 
 use super::report::numbers;
 
-/// Coverage from which a pixel shows the model and nothing else.
-const COVERED: f32 = 0.95;
+/// Coverage from which a pixel shows the model more than what is behind.
+const COVERED: f32 = 0.5;
 
 /// The scene as it was found.
 pub(super) struct Found<'a> {
