@@ -22,12 +22,14 @@ use crate::materials::basis::BasisScene;
 use crate::materials::find::{PartMaterial, environment, find_materials};
 use crate::materials::profile::Kind;
 use crate::materials::scale::ScaleEvidence;
+use crate::observed::Observed;
 use crate::options::{DecomposeOptions, TermChoice};
 use crate::photo_fit::PhotoFit;
 use crate::pixels::PixelShading;
 use crate::reflection::{MirrorRound, Mirrors, Reshaped};
+use crate::relief::{ReliefReport, Shaded};
 use crate::rendered::rendered;
-use crate::samples::{Sample, SeenView, choose_samples, vertex_radiance};
+use crate::samples::SeenView;
 use crate::splat_colors::{ColorTarget, colors_of, fit_colors};
 use crate::{Photo, TracedSurface, normal_priors};
 
@@ -116,6 +118,8 @@ pub struct Decomposition {
     pub views: Vec<RenderedView>,
     /// Cells of the light after every round, and the cost of the fit before and after.
     pub light_rounds: Vec<(usize, f64, f64)>,
+    /// What shading moved; none where it moved nothing.
+    pub relief: Option<ReliefReport>,
     /// Rounds that turned metals to what they mirror.
     pub mirror_rounds: Vec<MirrorRound>,
     /// Points that were fitted to.
@@ -153,17 +157,14 @@ pub fn decompose(
     };
     step("points", 0.0)?;
     let mut scene = TracedSurface::new(surface)?;
-    let mut views: Vec<SeenView<'_>> = photos.iter().map(|p| SeenView::new(p, &scene)).collect();
+    let views: Vec<SeenView<'_>> = photos.iter().map(|p| SeenView::new(p, &scene)).collect();
     normal_priors::apply(&mut scene, &views, &known.normal_priors, options.weight_prior_normals);
-    let mut samples = points(&scene, &views, options.samples)?;
-    let distance = median_distance(&samples, &views);
-    let ray_bias = RAY_BIAS * distance;
     let light_count = photos.iter().map(|p| p.light + 1).max().unwrap_or(1);
-    let mut bounces: Vec<Vec<Vec3>> = match options.indirect {
-        TermChoice::Off => Vec::new(),
-        _ => radiances(&scene, &views, light_count),
-    };
-    let priors = prior_log_base(&samples, &views, known);
+    let lights_of_surface = if options.indirect == TermChoice::Off { 0 } else { light_count };
+    let mut seen = Observed::new(scene, views, options.samples, lights_of_surface)?;
+    let distance = median_distance(&seen.samples, &seen.views);
+    let ray_bias = RAY_BIAS * distance;
+    let priors = prior_log_base(&seen.samples, &seen.views, known);
 
     step("light", 0.05)?;
     let mut light_rounds = Vec::new();
@@ -175,9 +176,9 @@ pub fn decompose(
     let is_known = !lights.is_empty();
     if !is_known {
         let problem = LightProblem {
-            scene: &scene,
-            samples: &samples,
-            vertex_radiance: &bounces,
+            scene: &seen.scene,
+            samples: &seen.samples,
+            vertex_radiance: &seen.vertex_radiance,
             lights: light_count,
             distance,
             orientation,
@@ -193,20 +194,24 @@ pub fn decompose(
         cell_lights = found.lights;
         lights = cell_lights.iter().map(environment).collect();
     }
-    if !bounces.is_empty() {
-        indirect_share = share_of_bounce(&scene, &samples, &lights, &bounces, ray_bias, seed);
+    if !seen.vertex_radiance.is_empty() {
+        indirect_share = share_of_bounce(&seen, &lights, ray_bias, seed);
         if options.indirect == TermChoice::Auto && indirect_share < LEAST_INDIRECT {
-            bounces.clear();
+            seen.vertex_radiance.clear();
         }
     }
 
     step("material", 0.3)?;
-    let mut found = find_materials(&scene, &samples, &lights, &bounces, ray_bias, options, seed);
+    let find = |seen: &Observed<'_>, lights: &[Environment]| {
+        let Observed { scene, samples, vertex_radiance, .. } = seen;
+        find_materials(scene, samples, lights, vertex_radiance, ray_bias, options, seed)
+    };
+    let mut found = find(&seen, &lights);
     if !is_known {
         // The scale moves what is a highlight and what is not, so the two are found in turn.
         for round in 0..2 {
             step("scale", 0.4 + 0.1 * round as f32)?;
-            let on_light = match anchored(&samples, &found, &known.anchors) {
+            let on_light = match anchored(&seen.samples, &found, &known.anchors) {
                 Some(on_light) => {
                     anchor = Anchor::BaseColor;
                     on_light
@@ -225,22 +230,42 @@ pub fn decompose(
                 light.radiance.iter_mut().for_each(|e| *e *= on_light);
             }
             lights = cell_lights.iter().map(environment).collect();
-            found = find_materials(&scene, &samples, &lights, &bounces, ray_bias, options, seed);
+            found = find(&seen, &lights);
         }
     }
 
+    let mut relief = None;
+    if options.relief_rounds > 0 {
+        step("relief", 0.5)?;
+        let materials = vertex_materials(&seen.scene, &seen.samples, &found);
+        let shaded = Shaded {
+            scene: &seen.scene,
+            views: &seen.views,
+            lights: &lights,
+            vertex_radiance: &seen.vertex_radiance,
+            materials: &materials,
+            smoothness: options.weight_smooth_relief,
+            ray_bias,
+            seed,
+        };
+        if let Some((surface, report)) = shaded.reshaped(options.relief_rounds) {
+            relief = Some(report);
+            seen.move_to(surface, photos, options.samples)?;
+            found = find(&seen, &lights);
+        }
+    }
     let mut mirror_rounds = Vec::new();
     for round in 0..options.mirror_rounds {
         if found.parts.iter().all(|p| p.kind != Kind::Metal) {
             break;
         }
         step("reflections", 0.55 + 0.05 * round as f32 / options.mirror_rounds as f32)?;
-        let materials = vertex_materials(&scene, &samples, &found);
+        let materials = vertex_materials(&seen.scene, &seen.samples, &found);
         let mirrors = Mirrors {
-            scene: &scene,
-            views: &views,
+            scene: &seen.scene,
+            views: &seen.views,
             lights: &lights,
-            vertex_radiance: &bounces,
+            vertex_radiance: &seen.vertex_radiance,
             materials: &materials,
             smoothness: options.weight_smooth_normals,
             ray_bias,
@@ -251,25 +276,21 @@ pub fn decompose(
             break;
         };
         mirror_rounds.push(report);
-        scene = TracedSurface::new(surface)?;
-        views = photos.iter().map(|p| SeenView::new(p, &scene)).collect();
-        samples = points(&scene, &views, options.samples)?;
-        if !bounces.is_empty() {
-            bounces = radiances(&scene, &views, light_count);
-        }
-        found = find_materials(&scene, &samples, &lights, &bounces, ray_bias, options, seed);
-        found.take_roughness(&samples, &scene.surface, &roughness);
+        seen.move_to(surface, photos, options.samples)?;
+        found = find(&seen, &lights);
+        found.take_roughness(&seen.samples, &seen.scene.surface, &roughness);
     }
 
     step("pixels", 0.6)?;
+    let Observed { scene, views, samples, vertex_radiance } = seen;
     let materials = vertex_materials(&scene, &samples, &found);
     let specular = found.parts.iter().any(|p| p.kind != Kind::Matte);
     let brdf_samples = if specular { options.pixel_rays / 3 } else { 0 }
-        .max(u32::from(!bounces.is_empty()) * options.pixel_rays / 4);
+        .max(u32::from(!vertex_radiance.is_empty()) * options.pixel_rays / 4);
     let basis_scene = BasisScene {
         scene: &scene,
         lights: &lights,
-        vertex_radiance: &bounces,
+        vertex_radiance: &vertex_radiance,
         lobes: options.lobes.into(),
         options: IntegrationOptions {
             light_samples: options.pixel_rays.saturating_sub(brdf_samples).max(1),
@@ -346,31 +367,13 @@ pub fn decompose(
         scale: found.scale,
         specular_gain: found.specular_gain,
         parts: found.parts,
-        indirect: !bounces.is_empty(),
+        indirect: !vertex_radiance.is_empty(),
         indirect_share,
         specular,
         views,
         light_rounds,
+        relief,
         mirror_rounds,
         samples: samples.len(),
     })
-}
-
-/// Points that are seen by enough photos: three, or all where there are fewer.
-fn points(
-    scene: &TracedSurface,
-    views: &[SeenView<'_>],
-    wanted: usize,
-) -> Result<Vec<Sample>, DecomposeError> {
-    let min_views = 3.min(views.len()).max(1);
-    let samples = choose_samples(scene, views, wanted, min_views);
-    if samples.is_empty() {
-        return Err(DecomposeError::NothingSeen(min_views));
-    }
-    Ok(samples)
-}
-
-/// What every vertex sends out, per light.
-fn radiances(scene: &TracedSurface, views: &[SeenView<'_>], lights: usize) -> Vec<Vec<Vec3>> {
-    (0..lights).map(|light| vertex_radiance(scene, views, light)).collect()
 }

@@ -5,10 +5,10 @@ use motes_shading::brdf::{Lobes, Material};
 use motes_shading::environment::Environment;
 use motes_shading::integrate::{IntegrationOptions, SurfacePoint};
 
-use crate::TracedSurface;
 use crate::decompose::Known;
 use crate::materials::basis::BasisScene;
 use crate::materials::find::FoundMaterials;
+use crate::observed::Observed;
 use crate::samples::{Sample, SeenView};
 
 pub(crate) fn median_distance(samples: &[Sample], views: &[SeenView<'_>]) -> f32 {
@@ -48,13 +48,12 @@ pub(crate) fn anchored(
 
 /// Mean share of the irradiance that comes from the surface itself.
 pub(crate) fn share_of_bounce(
-    scene: &TracedSurface,
-    samples: &[Sample],
+    seen: &Observed<'_>,
     lights: &[Environment],
-    bounces: &[Vec<Vec3>],
     ray_bias: f32,
     seed: u64,
 ) -> f32 {
+    let Observed { scene, samples, vertex_radiance, .. } = seen;
     let options = IntegrationOptions {
         light_samples: 16,
         brdf_samples: 16,
@@ -62,8 +61,7 @@ pub(crate) fn share_of_bounce(
         seed,
         ..IntegrationOptions::default()
     };
-    let basis =
-        BasisScene { scene, lights, vertex_radiance: bounces, lobes: Lobes::Lambert, options };
+    let basis = BasisScene { scene, lights, vertex_radiance, lobes: Lobes::Lambert, options };
     let points: Vec<SurfacePoint> = samples
         .iter()
         .map(|s| SurfacePoint {

@@ -85,6 +85,10 @@ pub struct DecomposeOptions {
         value_parser = clap::value_parser!(u8).range(0..=4))]
     pub residual_degree: u8,
 
+    /// Rounds that move the surface of what is not metal to where its shading is that of the photos; 0 leaves it as it was extracted
+    #[arg(long, default_value_t = 3, value_name = "COUNT", help_heading = "Fit")]
+    pub relief_rounds: u32,
+
     /// Rounds that turn the surface of metals to where it mirrors what the photos show; 0 leaves it as it was extracted
     #[arg(long, default_value_t = 1, value_name = "COUNT", help_heading = "Fit")]
     pub mirror_rounds: u32,
@@ -141,6 +145,10 @@ pub struct DecomposeOptions {
     /// Weight: normals of metals are smooth, where they are told by what is mirrored
     #[arg(long, default_value_t = 8.0, value_name = "WEIGHT", help_heading = "Priors")]
     pub weight_smooth_normals: f32,
+
+    /// Weight: what shading moves, it moves smoothly
+    #[arg(long, default_value_t = 5.0, value_name = "WEIGHT", help_heading = "Priors")]
+    pub weight_smooth_relief: f32,
 
     /// How far predicted normals (--prior-images) replace the surface's own, 0 to 1
     #[arg(long, default_value_t = 1.0, value_name = "WEIGHT", help_heading = "Priors")]

@@ -40,19 +40,21 @@ pub struct Sample {
 }
 
 impl Sample {
-    /// Radiance under one light that is little touched by highlights: the weighted mean of the darker half
-    /// of the observations, by luminance; none when there are none.
+    /// [`body_radiance`] under one light.
     pub fn body_radiance(&self, light: usize) -> Option<Vec3> {
-        let mut sorted: Vec<&Observation> =
-            self.observations.iter().filter(|o| o.light as usize == light).collect();
-        if sorted.is_empty() {
-            return None;
-        }
-        sorted.sort_by(|a, b| luminance(a.radiance).total_cmp(&luminance(b.radiance)));
-        let half = &sorted[..sorted.len().div_ceil(2)];
-        let weight: f32 = half.iter().map(|o| o.weight).sum();
-        Some(half.iter().map(|o| o.radiance * o.weight).sum::<Vec3>() / weight.max(1e-6))
+        let of_light = self.observations.iter().filter(|o| o.light as usize == light);
+        body_radiance(&mut of_light.copied().collect::<Vec<_>>())
     }
+}
+
+/// Radiance that is little touched by highlights: the weighted mean of the darker half of the observations, by luminance;
+/// none when there are none. Sorts them.
+pub(crate) fn body_radiance(observations: &mut [Observation]) -> Option<Vec3> {
+    observations.sort_by(|a, b| luminance(a.radiance).total_cmp(&luminance(b.radiance)));
+    let half = &observations[..observations.len().div_ceil(2)];
+    let weight: f32 = half.iter().map(|o| o.weight).sum();
+    let sum: Vec3 = half.iter().map(|o| o.radiance * o.weight).sum();
+    (!half.is_empty()).then(|| sum / weight.max(1e-6))
 }
 
 /// Luminance of a linear Rec. 709 colour.

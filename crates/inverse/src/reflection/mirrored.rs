@@ -66,7 +66,8 @@ impl Incoming {
         seed: u64,
     ) -> Self {
         let square = Octahedron { side: SIDE };
-        let sky = texel_means(light, &square, seed);
+        let sky: Vec<Vec3> =
+            texels(light, &square, seed).iter().map(|texel| texel.radiance).collect();
         let directions: Vec<Vec3> = centers(&square).collect();
         let of = |point: &Point| -> Vec<Vec3> {
             let origin = point.position + point.normal * ray_bias;
@@ -106,33 +107,55 @@ fn centers(square: &Octahedron) -> impl Iterator<Item = Vec3> {
     })
 }
 
-/// Mean radiance of the light over every texel: directions on a grid and directions drawn by brightness, with the balance
+/// What comes from one texel of the square.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Texel {
+    /// Mean over the texel.
+    pub radiance: Vec3,
+    /// Unit vector to where most of it comes from.
+    pub to_light: Vec3,
+    /// Steradians.
+    pub solid_angle: f32,
+}
+
+/// The light by texels of an octahedral map of this many along a side.
+pub(crate) fn light_by_texels(light: &Environment, side: usize, seed: u64) -> Vec<Texel> {
+    texels(light, &Octahedron { side }, seed)
+}
+
+/// The light over every texel: directions on a grid and directions drawn by brightness, with the balance
 /// heuristic (Veach & Guibas 1995), normalised by the sum of the weights.
-fn texel_means(light: &Environment, square: &Octahedron, seed: u64) -> Vec<Vec3> {
+fn texels(light: &Environment, square: &Octahedron, seed: u64) -> Vec<Texel> {
     let side = square.side;
     let areas = square.solid_angles();
     let per_texel = (FINE * FINE) as f32;
-    let mut sums = vec![(Vec3::ZERO, 0.0f32); side * side];
-    for (k, (sum, weights)) in sums.iter_mut().enumerate() {
-        let density = per_texel / areas[k];
+    // Radiance, weight, and directions by how bright they are.
+    let mut sums = vec![(Vec3::ZERO, 0.0f32, Vec3::ZERO); side * side];
+    let mut add = |k: usize, d: Vec3, radiance: Vec3, pdf: f32| {
+        let weight = 1.0 / (per_texel / areas[k] + pdf * DRAWN as f32);
+        sums[k].0 += radiance * weight;
+        sums[k].1 += weight;
+        sums[k].2 += d * (radiance.element_sum() * weight);
+    };
+    for k in 0..side * side {
         for fine in 0..FINE * FINE {
             let at = |low: usize, k: usize| low as f32 + (k as f32 + 0.5) / FINE as f32;
             let d = square.direction(at(k % side, fine % FINE), at(k / side, fine / FINE));
             let (radiance, pdf) = light.radiance_pdf(d);
-            let weight = 1.0 / (density + pdf * DRAWN as f32);
-            *sum += radiance * weight;
-            *weights += weight;
+            add(k, d, radiance, pdf);
         }
     }
     let points = PointSet::new(seed, 0, PURPOSE, DRAWN);
     for sample in (0..DRAWN).filter_map(|k| light.sample(points.point(k))) {
-        let k = square.texel(sample.to_light);
-        let density = per_texel / areas[k];
-        let weight = 1.0 / (density + sample.pdf * DRAWN as f32);
-        sums[k].0 += sample.radiance * weight;
-        sums[k].1 += weight;
+        add(square.texel(sample.to_light), sample.to_light, sample.radiance, sample.pdf);
     }
-    sums.iter().map(|(sum, weights)| *sum / weights.max(1e-30)).collect()
+    let texel = |(k, (sum, weights, along)): (usize, (Vec3, f32, Vec3))| Texel {
+        radiance: sum / weights.max(1e-30),
+        to_light: along
+            .normalize_or(square.direction((k % side) as f32 + 0.5, (k / side) as f32 + 0.5)),
+        solid_angle: areas[k],
+    };
+    sums.into_iter().enumerate().map(texel).collect()
 }
 
 /// Weights of the directions around every direction: the share of each that a lobe about it reflects, looked at straight
@@ -210,19 +233,21 @@ mod tests {
         let light = Environment::new(EnvironmentMap::new(&map, &options).ok(), None);
         let power = light.map().unwrap().power();
         let square = Octahedron { side: SIDE };
-        let means = texel_means(&light, &square, 3);
+        let means = light_by_texels(&light, SIDE, 3);
         let areas = square.solid_angles();
-        let found: f32 = means.iter().zip(&areas).map(|(m, a)| m.x * a).sum();
+        let found: f32 = means.iter().zip(&areas).map(|(m, a)| m.radiance.x * a).sum();
         assert!((f64::from(found) / power - 1.0).abs() < 0.02, "{found} {power}");
-        let brightest = (0..means.len()).max_by(|&a, &b| means[a].x.total_cmp(&means[b].x));
+        let brightest =
+            (0..means.len()).max_by(|&a, &b| means[a].radiance.x.total_cmp(&means[b].radiance.x));
         let (u, v) = (100.5 / w as f64, 60.5 / h as f64);
         let sun = options.orientation.world_from_map(direction_from_uv(u, v)).as_vec3();
         assert_eq!(brightest, Some(square.texel(sun)));
+        assert!(means[square.texel(sun)].to_light.angle_between(sun) < 0.01);
     }
 
     #[test]
     fn darkness_is_dark() {
-        let means = texel_means(&Environment::default(), &Octahedron { side: 8 }, 0);
-        assert!(means.iter().all(|m| *m == Vec3::ZERO));
+        let texels = light_by_texels(&Environment::default(), 8, 0);
+        assert!(texels.iter().all(|t| t.radiance == Vec3::ZERO && t.to_light.is_normalized()));
     }
 }

@@ -23,6 +23,7 @@ use crate::geometry::mesh::{Mesh, Neighbours};
 use crate::materials::find::least_of_parabola;
 use crate::pixels::VertexMaterials;
 use crate::samples::SeenView;
+pub(crate) use mirrored::light_by_texels;
 use mirrored::{Incoming, Mirrored, Point};
 use normals::{Field, Found, LEAST_PHOTOS, Seen, mean};
 use reshape::Reshape;
@@ -278,7 +279,7 @@ impl Choice {
 }
 
 /// Median length of the edges between vertices of metal; none when they have no extent.
-fn median_edge(mesh: &Mesh, free: &[bool]) -> Option<f32> {
+pub(crate) fn median_edge(mesh: &Mesh, free: &[bool]) -> Option<f32> {
     let of_metal = mesh.triangles.iter().filter(|t| t.iter().all(|&v| free[v as usize]));
     let mut all: Vec<f32> = of_metal
         .map(|t| (mesh.vertices[t[0] as usize] - mesh.vertices[t[1] as usize]).length())

@@ -132,6 +132,20 @@ pub(crate) fn terms(result: &Decomposition) -> Vec<TermDocument> {
             numbers: numbers([("cost_smooth", Some(first.2)), ("cost", Some(last.2))]),
         });
     }
+    if let Some(relief) = &result.relief {
+        all.push(TermDocument {
+            name: "relief by shading".into(),
+            kept: true,
+            evidence: format!(
+                "normals of {} vertices turned by {:.1} degrees on average, so that neighbours have one base color",
+                relief.vertices, relief.turn_degrees
+            ),
+            numbers: numbers([
+                ("cost_before", Some(relief.cost[0])),
+                ("cost", Some(relief.cost[1])),
+            ]),
+        });
+    }
     if let (Some(first), Some(last)) = (result.mirror_rounds.first(), result.mirror_rounds.last()) {
         all.push(TermDocument {
             name: "shape of metals by reflection".into(),

@@ -1,0 +1,175 @@
+//! Displacements under which neighbours have one base colour.
+//!
+//! `E(u) = Σ_pq w ρ(|β_p - β_q|) + λ Σ (L u)² + μ Σ u²`, `β = ln L - ln E(n)` per channel, the logarithm of a base colour: what
+//! photos show over what a vertex receives with its normal; `n` turns with the displacements `u` along the normals to first order, `ρ` the
+//! cost of Geman & McClure (1987), so that edges of texture do not count, `L` the mean of the neighbours less the vertex.
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use super::turns::Rows;
+use crate::conjugate_gradients;
+use crate::geometry::mesh::Neighbours;
+
+const CHUNK: usize = 1024;
+/// Times that pairs are weighed.
+const ROUNDS: usize = 6;
+const ITERATIONS: usize = 120;
+/// Power of the mean weight around a vertex: photos mix colours there, which looks like a slope.
+const BESIDE_EDGES: i32 = 2;
+
+/// Weights and scales.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ReliefWeights {
+    /// Difference of logarithms, over all channels, at which a pair counts a quarter.
+    pub sigma: f32,
+    /// `λ`, displacements in edges.
+    pub bending: f32,
+    /// `μ`.
+    pub hold: f32,
+}
+
+/// What one light tells.
+pub(super) struct Told {
+    /// `β` with the normals as they are; none where photos do not tell.
+    pub log_base: Vec<Option<Vec3>>,
+    /// Change of `β`, per channel, by the displacements.
+    pub by_displacement: Rows<Vec3>,
+    /// How far a vertex counts, 0 to 1.
+    pub weight: Vec<f32>,
+}
+
+pub(super) struct Relief<'a> {
+    pub told: &'a [Told],
+    pub neighbours: &'a Neighbours,
+    pub free: &'a [bool],
+    /// Displacements before, edges.
+    pub start: &'a [f32],
+    pub weights: ReliefWeights,
+}
+
+fn map<T: Send>(count: usize, of: impl Fn(usize) -> T + Send + Sync) -> Vec<T> {
+    (0..count).into_par_iter().with_min_len(CHUNK).map(of).collect()
+}
+
+impl Relief<'_> {
+    /// `β` after displacements.
+    fn log_base(&self, told: &Told, u: &[f32]) -> Vec<Option<Vec3>> {
+        map(u.len(), |v| {
+            let change = |&(j, c): &(u32, Vec3)| c * u[j as usize];
+            let row = told.by_displacement.at(v).iter();
+            told.log_base[v].map(|b| b + row.map(change).sum::<Vec3>())
+        })
+    }
+
+    /// Cost and weight of a pair by the square of its difference over that of `sigma`.
+    fn pair(x2: f32) -> (f32, f32) {
+        (x2 / (1.0 + x2), (1.0 + x2).powi(-2))
+    }
+
+    /// Weights of the pairs, those of a vertex in the order of its neighbours, and the mean cost of pairs.
+    fn weigh(&self, told: &Told, u: &[f32]) -> (Vec<Vec<f32>>, f64) {
+        let beta = self.log_base(told, u);
+        let rows = map(u.len(), |p| {
+            let mut cost = (0.0f64, 0.0f64);
+            let of = |&q: &u32| {
+                let q = q as usize;
+                let (Some(a), Some(b)) = (beta[p], beta[q]) else { return 0.0 };
+                let base = told.weight[p] * told.weight[q];
+                let (value, w) = Self::pair((a - b).length_squared() / self.weights.sigma.powi(2));
+                cost = (cost.0 + f64::from(base * value), cost.1 + f64::from(base));
+                base * w
+            };
+            let row: Vec<f32> = self.neighbours.at(p).iter().map(of).collect();
+            (row, cost)
+        });
+        let (sum, n) = rows.iter().fold((0.0, 0.0), |(s, n), (_, c)| (s + c.0, n + c.1));
+        let sharp = |(row, _): &(Vec<f32>, _)| {
+            (row.iter().sum::<f32>() / row.len().max(1) as f32).powi(BESIDE_EDGES)
+        };
+        let clear: Vec<f32> = rows.iter().map(sharp).collect();
+        let weights = map(u.len(), |p| {
+            let ring = rows[p].0.iter().zip(self.neighbours.at(p));
+            ring.map(|(w, &q)| w * clear[p] * clear[q as usize]).collect()
+        });
+        (weights, if n > 0.0 { sum / n } else { 0.0 })
+    }
+
+    /// Mean cost of the pairs, 0 to 1.
+    pub(super) fn cost(&self, u: &[f32]) -> f64 {
+        let all: f64 = self.told.iter().map(|t| self.weigh(t, u).1).sum();
+        all / self.told.len().max(1) as f64
+    }
+
+    /// `Σ_q w_pq (x_p - x_q)`.
+    fn differences(&self, weights: &[Vec<f32>], x: &[Vec3]) -> Vec<Vec3> {
+        map(x.len(), |p| {
+            let ring = self.neighbours.at(p).iter().zip(&weights[p]);
+            ring.map(|(&q, w)| (x[p] - x[q as usize]) * *w).sum()
+        })
+    }
+
+    fn bent(&self, u: &[f32]) -> Vec<f32> {
+        map(u.len(), |v| {
+            let ring = self.neighbours.at(v);
+            if ring.is_empty() || !self.free[v] {
+                return 0.0;
+            }
+            ring.iter().map(|&j| u[j as usize]).sum::<f32>() / ring.len() as f32 - u[v]
+        })
+    }
+
+    fn unbent(&self, r: &[f32], v: usize) -> f32 {
+        let of = |&j: &u32| r[j as usize] / self.neighbours.at(j as usize).len().max(1) as f32;
+        self.neighbours.at(v).iter().map(of).sum::<f32>() - r[v]
+    }
+
+    /// The displacements, edges.
+    pub(super) fn solve(&self) -> Vec<f32> {
+        let n = self.start.len();
+        let columns: Vec<Rows<Vec3>> =
+            self.told.iter().map(|t| t.by_displacement.transposed()).collect();
+        let mut step = vec![0.0f32; n];
+        for _ in 0..ROUNDS {
+            let weights: Vec<Vec<Vec<f32>>> =
+                self.told.iter().map(|t| self.weigh(t, &step).0).collect();
+            let back = |l: usize, x: &[Vec3], v: usize| -> f32 {
+                columns[l].at(v).iter().map(|(p, c)| c.dot(x[*p as usize])).sum()
+            };
+            let apply = |u: &[f32]| -> Vec<f32> {
+                let bent = self.bent(u);
+                let mut out = map(n, |v| {
+                    if !self.free[v] {
+                        return 0.0;
+                    }
+                    u[v] * self.weights.hold + self.unbent(&bent, v) * self.weights.bending
+                });
+                for (l, told) in self.told.iter().enumerate() {
+                    let change: Vec<Vec3> = map(n, |v| {
+                        let row = told.by_displacement.at(v).iter();
+                        row.map(|&(j, c)| c * u[j as usize]).sum()
+                    });
+                    let pulled = self.differences(&weights[l], &change);
+                    let add = map(n, |v| if self.free[v] { back(l, &pulled, v) } else { 0.0 });
+                    out.iter_mut().zip(add).for_each(|(o, a)| *o += a);
+                }
+                out
+            };
+            let bent = self.bent(self.start);
+            let mut right = map(n, |v| {
+                if !self.free[v] {
+                    return 0.0;
+                }
+                -self.start[v] * self.weights.hold - self.unbent(&bent, v) * self.weights.bending
+            });
+            for (l, told) in self.told.iter().enumerate() {
+                let beta = map(n, |v| told.log_base[v].unwrap_or(Vec3::ZERO));
+                let pulled = self.differences(&weights[l], &beta);
+                let add = map(n, |v| if self.free[v] { back(l, &pulled, v) } else { 0.0 });
+                right.iter_mut().zip(add).for_each(|(r, a)| *r -= a);
+            }
+            step = conjugate_gradients::solve(right, apply, ITERATIONS);
+        }
+        step
+    }
+}
