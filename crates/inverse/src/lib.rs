@@ -21,6 +21,7 @@ mod rendered;
 mod residual;
 pub mod samples;
 mod sheets;
+mod slopes;
 pub mod splat_colors;
 
 pub use buffers::{PixelHit, TracedSurface, ViewRays};

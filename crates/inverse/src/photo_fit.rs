@@ -15,18 +15,14 @@
 use std::collections::BTreeSet;
 use std::mem::swap;
 
-use motes_fit::{FitOptions, Moments, Rates, Update, scene_extent};
-use motes_math::rng::keyed_rng;
+use motes_fit::{FitOptions, Moments, PhotoOrder, Rates, Update, scene_extent};
 use motes_math::{sh, srgb};
-use motes_raster::{
-    Frame, GaussianGradients, Modifiers, Planes, RenderOptions, TILE, ViewTransform,
-};
+use motes_raster::{Frame, GaussianGradients, Modifiers, Planes, RenderOptions, ViewTransform};
 use motes_scene::Gaussians;
-use rand::seq::SliceRandom;
-use rayon::prelude::*;
 
 use crate::pixels::{PixelShading, is_told};
 use crate::samples::SeenView;
+use crate::slopes::slopes;
 
 /// Differences below this are noise, sRGB-encoded.
 const NOISE: f32 = 0.01;
@@ -86,14 +82,9 @@ impl PhotoFit<'_> {
         let (mut frame, mut frame_before) = (Frame::new(), Frame::new());
         let mut gradients = GaussianGradients::default();
         let none = Modifiers::default();
-        let mut order: Vec<usize> = Vec::new();
+        let mut order = PhotoOrder::new(self.views.len(), self.seed, PURPOSE);
         for step in 0..steps {
-            let turn = step as usize % self.views.len().max(1);
-            if turn == 0 {
-                order = (0..self.views.len()).collect();
-                order.shuffle(&mut keyed_rng(self.seed, PURPOSE, u64::from(step)));
-            }
-            let Some(&v) = order.get(turn) else { break };
+            let Some(v) = order.at(step) else { break };
             observer(step as f32 / steps as f32)?;
             let photo = self.views[v].photo;
             let view = ViewTransform::new(&photo.camera, &photo.camera_from_world);
@@ -148,42 +139,25 @@ impl PhotoFit<'_> {
     /// Slope of the cost by every value of the picture of a view.
     fn slope(&self, v: usize, colors: Colors, image: &Planes, before: Option<&Planes>) -> Planes {
         let (photo, shading) = (self.views[v].photo, &self.shadings[v]);
-        let (width, height) = (image.width, image.height);
-        let mut out = Planes::new(width, height, 4);
-        let (band, stride) = (out.band_len(), out.stride);
-        let share = 1.0 / (3 * width * height) as f32;
-        out.data.par_chunks_mut(band).enumerate().for_each(|(k, band)| {
-            for y in k * TILE..((k + 1) * TILE).min(height) {
-                for c in 0..3 {
-                    let shown = image.row(c, y);
-                    let to = &mut band[(c * TILE + y % TILE) * stride..][..width];
-                    for (x, to) in to.iter_mut().enumerate() {
-                        let i = y * width + x;
-                        if !self.told(v, i, colors) {
-                            let stay = before.map_or(0.0, |b| difference(shown[x], b.row(c, y)[x]));
-                            *to = share * STAYING * stay;
-                            continue;
-                        }
-                        let seen = srgb::encode(photo.radiance_linear.data[3 * i + c]);
-                        let slope = match colors {
-                            Colors::Captured => difference(shown[x], seen),
-                            Colors::Base => {
-                                let (uniform, color) = shading.uniform[i];
-                                let pixel = Pixel {
-                                    slope: shading.slope[i][c],
-                                    offset: shading.offset[i][c],
-                                    seen,
-                                };
-                                (1.0 - uniform) * pixel.slope_at(shown[x])
-                                    + uniform * difference(shown[x], srgb::encode(color[c]))
-                            }
-                        };
-                        *to = share * photo.weight.data[i] * slope;
-                    }
-                }
+        slopes([image.width, image.height], |c, x, y| {
+            let i = y * image.width + x;
+            let shown = image.row(c, y)[x];
+            if !self.told(v, i, colors) {
+                return STAYING * before.map_or(0.0, |b| difference(shown, b.row(c, y)[x]));
             }
-        });
-        out
+            let seen = srgb::encode(photo.radiance_linear.data[3 * i + c]);
+            let slope = match colors {
+                Colors::Captured => difference(shown, seen),
+                Colors::Base => {
+                    let (uniform, color) = shading.uniform[i];
+                    let (slope, offset) = (shading.slope[i][c], shading.offset[i][c]);
+                    let pixel = Pixel { slope, offset, seen };
+                    (1.0 - uniform) * pixel.slope_at(shown)
+                        + uniform * difference(shown, srgb::encode(color[c]))
+                }
+            };
+            photo.weight.data[i] * slope
+        })
     }
 }
 

@@ -1,6 +1,6 @@
 //! Views under the light that was found, against the photos.
 
-use motes_math::srgb::{decode, encode};
+use motes_math::srgb::{decode, encode_clipped};
 use motes_raster::RenderOptions;
 use motes_scene::{Gaussians, ImageF32};
 
@@ -42,16 +42,10 @@ fn psnr(radiance: &ImageF32, view: &SeenView<'_>) -> f64 {
     for ((ours, photo), hit) in pixels.zip(&view.hits) {
         if hit.is_hit() {
             for (a, b) in ours.iter().zip(photo) {
-                sum += f64::from(clipped(*a) - clipped(*b)).powi(2);
+                sum += f64::from(encode_clipped(*a) - encode_clipped(*b)).powi(2);
                 count += 1;
             }
         }
     }
     if count == 0 { f64::NAN } else { -10.0 * (sum / count as f64).max(1e-12).log10() }
-}
-
-/// The sRGB curve of a linear value, clipped to [0, 1]; NaN becomes 0.
-fn clipped(linear: f32) -> f32 {
-    // `max` first: it turns NaN into 0.
-    encode(linear.max(0.0).clamp(0.0, 1.0))
 }

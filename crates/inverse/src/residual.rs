@@ -11,15 +11,12 @@
 //! A factor, since errors of visibility, normals and of the scale of materials multiply. Shapes and opacities stay; Adam moves the
 //! harmonics from 0, so Gaussians that no photo sees have none.
 
-use motes_fit::{FitOptions, FreezeGroup, Moments, Rates, Update};
-use motes_math::rng::keyed_rng;
+use motes_fit::{FitOptions, FreezeGroup, Moments, PhotoOrder, Rates, Update};
 use motes_math::srgb;
-use motes_raster::{
-    Frame, GaussianGradients, Modifiers, Planes, RenderOptions, TILE, ViewTransform,
-};
+use motes_raster::{Frame, GaussianGradients, Modifiers, Planes, RenderOptions, ViewTransform};
 use motes_scene::{Gaussians, ImageF32, LARGEST_LOG_RATIO, Pinhole, Pose, Residual};
-use rand::seq::SliceRandom;
-use rayon::prelude::*;
+
+use crate::slopes::slopes;
 
 /// Differences below this are noise, sRGB-encoded.
 const NOISE: f32 = 0.01;
@@ -82,14 +79,9 @@ pub fn fit_residual<E>(
     };
     let (mut frame, mut gradients) = (Frame::new(), GaussianGradients::default());
     let none = Modifiers::default();
-    let mut order: Vec<usize> = Vec::new();
+    let mut order = PhotoOrder::new(views.len(), options.seed, PURPOSE);
     for step in 0..options.steps {
-        let turn = step as usize % views.len().max(1);
-        if turn == 0 {
-            order = (0..views.len()).collect();
-            order.shuffle(&mut keyed_rng(options.seed, PURPOSE, u64::from(step)));
-        }
-        let Some(&v) = order.get(turn) else { break };
+        let Some(v) = order.at(step) else { break };
         observer(step as f32 / options.steps as f32)?;
         let view = &views[v];
         let transform = ViewTransform::new(&view.camera, &view.camera_from_world);
@@ -107,32 +99,18 @@ pub fn fit_residual<E>(
 
 /// Slope of the cost by every value of the picture that is drawn.
 fn slope(view: &ResidualView<'_>, image: &Planes) -> Planes {
-    let (width, height) = (image.width, image.height);
-    let mut out = Planes::new(width, height, 4);
-    let (band, stride) = (out.band_len(), out.stride);
-    let share = 1.0 / (3 * width * height) as f32;
-    out.data.par_chunks_mut(band).enumerate().for_each(|(k, band)| {
-        for y in k * TILE..((k + 1) * TILE).min(height) {
-            let transmittance = image.row(3, y);
-            for c in 0..3 {
-                let drawn = image.row(c, y);
-                let to = &mut band[(c * TILE + y % TILE) * stride..][..width];
-                for (x, to) in to.iter_mut().enumerate() {
-                    let i = y * width + x;
-                    let weight = view.weight.data[i];
-                    // A photo shows nothing above 1.
-                    let model = view.model_linear.data[3 * i + c].min(1.0);
-                    if !(weight > 0.0 && model > LEAST_MODEL) {
-                        continue;
-                    }
-                    let log_ratio = Residual::log_ratio(drawn[x], 1.0 - transmittance[x]);
-                    let seen = srgb::encode(view.photo_linear.data[3 * i + c]);
-                    *to = share * weight * slope_by_drawn(model, log_ratio, seen);
-                }
-            }
+    slopes([image.width, image.height], |c, x, y| {
+        let i = y * image.width + x;
+        let weight = view.weight.data[i];
+        // A photo shows nothing above 1.
+        let model = view.model_linear.data[3 * i + c].min(1.0);
+        if !(weight > 0.0 && model > LEAST_MODEL) {
+            return 0.0;
         }
-    });
-    out
+        let log_ratio = Residual::log_ratio(image.row(c, y)[x], 1.0 - image.row(3, y)[x]);
+        let seen = srgb::encode(view.photo_linear.data[3 * i + c]);
+        weight * slope_by_drawn(model, log_ratio, seen)
+    })
 }
 
 /// Derivative of the cost of one value by the colour that is drawn.

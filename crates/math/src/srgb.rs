@@ -8,6 +8,13 @@ pub fn encode(linear: f32) -> f32 {
     encoded.copysign(linear)
 }
 
+/// [`encode`] of a linear value that is cut to [0, 1] first, as pictures are; NaN becomes 0.
+#[inline]
+pub fn encode_clipped(linear: f32) -> f32 {
+    // `max` first: it turns NaN into 0.
+    encode(linear.max(0.0).clamp(0.0, 1.0))
+}
+
 /// Linear value of an sRGB-encoded one.
 #[inline]
 pub fn decode(encoded: f32) -> f32 {

@@ -134,7 +134,7 @@ impl GBuffer {
         let residual = with_residual
             .then_some(scene.residual.as_ref())
             .flatten()
-            .map(|of_scene| painter_of_colors.paint_as(of_scene.splats()));
+            .map(|of_scene| painter_of_colors.paint_as(&of_scene.splats));
         // Roughness and metallic change little under what is nearly hidden.
         let coarse = RasterDials { alpha_min: 0.02, transmittance_min: 0.02, ..exact };
         let every = if detailed { 1 } else { StandIn::COARSER };

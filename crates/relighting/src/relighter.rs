@@ -11,6 +11,7 @@ use crate::denoise::{Grid, denoise, luminances};
 use crate::g_buffer::GBuffer;
 use crate::options::QualityOptions;
 use crate::radiance_cache::RadianceCache;
+use crate::residual::share_under;
 use crate::scene::RelightScene;
 use crate::upsample::{fine_pixel, upsample};
 
@@ -38,10 +39,8 @@ impl<'a> Relighter<'a> {
         let bounces = options.bounces(scene.indirect);
         let (samples, spacing) = (options.cache_samples(), options.light_spacing());
         let cache = RadianceCache::new(scene, light, bounces, samples, spacing, seed);
-        let mut relighter =
-            Self { scene, light, cache, options: options.clone(), seed, residual_share: 0.0 };
-        relighter.residual_share = relighter.residual_share();
-        relighter
+        let residual_share = share_under(scene, light, options.residual);
+        Self { scene, light, cache, options: options.clone(), seed, residual_share }
     }
 
     pub(crate) fn shading(&self) -> Shading<'_> {

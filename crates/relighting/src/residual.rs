@@ -15,13 +15,14 @@ use std::str::FromStr;
 
 use glam::{DVec3, Vec3};
 use motes_scene::{Gaussians, Residual};
-use motes_shading::environment::Harmonics;
+use motes_shading::environment::{Environment, Harmonics};
 use rayon::prelude::*;
 use serde::{Serialize, Serializer};
 
 use crate::deferred::Lit;
 use crate::g_buffer::GBuffer;
 use crate::relighter::Relighter;
+use crate::scene::RelightScene;
 
 /// Share of the mean light in the correlation: two lights without direction are alike.
 const MEAN: f64 = 0.05;
@@ -93,17 +94,13 @@ pub(crate) fn alike(a: &Harmonics, b: &Harmonics) -> f32 {
 pub(crate) struct SceneResidual {
     pub(crate) residual: Residual,
     /// Colours stand for it.
-    splats: Gaussians,
+    pub(crate) splats: Gaussians,
 }
 
 impl SceneResidual {
     pub(crate) fn of(gaussians: &Gaussians) -> Result<Option<Self>, String> {
         let residual = Residual::of(gaussians)?;
         Ok(residual.map(|residual| Self { splats: residual.drawn(gaussians), residual }))
-    }
-
-    pub(crate) fn splats(&self) -> &Gaussians {
-        &self.splats
     }
 
     /// Factor on the colour of a Gaussian, from the basis of the direction of view.
@@ -119,16 +116,22 @@ impl SceneResidual {
     }
 }
 
-impl Relighter<'_> {
-    /// How much of the residual counts under this light, 0 to 1; 0 where the scene has none. A scene whose own light is not known
-    /// is taken to be under another.
-    pub fn residual_share(&self) -> f32 {
-        let share = self.options.residual;
-        match (&self.scene.residual, &self.scene.own_light) {
-            (None, _) => 0.0,
-            (Some(_), None) => share.under_another_light(),
-            (Some(_), Some(own)) => share.under(alike(own, &self.light.harmonics())),
+/// How much of a scene's residual counts under a light, 0 to 1; 0 where the scene has none. A scene whose own light is not known
+/// is taken to be under another.
+pub(crate) fn share_under(scene: &RelightScene, light: &Environment, share: ResidualShare) -> f32 {
+    match (&scene.residual, &scene.own_light) {
+        (None, _) => 0.0,
+        (Some(_), Some(own)) if share != ResidualShare::OFF => {
+            share.under(alike(own, &light.harmonics()))
         }
+        (Some(_), _) => share.under_another_light(),
+    }
+}
+
+impl Relighter<'_> {
+    /// How much of the residual counts under this light, 0 to 1; 0 where the scene has none.
+    pub fn residual_share(&self) -> f32 {
+        self.residual_share
     }
 
     /// Puts it on the light of a view's pixels.
@@ -147,7 +150,7 @@ impl Relighter<'_> {
 #[cfg(test)]
 mod tests {
     use motes_scene::ImageF32;
-    use motes_shading::environment::{Environment, EnvironmentMap, MapOptions};
+    use motes_shading::environment::{EnvironmentMap, MapOptions};
 
     use super::*;
 

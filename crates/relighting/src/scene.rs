@@ -119,6 +119,11 @@ impl RelightScene {
         self.materials.observations.iter().filter(|n| **n == 0).count()
     }
 
+    /// Whether it holds what its model left unexplained.
+    pub fn has_residual(&self) -> bool {
+        self.residual.is_some()
+    }
+
     /// The surface that rays meet, with its materials.
     pub fn surface(&self) -> &Surface {
         &self.surface

@@ -1,12 +1,10 @@
 //! Least squares by Adam on some rows.
 
 use glam::Vec3;
-use motes_fit::{Moments, Rates, Update};
+use motes_fit::{Moments, PhotoOrder, Rates, Update};
 use motes_math::median::median;
-use motes_math::rng::keyed_rng;
 use motes_raster::{Frame, GaussianGradients, Modifiers, Planes, RenderOptions};
 use motes_scene::Gaussians;
-use rand::seq::SliceRandom;
 
 use super::rows::{put, rows_of};
 use super::targets::Target;
@@ -44,17 +42,13 @@ pub(super) fn fit(
         photo_share: believed as f64 / pixels.max(1) as f64,
         residual: [fit.residual(targets), 0.0],
     };
-    let mut order: Vec<usize> = Vec::new();
+    let mut order = PhotoOrder::new(targets.len(), options.seed, PURPOSE);
     for step in 0..options.steps {
         if stopped() {
             return None;
         }
-        let turn = step as usize % targets.len();
-        if turn == 0 {
-            order = (0..targets.len()).collect();
-            order.shuffle(&mut keyed_rng(options.seed, PURPOSE, u64::from(step)));
-        }
-        fit.differentiate(&targets[order[turn]]);
+        let Some(k) = order.at(step) else { break };
+        fit.differentiate(&targets[k]);
         fit.update(LAST.powf(step as f32 / options.steps as f32), u64::from(step) + 1);
     }
     report.residual[1] = fit.residual(targets);

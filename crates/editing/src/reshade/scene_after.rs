@@ -1,6 +1,6 @@
 //! The order of work.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use glam::Vec3;
 use motes_relighting::{QualityOptions, RelightScene, Relighter};
@@ -39,10 +39,9 @@ pub(super) fn reshade(
     let projection = Projection::new(state.gaussians.sh_degree);
     let mut holes: Vec<(Hole, Fill)> = Vec::new();
     // A copy that moves on leaves a place where nothing of the scene was.
-    let is_vacated = |k: usize| {
-        (0..before.gaussians.len() as u32).any(|row| images.of_row(row).hole == Some(k as u32))
-    };
-    let asked = |(k, fill): &(usize, &Fill)| **fill != Fill::None && is_vacated(*k);
+    let rows = 0..before.gaussians.len() as u32;
+    let vacated: HashSet<u32> = rows.filter_map(|row| images.of_row(row).hole).collect();
+    let asked = |(k, fill): &(usize, &Fill)| **fill != Fill::None && vacated.contains(&(*k as u32));
     for (k, fill) in fills.iter().enumerate().filter(asked) {
         let found = cover.as_ref().and_then(|cover| {
             let left =

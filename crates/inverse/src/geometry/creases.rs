@@ -231,7 +231,6 @@ mod tests {
         let before = off(&cube, &clean);
         assert_eq!(flatten(&mut cube, 1.0, 20.0).len(), 6);
         let after = off(&cube, &clean);
-        println!("{before:?} {after:?}");
         assert!(after[0] < 0.3 * before[0] && after[1] < 0.5 * before[1], "{before:?} {after:?}");
     }
 

@@ -227,6 +227,6 @@ fn previews(
 
 fn encoded(linear: &ImageF32) -> ImageF32 {
     let mut image = linear.clone();
-    image.data.iter_mut().for_each(|v| *v = srgb::encode(v.max(0.0).clamp(0.0, 1.0)));
+    image.data.iter_mut().for_each(|v| *v = srgb::encode_clipped(*v));
     image
 }

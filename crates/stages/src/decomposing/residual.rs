@@ -111,9 +111,9 @@ impl Found<'_> {
                     continue;
                 }
                 let log_ratio = Residual::log_ratio(ratios.color.data[k], ratios.alpha.data[k / 3]);
-                let seen = clipped(view.photo_linear.data[k]);
-                without += f64::from(clipped(*model) - seen).powi(2);
-                with += f64::from(clipped(*model * log_ratio.exp()) - seen).powi(2);
+                let seen = srgb::encode_clipped(view.photo_linear.data[k]);
+                without += f64::from(srgb::encode_clipped(*model) - seen).powi(2);
+                with += f64::from(srgb::encode_clipped(*model * log_ratio.exp()) - seen).powi(2);
                 count += 1.0;
             }
         }
@@ -136,9 +136,4 @@ impl Found<'_> {
             ]),
         }
     }
-}
-
-/// The sRGB curve of a linear value, clipped to [0, 1]; NaN becomes 0.
-fn clipped(linear: f32) -> f32 {
-    srgb::encode(linear.max(0.0).clamp(0.0, 1.0))
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use motes_formats::environment::read_environment;
 use motes_relighting::{Exposure, Light, LightOptions, LightSource};
-use motes_shading::environment::{CleanUp, Environment};
+use motes_shading::environment::CleanUp;
 use motes_stage::{Context, OrBadInput as _};
 use serde::Serialize;
 
@@ -75,12 +75,7 @@ impl<'s> NewLight<'s> {
     /// # Errors
     /// When a map or a sky cannot be light.
     pub fn turned(&self, further_deg: f64) -> anyhow::Result<Light> {
-        let own = || -> Option<Environment> {
-            let (image, convention) = (self.loaded.own_light.clone(), self.loaded.own_convention);
-            let source = LightSource::Map { image, convention };
-            let up = self.loaded.scene.up_in_world;
-            source.light(0.0, Exposure::Factor(1.0), up, &|| None).ok().map(|l| l.environment)
-        };
+        let own = || self.loaded.own_environment();
         let rotate = self.options.env_rotate + further_deg;
         let up = self.loaded.scene.up_in_world;
         self.source.light(rotate, self.exposure, up, &own).or_bad_input()

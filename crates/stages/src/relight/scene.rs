@@ -12,7 +12,7 @@ use motes_raster::Antialias;
 use motes_relighting::{Exposure, LightSource, RelightScene, SceneError};
 use motes_scene::ImageF32;
 use motes_shading::brdf::Lobes;
-use motes_shading::environment::Convention;
+use motes_shading::environment::{Convention, Environment};
 use motes_stage::{Context, StageError};
 
 /// A decomposed scene and what its folder says about it.
@@ -66,12 +66,20 @@ impl LoadedScene {
             scene.antialias = Antialias::Mip;
         }
         let own_convention = convention(document.environment_convention);
-        let own = LightSource::Map { image: own_light.clone(), convention: own_convention };
-        // A light that cannot be used is told of by those who need it.
-        let own = own.light(0.0, Exposure::Factor(1.0), up, &|| None).ok();
-        scene.own_light = own.map(|light| light.environment.harmonics());
         let render_mode = file.render_mode;
-        Ok(Self { scene, decomposition, own_light, own_convention, render_mode })
+        let mut loaded = Self { scene, decomposition, own_light, own_convention, render_mode };
+        if loaded.scene.has_residual() {
+            loaded.scene.own_light = loaded.own_environment().map(|light| light.harmonics());
+        }
+        Ok(loaded)
+    }
+
+    /// The light that was found; none where it cannot be used, of which those tell who need it.
+    pub(super) fn own_environment(&self) -> Option<Environment> {
+        let (image, convention) = (self.own_light.clone(), self.own_convention);
+        let own = LightSource::Map { image, convention };
+        let light = own.light(0.0, Exposure::Factor(1.0), self.scene.up_in_world, &|| None);
+        light.ok().map(|light| light.environment)
     }
 }
 
