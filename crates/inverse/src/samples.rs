@@ -40,7 +40,7 @@ pub struct Sample {
 }
 
 impl Sample {
-    /// [`body_radiance`] under one light.
+    /// Radiance under one light that is little touched by highlights; none when no photo under it shows the point.
     pub fn body_radiance(&self, light: usize) -> Option<Vec3> {
         let of_light = self.observations.iter().filter(|o| o.light as usize == light);
         body_radiance(&mut of_light.copied().collect::<Vec<_>>())
