@@ -8,8 +8,10 @@ use super::Shaded;
 use crate::geometry::mesh::Neighbours;
 use crate::reflection::light_by_texels;
 
-/// Texels along a side of the light: 6.4 degrees.
-const SIDE: usize = 28;
+/// Texels along a side of the light: 6.4 degrees, and 15 where there are many vertices.
+const SIDES: [usize; 2] = [12, 28];
+/// Rays from which texels are larger, over all vertices of a light: twice the half of them that lie over its plane.
+const MOST_RAYS: usize = 80_000_000;
 /// Difference of the open share between neighbours at which a vertex counts half.
 const UNEVEN: f32 = 0.1;
 
@@ -24,7 +26,9 @@ pub(super) struct Received {
 
 impl Received {
     pub(super) fn trace(of: &Shaded<'_>, l: usize, normals: &[Vec3], free: &[bool]) -> Self {
-        let texels = light_by_texels(&of.lights[l], SIDE, of.seed);
+        let vertices = free.iter().filter(|f| **f).count().max(1);
+        let side = (MOST_RAYS / vertices).isqrt().clamp(SIDES[0], SIDES[1]);
+        let texels = light_by_texels(&of.lights[l], side, of.seed);
         let bounce = of.vertex_radiance.get(l).map_or(&[][..], Vec::as_slice);
         let at = |v: usize| -> ([Vec3; 3], f32) {
             let mut toward = [Vec3::ZERO; 3];
