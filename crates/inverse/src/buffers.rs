@@ -62,6 +62,15 @@ impl TracedSurface {
         Ok(Self { surface, tracer, sheets, extent })
     }
 
+    /// Whether vertices of which this holds lie on no flat piece: there normals are exact.
+    pub(crate) fn off_sheets(&self, holds: impl Fn(usize) -> bool) -> Vec<bool> {
+        let mut off: Vec<bool> = (0..self.surface.vertices.len()).map(holds).collect();
+        for (t, _) in self.surface.triangles.iter().zip(&self.sheets).filter(|(_, s)| **s != 0) {
+            t.iter().for_each(|&v| off[v as usize] = false);
+        }
+        off
+    }
+
     /// Mean of a vertex attribute at a point of a triangle.
     #[inline]
     pub fn interpolate(&self, triangle: u32, [b, c]: [f32; 2], of: &[Vec3]) -> Vec3 {

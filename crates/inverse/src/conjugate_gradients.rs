@@ -1,6 +1,6 @@
 //! Least squares without a matrix (Hestenes & Stiefel 1952).
 
-use std::ops::{Add, Mul, Sub};
+use std::ops::{Add, Div, Mul, Sub};
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -12,7 +12,14 @@ const ENOUGH: f64 = 1e-8;
 
 /// What is solved for at every vertex: a number or a vector.
 pub(crate) trait Value:
-    Copy + Default + Send + Sync + Add<Output = Self> + Sub<Output = Self> + Mul<f32, Output = Self>
+    Copy
+    + Default
+    + Send
+    + Sync
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<f32, Output = Self>
+    + Div<f32, Output = Self>
 {
     fn product(self, other: Self) -> f64;
 }

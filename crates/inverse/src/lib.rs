@@ -23,6 +23,8 @@ pub mod samples;
 mod sheets;
 mod slopes;
 pub mod splat_colors;
+#[cfg(test)]
+mod toy_ball;
 
 pub use buffers::{PixelHit, TracedSurface, ViewRays};
 pub use decompose::{

@@ -1,6 +1,9 @@
 //! Triangle meshes while they are worked on.
 
 use glam::Vec3;
+use motes_scene::Surface;
+
+use crate::conjugate_gradients::Value;
 
 /// Vertices of the unit world and triangles, counter-clockwise from outside.
 #[derive(Clone, Default)]
@@ -10,6 +13,25 @@ pub(crate) struct Mesh {
 }
 
 impl Mesh {
+    pub(crate) fn of(surface: &Surface) -> Self {
+        Self {
+            vertices: surface.vertices.iter().map(|&v| Vec3::from(v)).collect(),
+            triangles: surface.triangles.clone(),
+        }
+    }
+
+    /// Median length of an edge of the triangles of which all corners are among these vertices; none when they have no extent.
+    pub(crate) fn median_edge(&self, among: &[bool]) -> Option<f32> {
+        let counted = self.triangles.iter().filter(|t| t.iter().all(|&v| among[v as usize]));
+        let mut all: Vec<f32> = counted
+            .map(|t| (self.vertices[t[0] as usize] - self.vertices[t[1] as usize]).length())
+            .collect();
+        let middle = all.len() / 2;
+        (!all.is_empty())
+            .then(|| *all.select_nth_unstable_by(middle, f32::total_cmp).1)
+            .filter(|edge| *edge > 0.0 && edge.is_finite())
+    }
+
     #[inline]
     pub(crate) fn corners(&self, triangle: [u32; 3]) -> [Vec3; 3] {
         triangle.map(|v| self.vertices[v as usize])
@@ -138,6 +160,24 @@ impl Neighbours {
         let ring = self.at(v);
         let sum: f32 = ring.iter().map(|&j| values[j as usize]).sum();
         (sum + values[v]) / (ring.len() + 1) as f32
+    }
+
+    /// Mean of the neighbours less the vertex; nothing without neighbours.
+    #[inline]
+    pub(crate) fn laplacian<T: Value>(&self, values: &[T], v: usize) -> T {
+        let ring = self.at(v);
+        if ring.is_empty() {
+            return T::default();
+        }
+        let sum = ring.iter().fold(T::default(), |sum, &j| sum + values[j as usize]);
+        sum / ring.len() as f32 - values[v]
+    }
+
+    /// The transpose of [`Self::laplacian`].
+    #[inline]
+    pub(crate) fn laplacian_transposed<T: Value>(&self, values: &[T], v: usize) -> T {
+        let of = |&j: &u32| values[j as usize] / self.at(j as usize).len().max(1) as f32;
+        self.at(v).iter().map(of).fold(T::default(), |sum, x| sum + x) - values[v]
     }
 
     #[inline]

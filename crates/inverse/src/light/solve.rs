@@ -84,11 +84,10 @@ pub(crate) fn cost_and_gradient(
         })
         .collect();
     let radiance: Vec<Vec3> = lit.iter().flat_map(|l| l.radiance.iter().copied()).collect();
-    let ln = |v: Vec3| Vec3::from(v.to_array().map(f32::ln));
     let log_base: Vec<Vec3> = radiance
         .iter()
         .zip(&shading)
-        .map(|(l, s)| ln(l.max(Vec3::splat(FLOOR))) - ln(*s))
+        .map(|(l, s)| l.max(Vec3::splat(FLOOR)).ln() - s.ln())
         .collect();
 
     let mut cost = 0.0;
@@ -113,7 +112,7 @@ pub(crate) fn cost_and_gradient(
     cost += f64::from(options.scale * off * off);
     let by_mean = Vec3::splat(2.0 * options.scale * off / (3.0 * n));
 
-    let tint = shading.iter().map(|s| ln(*s)).sum::<Vec3>() / n;
+    let tint = shading.iter().map(|s| s.ln()).sum::<Vec3>() / n;
     let tint = tint - tint.element_sum() / 3.0;
     cost += f64::from(options.white * tint.length_squared());
     let by_tint = tint * (2.0 * options.white / n);

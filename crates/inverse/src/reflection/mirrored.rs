@@ -67,7 +67,7 @@ impl Incoming {
     ) -> Self {
         let square = Octahedron { side: SIDE };
         let sky: Vec<Vec3> =
-            texels(light, &square, seed).iter().map(|texel| texel.radiance).collect();
+            light_by_texels(light, SIDE, seed).iter().map(|texel| texel.radiance).collect();
         let directions: Vec<Vec3> = centers(&square).collect();
         let of = |point: &Point| -> Vec<Vec3> {
             let origin = point.position + point.normal * ray_bias;
@@ -118,15 +118,10 @@ pub(crate) struct Texel {
     pub solid_angle: f32,
 }
 
-/// The light by texels of an octahedral map of this many along a side.
+/// The light over every texel of an octahedral map of so many along a side: directions on a grid and directions drawn by
+/// brightness, with the balance heuristic (Veach & Guibas 1995), normalised by the sum of the weights.
 pub(crate) fn light_by_texels(light: &Environment, side: usize, seed: u64) -> Vec<Texel> {
-    texels(light, &Octahedron { side }, seed)
-}
-
-/// The light over every texel: directions on a grid and directions drawn by brightness, with the balance
-/// heuristic (Veach & Guibas 1995), normalised by the sum of the weights.
-fn texels(light: &Environment, square: &Octahedron, seed: u64) -> Vec<Texel> {
-    let side = square.side;
+    let square = Octahedron { side };
     let areas = square.solid_angles();
     let per_texel = (FINE * FINE) as f32;
     // Radiance, weight, and directions by how bright they are.

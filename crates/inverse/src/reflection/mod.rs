@@ -83,20 +83,13 @@ pub(crate) struct Mirrors<'a> {
 impl Mirrors<'_> {
     /// The surface with its metals turned to what they mirror; none without metal, or without photos of it.
     pub(crate) fn reshaped(&self, seed: u64) -> Option<Reshaped> {
-        let surface = &self.scene.surface;
-        let mut free: Vec<bool> = self.materials.metallic.iter().map(|m| *m > 0.5).collect();
-        for (t, _) in surface.triangles.iter().zip(&self.scene.sheets).filter(|(_, s)| **s != 0) {
-            t.iter().for_each(|&v| free[v as usize] = false);
-        }
+        let free = self.scene.off_sheets(|v| self.materials.metallic[v] > 0.5);
         let metal: Vec<usize> = (0..free.len()).filter(|&v| free[v]).collect();
         if metal.len() < LEAST_VERTICES {
             return None;
         }
-        let mesh = Mesh {
-            vertices: surface.vertices.iter().map(|&v| Vec3::from(v)).collect(),
-            triangles: surface.triangles.clone(),
-        };
-        let edge = median_edge(&mesh, &free)?;
+        let mesh = Mesh::of(&self.scene.surface);
+        let edge = mesh.median_edge(&free)?;
         let points = self.points(&mesh, &metal, edge);
         let best = self.search(&points, seed);
         let turns = points.iter().zip(&best.normals).map(|(p, n)| p.normal.angle_between(*n));
@@ -276,18 +269,6 @@ impl Choice {
         let pick = |(p, point): (usize, &Point)| of(&all[self.0[point.part as usize]], p);
         points.iter().enumerate().map(pick).collect()
     }
-}
-
-/// Median length of the edges between vertices of metal; none when they have no extent.
-pub(crate) fn median_edge(mesh: &Mesh, free: &[bool]) -> Option<f32> {
-    let of_metal = mesh.triangles.iter().filter(|t| t.iter().all(|&v| free[v as usize]));
-    let mut all: Vec<f32> = of_metal
-        .map(|t| (mesh.vertices[t[0] as usize] - mesh.vertices[t[1] as usize]).length())
-        .collect();
-    let middle = all.len() / 2;
-    (!all.is_empty())
-        .then(|| *all.select_nth_unstable_by(middle, f32::total_cmp).1)
-        .filter(|edge| *edge > 0.0 && edge.is_finite())
 }
 
 fn nearest(tree: &ImmutableKdTree<f32, 3>, at: &[f32; 3], count: usize) -> Vec<(f32, u32)> {

@@ -47,19 +47,11 @@ impl Reshape<'_> {
 
     /// `P L u`.
     fn slid(&self, u: &[Vec3], v: usize) -> Vec3 {
-        let ring = self.neighbours.at(v);
-        if ring.is_empty() || !self.free[v] {
+        if !self.free[v] {
             return Vec3::ZERO;
         }
-        let sum: Vec3 = ring.iter().map(|&j| u[j as usize]).sum();
-        let bent = sum / ring.len() as f32 - u[v];
+        let bent = self.neighbours.laplacian(u, v);
         bent - self.normals[v] * self.normals[v].dot(bent)
-    }
-
-    /// The transpose of `L`.
-    fn transposed(&self, r: &[Vec3], v: usize) -> Vec3 {
-        let of = |&j: &u32| r[j as usize] / self.neighbours.at(j as usize).len().max(1) as f32;
-        self.neighbours.at(v).iter().map(of).sum::<Vec3>() - r[v]
     }
 
     fn hold(&self) -> Vec<f32> {
@@ -76,7 +68,9 @@ impl Reshape<'_> {
         let slid = self.map(|v| self.slid(u, v));
         self.map(|v| {
             if self.free[v] {
-                self.slope(u, v) + u[v] * hold[v] + self.transposed(&slid, v) * SLIDE
+                self.slope(u, v)
+                    + u[v] * hold[v]
+                    + self.neighbours.laplacian_transposed(&slid, v) * SLIDE
             } else {
                 Vec3::ZERO
             }

@@ -3,9 +3,9 @@
 use super::*;
 use glam::DVec3;
 use motes_scene::{ImageF32, Pinhole, Pose};
-use motes_shading::environment::{EnvironmentMap, MapOptions};
 
 use crate::Photo;
+use crate::toy_ball::{ball, light_of};
 
 const COPPER: Vec3 = Vec3::new(0.7, 0.35, 0.2);
 const VIEWS: usize = 12;
@@ -21,34 +21,11 @@ fn sky(d: Vec3) -> Vec3 {
 }
 
 /// A unit ball; with a dent of `depth` about +z and slightly aside.
-fn ball(depth: f32) -> Surface {
-    let (rows, columns) = (40u32, 80u32);
-    let mut s = Surface::default();
-    for y in 0..=rows {
-        for x in 0..columns {
-            let theta = y as f32 / rows as f32 * std::f32::consts::PI;
-            let phi = x as f32 / columns as f32 * std::f32::consts::TAU;
-            let d = Vec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos());
-            let away = d.angle_between(Vec3::new(0.25, 0.1, 1.0)) / 0.3;
-            s.vertices.push((d * (1.0 - depth * (-away * away).exp())).to_array());
-        }
-    }
-    let at = |x: u32, y: u32| y * columns + x % columns;
-    for y in 0..rows {
-        for x in 0..columns {
-            let [a, b, c, d] = [at(x, y), at(x, y + 1), at(x + 1, y + 1), at(x + 1, y)];
-            s.triangles.extend([[a, b, c], [a, c, d]].into_iter().filter(|t| {
-                let [p, q, r] = t.map(|v| Vec3::from(s.vertices[v as usize]));
-                (q - p).cross(r - p).length() > 1e-9
-            }));
-        }
-    }
-    let mesh = Mesh {
-        vertices: s.vertices.iter().map(|&v| Vec3::from(v)).collect(),
-        triangles: s.triangles.clone(),
-    };
-    s.normals = mesh.vertex_normals().iter().map(Vec3::to_array).collect();
-    s
+fn dented(depth: f32) -> Surface {
+    ball(40, |d| {
+        let away = d.angle_between(Vec3::new(0.25, 0.1, 1.0)) / 0.3;
+        1.0 - depth * (-away * away).exp()
+    })
 }
 
 fn photo(index: usize, exposure: f32) -> Photo {
@@ -81,21 +58,8 @@ fn photo(index: usize, exposure: f32) -> Photo {
     out
 }
 
-fn light(exposure: f32) -> Environment {
-    let (w, h) = (128, 64);
-    let mut map = ImageF32::filled(w, h, 3, 0.0);
-    let options = MapOptions::default();
-    for k in 0..w * h {
-        let (u, v) = (((k % w) as f64 + 0.5) / w as f64, ((k / w) as f64 + 0.5) / h as f64);
-        let d =
-            options.orientation.world_from_map(motes_shading::environment::direction_from_uv(u, v));
-        map.pixel_mut(k % w, k / w).copy_from_slice(&(sky(d.as_vec3()) * exposure).to_array());
-    }
-    Environment::new(EnvironmentMap::new(&map, &options).ok(), None)
-}
-
 fn reshaped(depth: f32, exposure: f32, metallic: f32) -> (TracedSurface, Option<Reshaped>) {
-    let scene = TracedSurface::new(ball(depth)).unwrap();
+    let scene = TracedSurface::new(dented(depth)).unwrap();
     let photos: Vec<Photo> = (0..VIEWS).map(|k| photo(k, exposure)).collect();
     let views: Vec<SeenView<'_>> = photos.iter().map(|p| SeenView::new(p, &scene)).collect();
     let n = scene.surface.vertices.len();
@@ -109,7 +73,7 @@ fn reshaped(depth: f32, exposure: f32, metallic: f32) -> (TracedSurface, Option<
     let mirrors = Mirrors {
         scene: &scene,
         views: &views,
-        lights: &[light(exposure)],
+        lights: &[light_of([128, 64], |d| sky(d) * exposure)],
         vertex_radiance: &bounce,
         materials: &materials,
         smoothness: 8.0,

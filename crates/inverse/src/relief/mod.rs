@@ -18,7 +18,6 @@ use rayon::prelude::*;
 use crate::buffers::TracedSurface;
 use crate::geometry::mesh::{Mesh, Neighbours};
 use crate::pixels::VertexMaterials;
-use crate::reflection::median_edge;
 use crate::samples::{SeenView, body_radiance};
 use received::Received;
 use solve::{Relief, ReliefWeights, Told};
@@ -32,7 +31,7 @@ const LEAST_COSINE: f32 = 0.1;
 const LEAST_VERTICES: usize = 30;
 /// Difference of logarithms of base colours, over all channels, at which a pair counts a quarter.
 const SIGMA: f32 = 0.3;
-/// Weight of staying: less than the least slope of a light tells over some ten edges.
+/// Weight of squares of displacements, in edges: small, so that it rules only where no pair tells anything.
 const HOLD: f32 = 3e-3;
 /// Farthest that a vertex moves, edges.
 const FARTHEST: f32 = 2.0;
@@ -66,15 +65,13 @@ impl Shaded<'_> {
     /// The surface with its relief after `rounds`; none where nothing can move, or photos do not tell.
     pub(crate) fn reshaped(&self, rounds: u32) -> Option<(Surface, ReliefReport)> {
         let surface = &self.scene.surface;
-        let free = self.free();
-        if rounds == 0 || free.iter().filter(|f| **f).count() < LEAST_VERTICES {
+        // Metals are told by their reflections.
+        let free = self.scene.off_sheets(|v| !(self.materials.metallic[v] > 0.5));
+        if free.iter().filter(|f| **f).count() < LEAST_VERTICES {
             return None;
         }
-        let mut mesh = Mesh {
-            vertices: surface.vertices.iter().map(|&v| Vec3::from(v)).collect(),
-            triangles: surface.triangles.clone(),
-        };
-        let edge = median_edge(&mesh, &free)?;
+        let mut mesh = Mesh::of(surface);
+        let edge = mesh.median_edge(&free)?;
         let first = mesh.vertices.clone();
         // Normals may be better than those of the mesh: predicted ones, say. They turn as the mesh does.
         let along: Vec<Vec3> = surface.normals.iter().map(|&n| Vec3::from(n)).collect();
@@ -92,6 +89,7 @@ impl Shaded<'_> {
         let neighbours = Neighbours::of(&mesh);
         let received: Vec<Received> =
             (0..self.lights.len()).map(|l| Received::trace(self, l, &along, &free)).collect();
+        let even: Vec<Vec<f32>> = received.iter().map(|r| r.evenness(&neighbours)).collect();
         let weights = ReliefWeights { sigma: SIGMA, bending: self.smoothness, hold: HOLD };
         let mut u = vec![0.0f32; free.len()];
         let mut cost = [0.0; 2];
@@ -101,10 +99,11 @@ impl Shaded<'_> {
             let told: Vec<Told> = received
                 .iter()
                 .zip(&shown)
-                .map(|(received, shown)| Told {
+                .zip(&even)
+                .map(|((received, shown), weight)| Told {
                     log_base: log_base(received, shown, &normals),
                     by_displacement: slopes(received, &map, &normals, edge),
-                    weight: received.evenness(&neighbours),
+                    weight,
                 })
                 .collect();
             let relief =
@@ -134,16 +133,6 @@ impl Shaded<'_> {
         Some((out, report))
     }
 
-    /// What is neither metal, which its reflections tell, nor flat, where normals are exact.
-    fn free(&self) -> Vec<bool> {
-        let mut free: Vec<bool> = self.materials.metallic.iter().map(|m| !(*m > 0.5)).collect();
-        let triangles = self.scene.surface.triangles.iter();
-        for (t, _) in triangles.zip(&self.scene.sheets).filter(|(_, s)| **s != 0) {
-            t.iter().for_each(|&v| free[v as usize] = false);
-        }
-        free
-    }
-
     /// What photos under light `l` show of vertices, little touched by highlights.
     fn shown(&self, l: usize, normals: &[Vec3], free: &[bool]) -> Vec<Option<Vec3>> {
         let of = |v: usize| {
@@ -164,17 +153,13 @@ impl Shaded<'_> {
     }
 }
 
-fn ln(v: Vec3) -> Vec3 {
-    Vec3::from(v.to_array().map(f32::ln))
-}
-
 /// Logarithms of base colours under these normals; none where the light grazes or photos do not tell.
 fn log_base(received: &Received, shown: &[Option<Vec3>], normals: &[Vec3]) -> Vec<Option<Vec3>> {
     let of = |v: usize| {
         let toward = &received.toward[v];
         let is_lit = |g: &Vec3| normals[v].dot(*g) > LEAST_COSINE * g.length();
         let irradiance = Vec3::from(toward.map(|g| normals[v].dot(g)));
-        shown[v].filter(|_| toward.iter().all(is_lit)).map(|l| ln(l) - ln(irradiance))
+        shown[v].filter(|_| toward.iter().all(is_lit)).map(|l| l.ln() - irradiance.ln())
     };
     (0..normals.len()).map(of).collect()
 }

@@ -10,7 +10,7 @@ use crate::reflection::light_by_texels;
 
 /// Texels along a side of the light: 6.4 degrees, and 15 where there are many vertices.
 const SIDES: [usize; 2] = [12, 28];
-/// Rays from which texels are larger, over all vertices of a light: twice the half of them that lie over its plane.
+/// Texels over all vertices from which they are larger; half of them lie over the plane of their vertex and cost a ray.
 const MOST_RAYS: usize = 80_000_000;
 /// Difference of the open share between neighbours at which a vertex counts half.
 const UNEVEN: f32 = 0.1;

@@ -30,17 +30,17 @@ pub(super) struct ReliefWeights {
 }
 
 /// What one light tells.
-pub(super) struct Told {
+pub(super) struct Told<'a> {
     /// `β` with the normals as they are; none where photos do not tell.
     pub log_base: Vec<Option<Vec3>>,
     /// Change of `β`, per channel, by the displacements.
     pub by_displacement: Rows<Vec3>,
     /// How far a vertex counts, 0 to 1.
-    pub weight: Vec<f32>,
+    pub weight: &'a [f32],
 }
 
 pub(super) struct Relief<'a> {
-    pub told: &'a [Told],
+    pub told: &'a [Told<'a>],
     pub neighbours: &'a Neighbours,
     pub free: &'a [bool],
     /// Displacements before, edges.
@@ -52,24 +52,22 @@ fn map<T: Send>(count: usize, of: impl Fn(usize) -> T + Send + Sync) -> Vec<T> {
     (0..count).into_par_iter().with_min_len(CHUNK).map(of).collect()
 }
 
-impl Relief<'_> {
-    /// `β` after displacements.
-    fn log_base(&self, told: &Told, u: &[f32]) -> Vec<Option<Vec3>> {
-        map(u.len(), |v| {
-            let change = |&(j, c): &(u32, Vec3)| c * u[j as usize];
-            let row = told.by_displacement.at(v).iter();
-            told.log_base[v].map(|b| b + row.map(change).sum::<Vec3>())
-        })
+impl Told<'_> {
+    /// Change of `β` by displacements.
+    fn change(&self, u: &[f32], v: usize) -> Vec3 {
+        self.by_displacement.at(v).iter().map(|&(j, c)| c * u[j as usize]).sum()
     }
+}
 
+impl Relief<'_> {
     /// Cost and weight of a pair by the square of its difference over that of `sigma`.
     fn pair(x2: f32) -> (f32, f32) {
         (x2 / (1.0 + x2), (1.0 + x2).powi(-2))
     }
 
-    /// Weights of the pairs, those of a vertex in the order of its neighbours, and the mean cost of pairs.
-    fn weigh(&self, told: &Told, u: &[f32]) -> (Vec<Vec<f32>>, f64) {
-        let beta = self.log_base(told, u);
+    /// Weights of the pairs by their differences, those of a vertex in the order of its neighbours, and the mean cost of pairs.
+    fn pairs(&self, told: &Told<'_>, u: &[f32]) -> (Vec<Vec<f32>>, f64) {
+        let beta = map(u.len(), |v| told.log_base[v].map(|b| b + told.change(u, v)));
         let rows = map(u.len(), |p| {
             let mut cost = (0.0f64, 0.0f64);
             let of = |&q: &u32| {
@@ -84,20 +82,24 @@ impl Relief<'_> {
             (row, cost)
         });
         let (sum, n) = rows.iter().fold((0.0, 0.0), |(s, n), (_, c)| (s + c.0, n + c.1));
-        let sharp = |(row, _): &(Vec<f32>, _)| {
-            (row.iter().sum::<f32>() / row.len().max(1) as f32).powi(BESIDE_EDGES)
-        };
+        (rows.into_iter().map(|(row, _)| row).collect(), if n > 0.0 { sum / n } else { 0.0 })
+    }
+
+    /// Weights of the pairs, less beside edges of texture.
+    fn weigh(&self, told: &Told<'_>, u: &[f32]) -> Vec<Vec<f32>> {
+        let rows = self.pairs(told, u).0;
+        let sharp =
+            |row: &Vec<f32>| (row.iter().sum::<f32>() / row.len().max(1) as f32).powi(BESIDE_EDGES);
         let clear: Vec<f32> = rows.iter().map(sharp).collect();
-        let weights = map(u.len(), |p| {
-            let ring = rows[p].0.iter().zip(self.neighbours.at(p));
+        map(u.len(), |p| {
+            let ring = rows[p].iter().zip(self.neighbours.at(p));
             ring.map(|(w, &q)| w * clear[p] * clear[q as usize]).collect()
-        });
-        (weights, if n > 0.0 { sum / n } else { 0.0 })
+        })
     }
 
     /// Mean cost of the pairs, 0 to 1.
     pub(super) fn cost(&self, u: &[f32]) -> f64 {
-        let all: f64 = self.told.iter().map(|t| self.weigh(t, u).1).sum();
+        let all: f64 = self.told.iter().map(|t| self.pairs(t, u).1).sum();
         all / self.told.len().max(1) as f64
     }
 
@@ -109,19 +111,14 @@ impl Relief<'_> {
         })
     }
 
-    fn bent(&self, u: &[f32]) -> Vec<f32> {
+    /// Half the gradient of what does not depend on the photos, at displacements `u`.
+    fn stiff(&self, u: &[f32]) -> Vec<f32> {
+        let free = |v: usize| self.free[v];
+        let bent = map(u.len(), |v| if free(v) { self.neighbours.laplacian(u, v) } else { 0.0 });
         map(u.len(), |v| {
-            let ring = self.neighbours.at(v);
-            if ring.is_empty() || !self.free[v] {
-                return 0.0;
-            }
-            ring.iter().map(|&j| u[j as usize]).sum::<f32>() / ring.len() as f32 - u[v]
+            let unbent = self.neighbours.laplacian_transposed(&bent, v);
+            if free(v) { u[v] * self.weights.hold + unbent * self.weights.bending } else { 0.0 }
         })
-    }
-
-    fn unbent(&self, r: &[f32], v: usize) -> f32 {
-        let of = |&j: &u32| r[j as usize] / self.neighbours.at(j as usize).len().max(1) as f32;
-        self.neighbours.at(v).iter().map(of).sum::<f32>() - r[v]
     }
 
     /// The displacements, edges.
@@ -129,45 +126,35 @@ impl Relief<'_> {
         let n = self.start.len();
         let columns: Vec<Rows<Vec3>> =
             self.told.iter().map(|t| t.by_displacement.transposed()).collect();
+        let known: Vec<Vec<Vec3>> = self
+            .told
+            .iter()
+            .map(|t| t.log_base.iter().map(|b| b.unwrap_or(Vec3::ZERO)).collect())
+            .collect();
+        let resting = self.stiff(self.start);
         let mut step = vec![0.0f32; n];
         for _ in 0..ROUNDS {
             let weights: Vec<Vec<Vec<f32>>> =
-                self.told.iter().map(|t| self.weigh(t, &step).0).collect();
-            let back = |l: usize, x: &[Vec3], v: usize| -> f32 {
-                columns[l].at(v).iter().map(|(p, c)| c.dot(x[*p as usize])).sum()
+                self.told.iter().map(|t| self.weigh(t, &step)).collect();
+            // Adds half the gradient of the pairs whose logarithms are `x`.
+            let add_pull = |to: &mut [f32], l: usize, x: &[Vec3]| {
+                let pulled = self.differences(&weights[l], x);
+                let back = |v: usize| -> f32 {
+                    columns[l].at(v).iter().map(|(p, c)| c.dot(pulled[*p as usize])).sum()
+                };
+                let add = map(n, |v| if self.free[v] { back(v) } else { 0.0 });
+                to.iter_mut().zip(add).for_each(|(to, a)| *to += a);
             };
             let apply = |u: &[f32]| -> Vec<f32> {
-                let bent = self.bent(u);
-                let mut out = map(n, |v| {
-                    if !self.free[v] {
-                        return 0.0;
-                    }
-                    u[v] * self.weights.hold + self.unbent(&bent, v) * self.weights.bending
-                });
+                let mut out = self.stiff(u);
                 for (l, told) in self.told.iter().enumerate() {
-                    let change: Vec<Vec3> = map(n, |v| {
-                        let row = told.by_displacement.at(v).iter();
-                        row.map(|&(j, c)| c * u[j as usize]).sum()
-                    });
-                    let pulled = self.differences(&weights[l], &change);
-                    let add = map(n, |v| if self.free[v] { back(l, &pulled, v) } else { 0.0 });
-                    out.iter_mut().zip(add).for_each(|(o, a)| *o += a);
+                    add_pull(&mut out, l, &map(n, |v| told.change(u, v)));
                 }
                 out
             };
-            let bent = self.bent(self.start);
-            let mut right = map(n, |v| {
-                if !self.free[v] {
-                    return 0.0;
-                }
-                -self.start[v] * self.weights.hold - self.unbent(&bent, v) * self.weights.bending
-            });
-            for (l, told) in self.told.iter().enumerate() {
-                let beta = map(n, |v| told.log_base[v].unwrap_or(Vec3::ZERO));
-                let pulled = self.differences(&weights[l], &beta);
-                let add = map(n, |v| if self.free[v] { back(l, &pulled, v) } else { 0.0 });
-                right.iter_mut().zip(add).for_each(|(r, a)| *r -= a);
-            }
+            let mut slope = resting.clone();
+            known.iter().enumerate().for_each(|(l, known)| add_pull(&mut slope, l, known));
+            let right = slope.iter().map(|s| -s).collect();
             step = conjugate_gradients::solve(right, apply, ITERATIONS);
         }
         step

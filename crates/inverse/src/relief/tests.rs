@@ -3,13 +3,13 @@
 use super::*;
 use glam::DVec3;
 use motes_scene::{ImageF32, Pinhole, Pose};
-use motes_shading::environment::{EnvironmentMap, MapOptions, direction_from_uv};
 
 use crate::pixels::VertexMaterials;
-use crate::{Photo, PixelHit, ViewRays};
+use crate::toy_ball::{ball, direction_of_pixel, light_of};
+use crate::{Photo, ViewRays};
 
 const VIEWS: usize = 12;
-const MAP: (usize, usize) = (64, 32);
+const MAP: [usize; 2] = [64, 32];
 
 fn sky(d: Vec3) -> Vec3 {
     let lamp = ((d.dot(Vec3::new(0.5, 0.3, 0.8).normalize()) - 1.0) / 0.02).exp();
@@ -18,11 +18,9 @@ fn sky(d: Vec3) -> Vec3 {
 
 /// Directions of the map with radiance times solid angle over π.
 fn lamps() -> Vec<(Vec3, Vec3)> {
-    let (w, h) = MAP;
-    let orientation = MapOptions::default().orientation;
+    let [w, h] = MAP;
     let lamp = |k: usize| {
-        let (u, v) = (((k % w) as f64 + 0.5) / w as f64, ((k / w) as f64 + 0.5) / h as f64);
-        let d = orientation.world_from_map(direction_from_uv(u, v)).as_vec3();
+        let (d, v) = (direction_of_pixel(MAP, k), ((k / w) as f64 + 0.5) / h as f64);
         let area = 2.0 * std::f64::consts::PI / (w * h) as f64 * (std::f64::consts::PI * v).sin();
         (d, sky(d) * area as f32)
     };
@@ -34,29 +32,8 @@ fn bumps(d: Vec3) -> f32 {
 }
 
 /// A unit ball with bumps of this height.
-fn ball(height: f32) -> Surface {
-    let (rows, columns) = (60u32, 120u32);
-    let mut s = Surface::default();
-    for k in 0..(rows + 1) * columns {
-        let theta = (k / columns) as f32 / rows as f32 * std::f32::consts::PI;
-        let phi = (k % columns) as f32 / columns as f32 * std::f32::consts::TAU;
-        let d = Vec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos());
-        s.vertices.push((d * (1.0 + height * bumps(d))).to_array());
-    }
-    let at = |x: u32, y: u32| y * columns + x % columns;
-    for (x, y) in (0..rows * columns).map(|k| (k % columns, k / columns)) {
-        let [a, b, c, d] = [at(x, y), at(x, y + 1), at(x + 1, y + 1), at(x + 1, y)];
-        s.triangles.extend([[a, b, c], [a, c, d]].into_iter().filter(|t| {
-            let [p, q, r] = t.map(|v| Vec3::from(s.vertices[v as usize]));
-            (q - p).cross(r - p).length() > 1e-9
-        }));
-    }
-    let mesh = Mesh {
-        vertices: s.vertices.iter().map(|&v| Vec3::from(v)).collect(),
-        triangles: s.triangles.clone(),
-    };
-    s.normals = mesh.vertex_normals().iter().map(Vec3::to_array).collect();
-    s
+fn bumpy(height: f32) -> Surface {
+    ball(60, |d| 1.0 + height * bumps(d))
 }
 
 /// Two colours in patches, as far as `contrast` goes.
@@ -80,7 +57,6 @@ fn photo(index: usize, truth: &TracedSurface, exposure: f32, contrast: f32) -> P
     };
     let (rays, lamps) = (ViewRays::new(&out), lamps());
     for (k, hit) in rays.hits(truth).iter().enumerate().filter(|(_, hit)| hit.is_hit()) {
-        let hit: &PixelHit = hit;
         let d = rays.direction((k % size) as f32 + 0.5, (k / size) as f32 + 0.5);
         let (position, normal, _) = truth.frame(hit, -d);
         let received: Vec3 = lamps
@@ -108,26 +84,17 @@ const CASE: Case =
 
 /// The normals of the truth are `off` by so many degrees before and after where the lamp shines, and the surface.
 fn run(case: &Case) -> ([f32; 2], Option<(Surface, ReliefReport)>) {
-    let truth = TracedSurface::new(ball(case.height[0])).unwrap();
-    let scene = TracedSurface::new(ball(case.height[1])).unwrap();
+    let truth = TracedSurface::new(bumpy(case.height[0])).unwrap();
+    let scene = TracedSurface::new(bumpy(case.height[1])).unwrap();
     let photos: Vec<Photo> =
         (0..VIEWS).map(|k| photo(k, &truth, case.exposure, case.contrast)).collect();
     let views: Vec<SeenView<'_>> = photos.iter().map(|p| SeenView::new(p, &scene)).collect();
-    let (w, h) = MAP;
-    let mut map = ImageF32::filled(w, h, 3, 0.0);
-    let options = MapOptions::default();
-    for k in 0..w * h {
-        let (u, v) = (((k % w) as f64 + 0.5) / w as f64, ((k / w) as f64 + 0.5) / h as f64);
-        let d = options.orientation.world_from_map(direction_from_uv(u, v)).as_vec3();
-        let radiance = sky(d) * (case.exposure * case.light);
-        map.pixel_mut(k % w, k / w).copy_from_slice(&radiance.to_array());
-    }
     let n = scene.surface.vertices.len();
     let materials = VertexMaterials { metallic: vec![case.metallic; n], ..Default::default() };
     let shaded = Shaded {
         scene: &scene,
         views: &views,
-        lights: &[Environment::new(EnvironmentMap::new(&map, &options).ok(), None)],
+        lights: &[light_of(MAP, |d| sky(d) * (case.exposure * case.light))],
         vertex_radiance: &[],
         materials: &materials,
         smoothness: 1.0,
