@@ -15,11 +15,11 @@ use crate::attributes::{
     nearest_vertices, per_gaussian, vertex_base_color, vertex_materials, vertex_visibility,
 };
 use crate::cavities::darkening;
-use crate::evidence::{anchored, median_distance, prior_log_base, share_of_bounce};
+use crate::evidence::{median_distance, prior_log_base, share_of_bounce};
+use crate::illumination::{Finder, Illumination, ReflectedLight};
 use crate::light::cells::CellLight;
-use crate::light::find::{LightProblem, RAY_BIAS};
 use crate::materials::basis::BasisScene;
-use crate::materials::find::{PartMaterial, environment, find_materials};
+use crate::materials::find::{PartMaterial, environment};
 use crate::materials::profile::Kind;
 use crate::materials::scale::ScaleEvidence;
 use crate::observed::Observed;
@@ -118,6 +118,8 @@ pub struct Decomposition {
     pub views: Vec<RenderedView>,
     /// Cells of the light after every round, and the cost of the fit before and after.
     pub light_rounds: Vec<(usize, f64, f64)>,
+    /// What came of fitting the light to what is reflected; none where nothing is.
+    pub reflected_light: Option<ReflectedLight>,
     /// What shading moved; none where it moved nothing.
     pub relief: Option<ReliefReport>,
     /// Rounds that turned metals to what they mirror.
@@ -128,8 +130,6 @@ pub struct Decomposition {
 
 /// Indirect light below this share of the irradiance is left out.
 const LEAST_INDIRECT: f32 = 0.005;
-/// Spread of the scale, log units, up to which highlights count as an anchor.
-const TELLING_SPREAD: f32 = 0.35;
 
 /// Called before every step with its name and the share of the work that is done.
 pub type Observer<'a> = dyn FnMut(&'static str, f32) -> ControlFlow<()> + 'a;
@@ -162,38 +162,30 @@ pub fn decompose(
     let light_count = photos.iter().map(|p| p.light + 1).max().unwrap_or(1);
     let lights_of_surface = if options.indirect == TermChoice::Off { 0 } else { light_count };
     let mut seen = Observed::new(scene, views, options.samples, lights_of_surface)?;
-    let distance = median_distance(&seen.samples, &seen.views);
-    let ray_bias = RAY_BIAS * distance;
-    let priors = prior_log_base(&seen.samples, &seen.views, known);
+    let finder = Finder {
+        known,
+        options,
+        orientation,
+        light_count,
+        distance: median_distance(&seen.samples, &seen.views),
+        priors: prior_log_base(&seen.samples, &seen.views, known),
+        seed,
+    };
+    let ray_bias = finder.ray_bias();
 
     step("light", 0.05)?;
+    let is_known = !known.lights.is_empty();
     let mut light_rounds = Vec::new();
-    let mut cell_lights = Vec::new();
-    let mut indirect_share = 0.0;
-    let mut factor = Vec3::ONE;
-    let mut anchor = Anchor::Environment;
-    let mut lights: Vec<Environment> = known.lights.clone();
-    let is_known = !lights.is_empty();
+    let mut cells = Vec::new();
+    let mut lights = known.lights.clone();
     if !is_known {
-        let problem = LightProblem {
-            scene: &seen.scene,
-            samples: &seen.samples,
-            vertex_radiance: &seen.vertex_radiance,
-            lights: light_count,
-            distance,
-            orientation,
-            prior_log_base: priors.as_deref(),
-        };
-        let found = problem.solve(options, seed);
-        light_rounds = found
-            .cells
-            .iter()
-            .zip(found.costs.iter().skip(1))
-            .map(|(n, c)| (*n, c.0, c.1))
-            .collect();
-        cell_lights = found.lights;
-        lights = cell_lights.iter().map(environment).collect();
+        let found = finder.problem(&seen).solve(options, seed);
+        let costs = found.cells.iter().zip(found.costs.iter().skip(1));
+        light_rounds = costs.map(|(n, c)| (*n, c.0, c.1)).collect();
+        cells = found.lights;
+        lights = cells.iter().map(environment).collect();
     }
+    let mut indirect_share = 0.0;
     if !seen.vertex_radiance.is_empty() {
         indirect_share = share_of_bounce(&seen, &lights, ray_bias, seed);
         if options.indirect == TermChoice::Auto && indirect_share < LEAST_INDIRECT {
@@ -202,37 +194,23 @@ pub fn decompose(
     }
 
     step("material", 0.3)?;
-    let find = |seen: &Observed<'_>, lights: &[Environment]| {
-        let Observed { scene, samples, vertex_radiance, .. } = seen;
-        find_materials(scene, samples, lights, vertex_radiance, ray_bias, options, seed)
-    };
-    let mut found = find(&seen, &lights);
+    let mut lit = Illumination::new(&finder, &seen, cells, lights);
+    let mut reflected_light = None;
     if !is_known {
-        // The scale moves what is a highlight and what is not, so the two are found in turn.
         for round in 0..2 {
-            step("scale", 0.4 + 0.1 * round as f32)?;
-            let on_light = match anchored(&seen.samples, &found, &known.anchors) {
-                Some(on_light) => {
-                    anchor = Anchor::BaseColor;
-                    on_light
-                }
-                None => {
-                    anchor = if found.scale.log_spread < TELLING_SPREAD {
-                        Anchor::Specular
-                    } else {
-                        Anchor::Prior
-                    };
-                    found.scale.factor
-                }
-            };
-            factor /= on_light;
-            for light in &mut cell_lights {
-                light.radiance.iter_mut().for_each(|e| *e *= on_light);
+            step("scale", 0.4 + 0.05 * round as f32)?;
+            lit.rescale(&finder, &seen);
+        }
+        step("reflected light", 0.48)?;
+        let rounds = options.reflected_light_rounds;
+        if let Some((fitted, report)) = lit.by_reflections(&finder, &seen, rounds) {
+            reflected_light = Some(report);
+            if report.kept {
+                lit = fitted;
             }
-            lights = cell_lights.iter().map(environment).collect();
-            found = find(&seen, &lights);
         }
     }
+    let Illumination { cells: cell_lights, lights, materials: mut found, factor, anchor, .. } = lit;
 
     let mut relief = None;
     if options.relief_rounds > 0 {
@@ -251,7 +229,7 @@ pub fn decompose(
         if let Some((surface, report)) = shaded.reshaped(options.relief_rounds) {
             relief = Some(report);
             seen.move_to(surface, photos, options.samples)?;
-            found = find(&seen, &lights);
+            found = finder.materials(&seen, &lights);
         }
     }
     let mut mirror_rounds = Vec::new();
@@ -277,7 +255,7 @@ pub fn decompose(
         };
         mirror_rounds.push(report);
         seen.move_to(surface, photos, options.samples)?;
-        found = find(&seen, &lights);
+        found = finder.materials(&seen, &lights);
         found.take_roughness(&seen.samples, &seen.scene.surface, &roughness);
     }
 
@@ -372,6 +350,7 @@ pub fn decompose(
         specular,
         views,
         light_rounds,
+        reflected_light,
         relief,
         mirror_rounds,
         samples: samples.len(),

@@ -7,6 +7,7 @@ mod conjugate_gradients;
 mod decompose;
 mod evidence;
 pub mod geometry;
+mod illumination;
 pub mod light;
 pub mod materials;
 mod normal_priors;
@@ -30,6 +31,7 @@ pub use buffers::{PixelHit, TracedSurface, ViewRays};
 pub use decompose::{
     Anchor, DecomposeError, Decomposition, Known, Observer, RenderedView, decompose,
 };
+pub use illumination::ReflectedLight;
 pub use options::{DecomposeOptions, LobesChoice, TermChoice};
 pub use photo::Photo;
 pub use reflection::MirrorRound;

@@ -66,6 +66,11 @@ pub struct DecomposeOptions {
     #[arg(long, default_value_t = 3, value_name = "LEVELS", help_heading = "Fit")]
     pub light_levels: u32,
 
+    /// Rounds that fit the light to what glossy things and metals reflect, as long as materials then explain the photos better; 0
+    /// leaves it as shading tells
+    #[arg(long, default_value_t = 2, value_name = "COUNT", help_heading = "Fit")]
+    pub reflected_light_rounds: u32,
+
     /// Passes over the photos that bring base colours into the Gaussians
     #[arg(long, default_value_t = 12, value_name = "COUNT", help_heading = "Fit")]
     pub color_passes: u32,
@@ -129,6 +134,10 @@ pub struct DecomposeOptions {
     /// Weight: the light is nearly white, on the whole
     #[arg(long, default_value_t = 0.1, value_name = "WEIGHT", help_heading = "Priors")]
     pub weight_white_light: f32,
+
+    /// Weight: the light is what glossy things and metals reflect (--reflected-light-rounds)
+    #[arg(long, default_value_t = 1.0, value_name = "WEIGHT", help_heading = "Priors")]
+    pub weight_reflected_light: f32,
 
     /// Weight: base colours are in a usual range, 0.35 in the mean
     #[arg(long, default_value_t = 1.0, value_name = "WEIGHT", help_heading = "Priors")]

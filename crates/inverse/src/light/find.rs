@@ -4,10 +4,12 @@ use glam::Vec3;
 use motes_shading::environment::Orientation;
 
 use super::cells::{Cell, CellLight};
+use super::glossy::{Glossy, GlossyScene};
 use super::pairs::{Pair, PairOptions, choose_pairs};
 use super::solve::{LitPoints, SolveOptions, solve};
 use super::transport::{Transport, TransportOptions, bounce};
 use crate::buffers::TracedSurface;
+use crate::materials::find::FoundMaterials;
 use crate::options::DecomposeOptions;
 use crate::samples::Sample;
 
@@ -26,6 +28,13 @@ const CHROMA: f32 = 0.4;
 const UNSURE: f32 = 0.2;
 /// Weight of a pair of one point under two lights against a full pair.
 const SAME_POINT: f32 = 4.0;
+
+/// Where reflections are fitted, the light is smoother by this factor (they tell single cells apart, and their errors with them), ...
+const SMOOTHER: f32 = 2.0;
+/// ... differences in colour of neighbouring cells count this many times, squared, beside those in brightness, ...
+const TINT: f32 = 3.0;
+/// ... and the mean base colour is held: lobes in the wrong place would make the light dim.
+const HOLD: f32 = 30.0;
 
 /// Points and the captures that show them.
 #[derive(Debug)]
@@ -62,19 +71,8 @@ impl LightProblem<'_> {
     pub fn solve(&self, options: &DecomposeOptions, seed: u64) -> FoundLight {
         let even = CellLight::uniform(COLUMNS, COLUMNS / 2, Vec3::ONE, self.orientation);
         let mut lights = vec![even; self.lights];
-        let transport_options = TransportOptions {
-            rays_per_side: options.light_rays,
-            bounce_rays: 64,
-            bias: RAY_BIAS * self.distance,
-            visibility: options.visibility,
-            seed,
-        };
-        let bounces: Vec<Vec<Vec3>> = (0..self.lights)
-            .map(|l| match self.vertex_radiance.get(l) {
-                Some(radiance) => bounce(self.scene, self.samples, radiance, &transport_options),
-                None => vec![Vec3::ZERO; self.samples.len()],
-            })
-            .collect();
+        let transport_options = self.transport_options(options, seed);
+        let bounces = self.bounces(&transport_options);
         let mut found = FoundLight { lights: Vec::new(), cells: Vec::new(), costs: Vec::new() };
         let mut base: Vec<Vec<Vec3>> = Vec::new();
         for round in 0..=options.light_levels {
@@ -85,16 +83,13 @@ impl LightProblem<'_> {
             // roughly known.
             for pass in 0..if round == 0 { 2 } else { 1u64 } {
                 let pairs = self.pairs(&rows, &lit, &base, options, seed.wrapping_add(pass));
-                let solve_options = SolveOptions {
-                    smooth: options.weight_smooth_light,
-                    white: options.weight_white_light,
-                    scale: options.weight_albedo_range,
-                    typical_base_color: options.typical_base_color,
-                    sigma: 0.05,
-                    steps: 200,
-                    rate: 0.1,
-                };
-                found.costs.push(solve(&mut lights, &lit, &pairs, &solve_options));
+                found.costs.push(solve(
+                    &mut lights,
+                    &lit,
+                    &pairs,
+                    &mut [],
+                    &solve_options(options),
+                ));
             }
             base = lit.iter().zip(&lights).map(|(l, light)| base_colors(l, light)).collect();
             found.cells.push(lights[0].cells.len());
@@ -106,6 +101,69 @@ impl LightProblem<'_> {
         }
         found.lights = lights;
         found
+    }
+
+    fn transport_options(&self, options: &DecomposeOptions, seed: u64) -> TransportOptions {
+        TransportOptions {
+            rays_per_side: options.light_rays,
+            bounce_rays: 64,
+            bias: RAY_BIAS * self.distance,
+            visibility: options.visibility,
+            seed,
+        }
+    }
+
+    /// What the surface itself sends to every sample, per capture.
+    fn bounces(&self, options: &TransportOptions) -> Vec<Vec<Vec3>> {
+        (0..self.lights)
+            .map(|l| match self.vertex_radiance.get(l) {
+                Some(radiance) => bounce(self.scene, self.samples, radiance, options),
+                None => vec![Vec3::ZERO; self.samples.len()],
+            })
+            .collect()
+    }
+
+    /// Moves the light, from where shading put it, to where it explains what parts of the materials `found` reflect too. The mean
+    /// base colour stays.
+    pub(crate) fn fit_to_reflections(
+        &self,
+        lights: &mut [CellLight],
+        found: &FoundMaterials,
+        options: &DecomposeOptions,
+        seed: u64,
+    ) {
+        let Some(first) = lights.first() else { return };
+        let transport_options = self.transport_options(options, seed);
+        let bounces = self.bounces(&transport_options);
+        let transport = Transport::trace(self.scene, self.samples, first, &transport_options);
+        let (rows, lit) = self.lit_points(&transport, &bounces);
+        let base: Vec<Vec<Vec3>> =
+            lit.iter().zip(&*lights).map(|(l, light)| base_colors(l, light)).collect();
+        let pairs = self.pairs(&rows, &lit, &base, options, seed);
+        let mut glossy: Vec<Glossy> = (0..self.lights)
+            .map(|l| {
+                let scene = GlossyScene {
+                    scene: self.scene,
+                    samples: self.samples,
+                    found,
+                    vertex_radiance: self.vertex_radiance.get(l).map_or(&[], Vec::as_slice),
+                    lobes: options.lobes.into(),
+                    ray_bias: transport_options.bias,
+                    seed,
+                };
+                Glossy::new(scene.points(&rows[l], l as u32, &lights[l]), &base[l])
+            })
+            .collect();
+        let solve_options = SolveOptions {
+            smooth: SMOOTHER * options.weight_smooth_light,
+            scale: HOLD,
+            tint: TINT,
+            glossy: options.weight_reflected_light,
+            typical_base_color: typical(&base),
+            rate: 0.05,
+            ..solve_options(options)
+        };
+        solve(lights, &lit, &pairs, &mut glossy, &solve_options);
     }
 
     /// Samples per capture (those that its photos show), and their rows.
@@ -174,6 +232,27 @@ impl LightProblem<'_> {
 
 /// Distance at which rays leave the surface, as a share of the distance between camera and point: some pixels.
 pub(crate) const RAY_BIAS: f32 = 3e-3;
+
+fn solve_options(options: &DecomposeOptions) -> SolveOptions {
+    SolveOptions {
+        smooth: options.weight_smooth_light,
+        white: options.weight_white_light,
+        scale: options.weight_albedo_range,
+        tint: 0.0,
+        glossy: 0.0,
+        typical_base_color: options.typical_base_color,
+        sigma: 0.05,
+        steps: 200,
+        rate: 0.1,
+    }
+}
+
+/// Mean base colour, geometric, one number for all channels.
+fn typical(base: &[Vec<Vec3>]) -> f32 {
+    let log = |b: &Vec3| b.max(Vec3::splat(1e-4)).map(f32::ln).element_sum() / 3.0;
+    let all = || base.iter().flatten();
+    (all().map(log).sum::<f32>() / all().count().max(1) as f32).exp()
+}
 
 fn base_colors(lit: &LitPoints, light: &CellLight) -> Vec<Vec3> {
     let shading = |p: usize| lit.transport.direct(p, &light.radiance) + lit.transport.bounce[p];

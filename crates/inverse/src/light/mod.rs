@@ -2,6 +2,7 @@
 
 pub mod cells;
 pub mod find;
+pub(crate) mod glossy;
 pub mod pairs;
 pub mod solve;
 pub mod transport;

@@ -51,6 +51,11 @@ pub struct FoundMaterials {
 }
 
 impl FoundMaterials {
+    /// Cost of all parts under their materials.
+    pub(crate) fn cost(&self) -> f64 {
+        self.parts.iter().map(|p| f64::from(p.costs[0]) * p.samples as f64).sum()
+    }
+
     /// Metals take over the roughness that was found together with their normals: the median over the points of a part.
     pub(crate) fn take_roughness(
         &mut self,

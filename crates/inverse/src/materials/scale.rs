@@ -27,13 +27,33 @@ const PART_SAMPLES: f32 = 150.0;
 /// What was weighed.
 #[derive(Clone, Debug)]
 pub struct ScaleEvidence {
-    /// Factor on the light, per channel.
-    pub factor: Vec3,
+    /// Logarithm of the factor on the light under which highlights are explained best; 0 without highlights.
+    pub highlights: f32,
+    /// Logarithm of the factor on the light that makes base colours what they usually are.
+    pub usual: f32,
+    /// Certainty of what is usual: inverse square of log units.
+    pub usual_trust: f32,
+    /// Least logarithm of the factor: no surface reflects more than it receives.
+    pub least: f32,
+    /// What highlights say of the channels beside that.
+    pub tint: Vec3,
     /// Half width of the interval in which highlights alone are satisfied to half a unit of evidence, in log
     /// units; infinite without highlights.
     pub log_spread: f32,
     /// Samples whose highlights counted.
     pub samples: usize,
+}
+
+impl ScaleEvidence {
+    /// Factor on the light, per channel, when highlights err by `systematic` at least (log units).
+    pub fn factor(&self, systematic: f32) -> Vec3 {
+        // First one factor for all channels; then each on its own, held near the common one.
+        let trust = self.log_spread.max(systematic).powi(-2);
+        let common = (self.highlights * trust + self.usual * self.usual_trust)
+            / (trust + self.usual_trust).max(1e-6);
+        // What no surface can be, a base colour above 1, is stronger than either.
+        (Vec3::splat(common.max(self.least)) + self.tint * CHANNEL_TRUST).map(f32::exp)
+    }
 }
 
 /// Weighs highlights of all dielectric parts against what base colours usually are.
@@ -85,22 +105,19 @@ pub fn weigh_scale(
         (mean / count.max(1.0)).element_sum() / 3.0 - options.typical_base_color.max(1e-3).ln();
     let log = |costs: &[f32]| (minimum(costs) - STEPS as f32) * STEP;
 
-    // First one factor for all channels; then each on its own, held near the common one.
     let grey: Vec<f32> = costs.iter().map(|c| c.element_sum() / 3.0).collect();
     let log_spread = spread(&grey);
-    let trust = log_spread.max(SYSTEMATIC).powi(-2);
-    let doubt = options.weight_albedo_range * USUAL_SPREAD.powi(-2);
-    let highlights = if log_spread.is_finite() { log(&grey) } else { 0.0 };
-    let common = (highlights * trust + usual * doubt) / (trust + doubt).max(1e-6);
-    // What no surface can be, a base colour above 1, is stronger than either.
-    let mut factor = Vec3::splat(common.max(brightest(samples, basis, profile, regions).ln()));
-    if log_spread.is_finite() {
-        let own =
-            Vec3::from([0, 1, 2].map(|c| log(&costs.iter().map(|v| v[c]).collect::<Vec<_>>())));
-        factor += (own - own.element_sum() / 3.0) * CHANNEL_TRUST;
+    let is_told = log_spread.is_finite();
+    let own = Vec3::from([0, 1, 2].map(|c| log(&costs.iter().map(|v| v[c]).collect::<Vec<_>>())));
+    ScaleEvidence {
+        highlights: if is_told { log(&grey) } else { 0.0 },
+        usual,
+        usual_trust: options.weight_albedo_range * USUAL_SPREAD.powi(-2),
+        least: brightest(samples, basis, profile, regions).ln(),
+        tint: if is_told { own - own.element_sum() / 3.0 } else { Vec3::ZERO },
+        log_spread,
+        samples: members.len(),
     }
-    let factor = Vec3::from(factor.to_array().map(f32::exp));
-    ScaleEvidence { factor, log_spread, samples: members.len() }
 }
 
 /// A scene's brightest surfaces have at most this base colour: fresh snow and white paint.
@@ -129,9 +146,6 @@ fn brightest(samples: &[Sample], basis: &Basis, profile: &Profile, regions: &Reg
     quantile(&mut all, 1.0 - ABOVE).map_or(0.0, |brightest| brightest.max(0.0) / WHITEST)
 }
 
-/// Least error of what highlights tell, log units: normals and the shape of the light bend them all alike, so more
-/// points do not make them surer.
-const SYSTEMATIC: f32 = 0.2;
 /// How much of a difference between channels is believed: light is nearly white.
 const CHANNEL_TRUST: f32 = 0.5;
 

@@ -13,7 +13,7 @@ use motes_shading::environment::{Convention, Environment, Orientation};
 use motes_shading::integrate::{IntegrationOptions, Shader, SurfacePoint};
 use std::ops::ControlFlow;
 
-use scene::{base_color, gaussians, is_floor, light, photos, surface};
+use scene::{base_color, boxes, gaussians, is_floor, light, photos, surface};
 
 fn options() -> DecomposeOptions {
     DecomposeOptions {
@@ -114,6 +114,7 @@ fn a_matte_scene_in_the_sun_loses_its_shadow_and_needs_no_highlight() {
     let d = run(&photos, &Known::default());
     assert_sound(&d);
     assert!(!d.specular, "{:?}", d.parts);
+    assert!(d.reflected_light.is_none(), "nothing reflects");
     let ratio = shadow_ratio(&d, &scene, &light);
     println!("base colour lit over shadowed: {ratio:.3}; light of {:?} cells", d.light_rounds);
     // In the photos the ratio is above 2.
@@ -182,6 +183,55 @@ fn with_the_light_given_roughness_metal_and_base_color_come_out() {
     let mean = off.iter().sum::<f32>() / off.len() as f32;
     println!("normals of the ball turned by {mean} degrees");
     assert!(mean < 8.0, "{mean}");
+}
+
+#[test]
+fn what_is_reflected_tells_a_soft_light() {
+    let scene = TracedSurface::new(surface()).expect("a mesh");
+    let light = boxes();
+    let of = |p: Vec3| {
+        let (base, roughness) = if is_floor(p) { (base_color(p), 0.5) } else { (0.3, 0.2) };
+        Material { lobes: Lobes::Burley, ..Material::principled(Vec3::splat(base), roughness, 0.0) }
+    };
+    let photos = photos(&scene, &light, of);
+    let [fitted, shading] = [2, 0].map(|reflected_light_rounds| {
+        let options = DecomposeOptions { reflected_light_rounds, photo_steps: 0, ..options() };
+        let d = run_with(&options, surface(), &photos, &Known::default());
+        assert_sound(&d);
+        d
+    });
+    assert!(shading.reflected_light.is_none());
+    let report = fitted.reflected_light.expect("the ball reflects");
+    assert!(report.kept && report.cost[1] < report.cost[0], "{report:?}");
+    let [fitted, shading] = [fitted, shading].map(|d| {
+        let found = motes_inverse::materials::find::environment(&d.lights[0]);
+        errors_of_irradiance(&found, &light)
+    });
+    println!(
+        "log irradiance off by (mean, spread): {fitted:?}, by shading alone {shading:?}; {report:?}"
+    );
+    assert!(fitted[1] < 0.7 * shading[1], "{fitted:?} {shading:?}");
+}
+
+/// Mean and standard deviation of the logarithm of irradiance, found over true, for normals that look up.
+fn errors_of_irradiance(found: &Environment, truth: &Environment) -> [f32; 2] {
+    let directions = |n: u32| {
+        (0..n).map(move |k| {
+            let z = 1.0 - (k as f32 + 0.5) * 2.0 / n as f32;
+            let (sin, cos) = (k as f32 * 2.399_963_2).sin_cos();
+            Vec3::new(cos, sin, 0.0) * (1.0 - z * z).sqrt() + Vec3::Z * z
+        })
+    };
+    let irradiance = |light: &Environment, n: Vec3| -> f32 {
+        directions(4000).map(|w| light.radiance_pdf(w).0.y * n.dot(w).max(0.0)).sum()
+    };
+    let off: Vec<f32> = directions(100)
+        .filter(|n| n.z > -0.2)
+        .map(|n| (irradiance(found, n) / irradiance(truth, n)).ln())
+        .collect();
+    let mean = off.iter().sum::<f32>() / off.len() as f32;
+    let square = off.iter().map(|v| (v - mean) * (v - mean)).sum::<f32>() / off.len() as f32;
+    [mean, square.sqrt()]
 }
 
 #[test]

@@ -83,6 +83,18 @@ pub(crate) fn light(sky: f32, sun: f32) -> Environment {
     Environment::new(EnvironmentMap::new(&image, &options).ok(), None)
 }
 
+/// Two soft boxes in a dark room.
+pub(crate) fn boxes() -> Environment {
+    let mut image = ImageF32::filled(64, 32, 3, 0.05);
+    for (columns, rows, radiance) in [(10..22, 4..12, 6.0), (40..48, 7..14, 3.0)] {
+        for (x, y) in columns.flat_map(|x| rows.clone().map(move |y| (x, y))) {
+            image.pixel_mut(x, y).fill(radiance);
+        }
+    }
+    let options = MapOptions { exposure: 1.0, orientation: Orientation::new(Convention::Blender) };
+    Environment::new(EnvironmentMap::new(&image, &options).ok(), None)
+}
+
 pub(crate) fn photos(
     scene: &TracedSurface,
     light: &Environment,

@@ -132,6 +132,21 @@ pub(crate) fn terms(result: &Decomposition) -> Vec<TermDocument> {
             numbers: numbers([("cost_smooth", Some(first.2)), ("cost", Some(last.2))]),
         });
     }
+    if let Some(light) = &result.reflected_light {
+        let change = 100.0 * (light.cost[1] / light.cost[0].max(f64::MIN_POSITIVE) - 1.0);
+        all.push(TermDocument {
+            name: "light by reflections".into(),
+            kept: light.kept,
+            evidence: format!(
+                "the cost of the materials changes by {change:+.1} % under a light that is fitted to what is reflected{}",
+                if light.kept { "" } else { ", and has to fall by 8 %" }
+            ),
+            numbers: numbers([
+                ("cost_before", Some(light.cost[0])),
+                ("cost", Some(light.cost[1])),
+            ]),
+        });
+    }
     if let Some(relief) = &result.relief {
         all.push(TermDocument {
             name: "relief by shading".into(),
