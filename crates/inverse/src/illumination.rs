@@ -118,13 +118,16 @@ impl Illumination {
     }
 
     /// Fits the light to what glossy parts and metals reflect, with materials and scale in turn, and says what came of it. None when nothing
-    /// reflects.
+    /// reflects, or it is not to count.
     pub(crate) fn by_reflections(
         &self,
         finder: &Finder<'_>,
         seen: &Observed<'_>,
         rounds: u32,
     ) -> Option<(Self, ReflectedLight)> {
+        if !(finder.options.weight_reflected_light > 0.0) {
+            return None;
+        }
         let mut fitted: Option<Self> = None;
         for _ in 0..rounds {
             // Materials that were found under a light too soft may be other ones under this.
