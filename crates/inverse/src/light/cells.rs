@@ -35,6 +35,20 @@ impl Cell {
         orientation.world_from_map(map).as_vec3()
     }
 
+    /// Columns and rows of the pixels that it covers of a map of this size.
+    pub(crate) fn texels(
+        &self,
+        width: usize,
+        height: usize,
+    ) -> impl Iterator<Item = (usize, usize)> + use<> {
+        let range = |a: f32, d: f32, n: usize| {
+            let (from, to) = ((a * n as f32 + 0.5) as usize, ((a + d) * n as f32 + 0.5) as usize);
+            from.min(n)..to.min(n)
+        };
+        let columns = range(self.u, self.du, width);
+        range(self.v, self.dv, height).flat_map(move |y| columns.clone().map(move |x| (x, y)))
+    }
+
     fn quarters(&self) -> [Self; 4] {
         let (du, dv, level) = (0.5 * self.du, 0.5 * self.dv, self.level + 1);
         [(0.0, 0.0), (du, 0.0), (0.0, dv), (du, dv)].map(|(a, b)| Self {
@@ -112,20 +126,19 @@ impl CellLight {
         pairs
     }
 
+    /// Columns of a map whose pixels are as wide as the narrowest cell.
+    pub(crate) fn finest_columns(&self) -> usize {
+        let finest = self.cells.iter().map(|c| c.du).fold(1.0, f32::min);
+        (1.0 / finest).round() as usize
+    }
+
     /// The map as an image of `width x width / 2`.
     pub fn image(&self, width: usize) -> ImageF32 {
         let height = width / 2;
         let mut image = ImageF32::filled(width, height, 3, 0.0);
         for (cell, value) in self.cells.iter().zip(&self.radiance) {
-            let range = |a: f32, d: f32, n: usize| {
-                let (from, to) =
-                    ((a * n as f32 + 0.5) as usize, ((a + d) * n as f32 + 0.5) as usize);
-                from.min(n)..to.min(n)
-            };
-            for y in range(cell.v, cell.dv, height) {
-                for x in range(cell.u, cell.du, width) {
-                    image.pixel_mut(x, y).copy_from_slice(&value.to_array());
-                }
+            for (x, y) in cell.texels(width, height) {
+                image.pixel_mut(x, y).copy_from_slice(&value.to_array());
             }
         }
         image

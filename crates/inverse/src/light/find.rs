@@ -255,8 +255,7 @@ fn typical(base: &[Vec<Vec3>]) -> f32 {
 }
 
 fn base_colors(lit: &LitPoints, light: &CellLight) -> Vec<Vec3> {
-    let shading = |p: usize| lit.transport.direct(p, &light.radiance) + lit.transport.bounce[p];
-    lit.radiance.iter().enumerate().map(|(p, l)| *l / shading(p).max(Vec3::splat(1e-4))).collect()
+    lit.radiance.iter().zip(lit.shading(&light.radiance)).map(|(l, s)| *l / s).collect()
 }
 
 /// Whether more than [`SHARE`] of what all points receive comes from a cell, under any light.

@@ -16,6 +16,7 @@ use super::solve::{SolveOptions, rho};
 use crate::buffers::TracedSurface;
 use crate::materials::find::FoundMaterials;
 use crate::materials::profile::Kind;
+use crate::materials::scale::PART_SAMPLES;
 use crate::samples::{Observation, Sample, luminance};
 
 const PURPOSE: u32 = 43;
@@ -25,8 +26,6 @@ const CHUNK: usize = 128;
 const DARK: f32 = 0.02;
 /// Rays per view of a point.
 const RAYS: u32 = 32;
-/// A part of more points counts as one of so many: its errors are common.
-const PART_SAMPLES: f32 = 150.0;
 
 /// One view of a point.
 #[derive(Clone, Debug)]
@@ -105,7 +104,7 @@ impl GlossyView {
 }
 
 /// The points of one light, with what was last taken for their base colours.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Glossy {
     pub(crate) points: Vec<GlossyPoint>,
     pub(crate) base: Vec<Vec3>,
@@ -180,13 +179,7 @@ impl GlossyScene<'_> {
     /// The points of `rows` that have a specular lobe, with their views under light number `light`. Weights sum to 1.
     pub(crate) fn points(&self, rows: &[u32], light: u32, cells: &CellLight) -> Vec<GlossyPoint> {
         let finder = CellFinder::new(cells);
-        let mut counts = vec![0usize; self.found.parts.len()];
-        self.found.of_sample.iter().for_each(|&part| counts[part as usize] += 1);
-        let of = |(row, &p): (usize, &u32)| {
-            let part = self.found.of_sample[p as usize] as usize;
-            let weight = (PART_SAMPLES / counts[part] as f32).min(1.0);
-            self.point(p as usize, row as u32, light, weight, &finder)
-        };
+        let of = |(row, &p): (usize, &u32)| self.point(p as usize, row as u32, light, &finder);
         let mut points: Vec<GlossyPoint> = rows.par_iter().enumerate().filter_map(of).collect();
         let total: f32 = points.iter().flat_map(|p| &p.views).map(|v| v.weight).sum();
         for view in points.iter_mut().flat_map(|p| &mut p.views) {
@@ -196,14 +189,7 @@ impl GlossyScene<'_> {
     }
 
     /// Sample `p`, if it has a lobe and two views under this light at least: one says nothing that its base colour does not.
-    fn point(
-        &self,
-        p: usize,
-        row: u32,
-        light: u32,
-        weight: f32,
-        finder: &CellFinder,
-    ) -> Option<GlossyPoint> {
+    fn point(&self, p: usize, row: u32, light: u32, finder: &CellFinder) -> Option<GlossyPoint> {
         let sample = &self.samples[p];
         let part = &self.found.parts[self.found.of_sample[p] as usize];
         let (base, metallic) = match part.kind {
@@ -219,6 +205,7 @@ impl GlossyScene<'_> {
             return None;
         }
         let count = seen.len() as f32;
+        let weight = (PART_SAMPLES / part.samples as f32).min(1.0);
         let mean = seen.iter().map(|o| luminance(o.radiance)).sum::<f32>() / count;
         let view = |o: &&Observation| {
             let (lobe, bounce) = self.lobe(sample, o.to_viewer, &material, p as u64, finder);
@@ -284,18 +271,11 @@ struct CellFinder {
 
 impl CellFinder {
     fn new(light: &CellLight) -> Self {
-        let finest = light.cells.iter().map(|c| c.du).fold(1.0, f32::min);
-        let columns = (1.0 / finest).round() as usize;
+        let columns = light.finest_columns();
         let mut cells = vec![0; columns * (columns / 2)];
         for (j, cell) in light.cells.iter().enumerate() {
-            let range = |from: f32, size: f32, count: usize| {
-                let index = |v: f32| (v * count as f32).round() as usize;
-                index(from)..index(from + size)
-            };
-            for y in range(cell.v, cell.dv, columns / 2) {
-                for x in range(cell.u, cell.du, columns) {
-                    cells[y * columns + x] = j as u32;
-                }
+            for (x, y) in cell.texels(columns, columns / 2) {
+                cells[y * columns + x] = j as u32;
             }
         }
         Self { columns, cells, orientation: light.orientation }

@@ -79,8 +79,7 @@ impl FoundMaterials {
 
 /// `light` as something that can be sampled.
 pub fn environment(light: &CellLight) -> Environment {
-    let finest = light.cells.iter().map(|c| c.du).fold(1.0, f32::min);
-    let width = ((1.0 / finest).round() as usize).clamp(64, 1024);
+    let width = light.finest_columns().clamp(64, 1024);
     let options = MapOptions { exposure: 1.0, orientation: light.orientation };
     // The shape and the exposure are right by construction.
     Environment::new(EnvironmentMap::new(&light.image(width), &options).ok(), None)

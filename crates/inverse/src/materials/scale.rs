@@ -21,8 +21,8 @@ const STEP: f32 = 0.1;
 const USUAL_SPREAD: f32 = 0.35;
 /// Observations and neighbouring points err together; costs count this much.
 const EVIDENCE: f32 = 0.1;
-/// Points of a part that count at most.
-const PART_SAMPLES: f32 = 150.0;
+/// Points of a part that count at most: what is wrong about it is wrong for all of it.
+pub(crate) const PART_SAMPLES: f32 = 150.0;
 
 /// What was weighed.
 #[derive(Clone, Debug)]
