@@ -8,6 +8,7 @@ PHOTOS ?=
 INPUT  ?=
 SCENE  ?=
 
+STAGES := import-colmap train-splat render evaluate decompose relight segment-select edit export report
 BIN  := $(CURDIR)/target/release
 VENV := $(CURDIR)/.venv
 CONSUMERS := $(CURDIR)/.consumers
@@ -19,7 +20,7 @@ LOCKED := $(if $(CI),--locked)
 .PHONY: build setup setup-consumers test fmt tidy licenses clippy doc unit lab lab-ci relight relight-ci edit edit-ci truth schemas install uninstall clean help
 
 build: ## build the stages and the dispatcher into target/release (the default)
-	$(CARGO) build --release $(LOCKED) -p motes -p motes-stages
+	$(CARGO) build --release $(LOCKED) -p motes $(addprefix -p ,$(STAGES))
 
 setup: $(VENV)/.ready ## make the private Python environment .venv for COLMAP (pycolmap)
 
@@ -98,7 +99,7 @@ schemas: ## write docs/formats/schema from the code
 # Only `motes` goes on PATH: `export` and `edit` would collide with the shell and other programs.
 install: ## install to PREFIX (default /usr/local); DESTDIR stages a package
 	MOTES_GIT_REVISION="$$(git rev-parse --short HEAD 2>/dev/null)" \
-	    $(CARGO) build --release $(LOCKED) -p motes -p motes-stages
+	    $(CARGO) build --release $(LOCKED) -p motes $(addprefix -p ,$(STAGES))
 	$(CARGO) run --quiet --release -p xtask -- man
 	install -d '$(DESTDIR)$(PREFIX)/bin' '$(DESTDIR)$(PREFIX)/libexec/motes' '$(DESTDIR)$(PREFIX)/share/man/man1'
 	install -m 755 '$(BIN)/motes' '$(DESTDIR)$(PREFIX)/bin/'

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::error::{FormatError, Result};
+use motes_formats::error::{FormatError, Result};
 
 /// Where the reader stands in the bytes of a file.
 pub(crate) struct Bytes<'a> {

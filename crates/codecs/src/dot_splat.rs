@@ -14,9 +14,9 @@ use super::bytes::f32_at;
 use super::quantize::{color_byte, dc_of_color, logit_of_byte, sigmoid, unit, unorm8};
 use super::rows::{with_room, write_blocks};
 use super::write::SplatWriteOptions;
-use crate::atomic::write_error;
-use crate::error::{FormatError, Result};
-use crate::ply::GaussianFile;
+use motes_formats::atomic::write_error;
+use motes_formats::error::{FormatError, Result};
+use motes_formats::ply::GaussianFile;
 
 const ROW_BYTES: usize = 32;
 
@@ -45,7 +45,7 @@ pub(super) fn read(data: &[u8], path: &Path) -> Result<GaussianFile> {
         let rotation = [28, 29, 30, 31].map(|at| (f32::from(row[at]) - 128.0) / 128.0);
         gaussians.rotations.push(unit(rotation));
     }
-    Ok(GaussianFile::of(gaussians))
+    Ok(GaussianFile::new(gaussians, Vec::new()))
 }
 
 pub(super) fn write(

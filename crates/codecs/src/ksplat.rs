@@ -13,8 +13,8 @@ use super::bytes::{Bytes, f32_at, u16_at, u32_at};
 use super::merge::merge_gaussians;
 use super::quantize::{dc_of_color, logit_of_byte};
 use super::rows::with_room;
-use crate::error::{FormatError, Result};
-use crate::ply::GaussianFile;
+use motes_formats::error::{FormatError, Result};
+use motes_formats::ply::GaussianFile;
 
 const HEADER_BYTES: u64 = 4096;
 const SECTION_BYTES: u64 = 1024;
@@ -121,7 +121,7 @@ pub(super) fn read(data: &[u8], path: &Path) -> Result<GaussianFile> {
             format!("the header promises {expected} splats, the sections have {}", gaussians.len());
         return Err(fault("byte 16", cause));
     }
-    Ok(GaussianFile::of(gaussians))
+    Ok(GaussianFile::new(gaussians, Vec::new()))
 }
 
 fn read_section(

@@ -24,7 +24,6 @@ mod table;
 mod usda;
 mod write;
 
-pub(crate) use compressed_ply::{is_compressed, read_compressed};
 pub use merge::merge_gaussians;
 pub use open::{open_gaussians, read_gaussians, read_gaussians_from};
 pub use registry::{CODECS, Codec, SplatFormat};

@@ -7,9 +7,9 @@ use std::path::Path;
 use motes_scene::Gaussians;
 
 use super::registry::{CODECS, SplatFormat};
-use super::{gltf, r3dg, sog, spz};
-use crate::error::{FormatError, Result, quoted};
-use crate::ply::{self, GaussianFile};
+use super::{compressed_ply, gltf, r3dg, sog, spz};
+use motes_formats::error::{FormatError, Result, quoted};
+use motes_formats::ply::{GaussianFile, PlySource};
 
 /// Bytes that tell formats apart.
 const MAGIC_BYTES: usize = 8;
@@ -32,9 +32,9 @@ pub fn open_gaussians(path: &Path) -> Result<GaussianFile> {
         // Streams; what is no regular file cannot be opened twice.
         SplatFormat::Ply if file.metadata().map_err(io)?.is_file() => {
             drop(file);
-            ply::open_gaussians(path)?
+            read_ply(PlySource::open(path)?)?
         }
-        SplatFormat::Ply => ply::read_gaussians_from(start.as_slice().chain(file), path)?,
+        SplatFormat::Ply => read_ply(PlySource::stream(start.as_slice().chain(file), path)?)?,
         format => {
             let mut bytes = start;
             file.read_to_end(&mut bytes).map_err(io)?;
@@ -70,13 +70,29 @@ pub fn read_gaussians_from(format: SplatFormat, bytes: &[u8], name: &Path) -> Re
 
 fn read_with(format: SplatFormat, bytes: &[u8], path: &Path) -> Result<GaussianFile> {
     match (format, format.codec().read) {
-        (SplatFormat::Ply | SplatFormat::CompressedPly, _) => ply::read_gaussians_from(bytes, path),
+        (SplatFormat::Ply | SplatFormat::CompressedPly, _) => {
+            read_ply(PlySource::stream(bytes, path)?)
+        }
         (_, Some(read)) => read(bytes, path),
         (_, None) => {
             let cause = format!("{} is written, but not read", format.codec().name);
             Err(FormatError::not_supported(path, "", cause).with_remedy(readable()))
         }
     }
+}
+
+/// A PLY file in either of its two layouts.
+fn read_ply(mut source: PlySource<'_>) -> Result<GaussianFile> {
+    if !compressed_ply::is_compressed(&source.header) {
+        return source.read();
+    }
+    let gaussians = compressed_ply::read_compressed(
+        &source.header,
+        &mut *source.reader,
+        source.path,
+        source.bytes,
+    )?;
+    Ok(GaussianFile::new(gaussians, source.header.comments))
 }
 
 fn format_of(start: &[u8], path: &Path) -> Result<SplatFormat> {

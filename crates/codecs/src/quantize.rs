@@ -1,6 +1,6 @@
 //! Values as integers of few bits, shared by several formats.
 
-use crate::ply::SH_C0;
+use motes_formats::ply::SH_C0;
 
 /// Logits of the opacities 0 and 1 as 8-bit formats mean them: those of a quarter of a step from
 /// the end, ln(1019). Finite, so that a stage may fit them further.

@@ -6,7 +6,7 @@
 
 use motes_scene::{ColumnValues, ExtraColumn, Gaussians, Materials};
 
-use crate::ply::SH_C0;
+use motes_formats::ply::SH_C0;
 
 /// Coefficients beyond degree 0 of the incident light (degree 3) and of the visibility (degree 4)
 /// as the reference implementation sizes them.

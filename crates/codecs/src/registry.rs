@@ -7,8 +7,8 @@ use motes_scene::Gaussians;
 
 use super::write::SplatWriteOptions;
 use super::{compressed_ply, dot_splat, gltf, ksplat, sog, spz, table, usda, write};
-use crate::error::Result;
-use crate::ply::GaussianFile;
+use motes_formats::error::Result;
+use motes_formats::ply::GaussianFile;
 
 /// A format that holds Gaussians, or is made of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

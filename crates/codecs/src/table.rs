@@ -10,10 +10,10 @@ use rayon::prelude::*;
 
 use super::rows::write_blocks;
 use super::write::SplatWriteOptions;
-use crate::atomic::write_error;
-use crate::documents::{Document as _, to_pretty_json};
-use crate::error::Result;
-use crate::statistics::{ColumnStatistics, StatisticsDocument};
+use motes_formats::atomic::write_error;
+use motes_formats::documents::{Document as _, to_pretty_json};
+use motes_formats::error::Result;
+use motes_formats::statistics::{ColumnStatistics, StatisticsDocument};
 
 /// A column by name, and its values.
 struct Column<'g> {

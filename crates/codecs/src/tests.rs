@@ -3,7 +3,7 @@ use std::path::Path;
 use motes_scene::{ColumnValues, ExtraColumn, Gaussians};
 
 use super::*;
-use crate::ply::RenderMode;
+use motes_formats::ply::RenderMode;
 
 /// `n` Gaussians without symmetry: no two values agree.
 pub(super) fn some(n: usize, degree: u8) -> Gaussians {
@@ -32,7 +32,7 @@ pub(super) fn again(
     format: SplatFormat,
     gaussians: &Gaussians,
     options: &SplatWriteOptions,
-) -> crate::ply::GaussianFile {
+) -> motes_formats::ply::GaussianFile {
     let name = Path::new("again");
     let mut bytes = Vec::new();
     write_gaussians_to(&mut bytes, format, gaussians, options, name).unwrap();

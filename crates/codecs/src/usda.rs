@@ -14,8 +14,8 @@ use super::axes::Flip;
 use super::quantize::{sigmoid, unit};
 use super::rows::write_blocks;
 use super::write::SplatWriteOptions;
-use crate::atomic::write_error;
-use crate::error::Result;
+use motes_formats::atomic::write_error;
+use motes_formats::error::Result;
 
 pub(super) fn write(
     writer: &mut dyn Write,

@@ -10,9 +10,9 @@ use super::r3dg;
 use super::registry::SplatFormat;
 use super::sog::SogOptions;
 use super::spz::SpzOptions;
-use crate::atomic::write_checked;
-use crate::error::{FormatError, Result};
-use crate::ply::{self, PlyColumns, PlyWriteOptions, RenderMode};
+use motes_formats::atomic::write_checked;
+use motes_formats::error::{FormatError, Result};
+use motes_formats::ply::{self, PlyColumns, PlyWriteOptions, RenderMode};
 
 /// Which relative of INRIA's PLY is written.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

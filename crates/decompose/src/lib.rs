@@ -6,6 +6,7 @@ mod cavities;
 mod conjugate_gradients;
 mod decompose;
 mod evidence;
+pub mod files;
 pub mod geometry;
 mod illumination;
 pub mod light;

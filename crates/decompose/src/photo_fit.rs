@@ -15,10 +15,10 @@
 use std::collections::BTreeSet;
 use std::mem::swap;
 
-use motes_fit::{FitOptions, Moments, PhotoOrder, Rates, Update, scene_extent};
 use motes_math::{sh, srgb};
 use motes_raster::{Frame, GaussianGradients, Modifiers, Planes, RenderOptions, ViewTransform};
 use motes_scene::Gaussians;
+use train_splat::{FitOptions, Moments, PhotoOrder, Rates, Update, scene_extent};
 
 use crate::pixels::{PixelShading, is_told};
 use crate::samples::SeenView;

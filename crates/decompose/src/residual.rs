@@ -11,10 +11,10 @@
 //! A factor, since errors of visibility, normals and of the scale of materials multiply. Shapes and opacities stay; Adam moves the
 //! harmonics from 0, so Gaussians that no photo sees have none.
 
-use motes_fit::{FitOptions, FreezeGroup, Moments, PhotoOrder, Rates, Update};
 use motes_math::srgb;
 use motes_raster::{Frame, GaussianGradients, Modifiers, Planes, RenderOptions, ViewTransform};
 use motes_scene::{Gaussians, ImageF32, LARGEST_LOG_RATIO, Pinhole, Pose, Residual};
+use train_splat::{FitOptions, FreezeGroup, Moments, PhotoOrder, Rates, Update};
 
 use crate::slopes::slopes;
 

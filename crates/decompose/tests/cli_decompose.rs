@@ -1,8 +1,6 @@
 //! The stage `decompose` as a program: the scene folder, known lights, exit codes.
 #![expect(clippy::unwrap_used, reason = "a test that cannot prepare its files has failed")]
 
-mod toy_capture;
-
 use std::process::Output;
 
 use motes_formats::decomposition::{ScaleAnchorKind, read_decomposition};
@@ -11,7 +9,7 @@ use motes_formats::images::{read_image, write_png};
 use motes_formats::ply::{read_gaussians, read_surface, write_surface};
 use motes_formats::selection::sha256_of_file;
 use motes_scene::{ImageF32, ImageU8, Materials, Residual, Surface};
-use toy_capture::{ToyCapture, assert_code, run, stderr, toy_capture};
+use motes_testkit::toy_capture::{ToyCapture, assert_code, run, stderr, toy_capture};
 
 /// A sheet through the middle of the toy's Gaussians, and a bright even light.
 fn prepared() -> ToyCapture {

@@ -6,6 +6,7 @@
 //! - [`reshade`] makes the light follow and fills holes; [`refit`] fits the filling to photos.
 //! - [`stylize`] fits the scene to pictures that a program edited.
 
+pub mod files;
 pub mod ops;
 pub mod plan;
 pub mod refit;

@@ -1,12 +1,11 @@
 //! The stage `edit` as a program: plans, flags, replay, dry runs, and what a failure leaves alone.
 #![expect(clippy::unwrap_used, reason = "a test that cannot prepare its files has failed")]
 
-mod toy_scene;
-
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::{Command, Output};
 
+use motes_codecs::{CODECS, SplatWriteOptions, write_gaussians};
 use motes_formats::decomposition::read_decomposition;
 use motes_formats::edit_plan::read_edit_plan;
 use motes_formats::images::read_image;
@@ -14,10 +13,9 @@ use motes_formats::ply::{read_gaussians, read_surface};
 use motes_formats::selection::{
     BoundGaussians, SelectionDocument, SelectionNotes, write_selection,
 };
-use motes_formats::splats::{CODECS, SplatWriteOptions, write_gaussians};
 use motes_scene::Selection;
+use motes_testkit::toy_scene::{ToyScene, toy_scene};
 use serde_json::{Value, json};
-use toy_scene::{ToyScene, toy_scene};
 
 /// The box of the toy scene, without the floor.
 const BOX_STEP: &str = "box=-0.35,-0.35,0.01,0.35,0.35,0.7";

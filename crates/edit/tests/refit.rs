@@ -5,13 +5,13 @@ mod box_on_ground;
 use std::sync::Arc;
 
 use box_on_ground::{BOX, environment, photographed, rows_of_box, state};
+use edit::refit::{Fills, RefitOptions, RefitReport, Refitted, refit};
+use edit::reshade::{ReshadeOptions, reshade};
+use edit::{EditState, Fill};
 use glam::{DMat3, DQuat, DVec3};
-use motes_editing::refit::{Fills, RefitOptions, RefitReport, Refitted, refit};
-use motes_editing::reshade::{ReshadeOptions, reshade};
-use motes_editing::{EditState, Fill};
-use motes_fit::TrainingImage;
 use motes_raster::{Antialias, RenderOptions, render};
 use motes_scene::{Gaussians, ImageU8, Pinhole, Pose};
+use train_splat::TrainingImage;
 
 const OPTIONS: RefitOptions = RefitOptions { steps: 250, seed: 1, antialias: Antialias::Classic };
 

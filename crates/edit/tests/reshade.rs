@@ -3,10 +3,10 @@
 mod box_on_ground;
 
 use box_on_ground::{BOX, BOX_CELLS, error, ground, photographed, rows_of_box, state, state_of};
+use edit::ops::decimate::decimate;
+use edit::reshade::{ReshadeError, ReshadeOptions, ReshadeReport, moved_surface, reshade};
+use edit::{EditState, Fill, Similarity};
 use glam::{DVec3, Vec3};
-use motes_editing::ops::decimate::decimate;
-use motes_editing::reshade::{ReshadeError, ReshadeOptions, ReshadeReport, moved_surface, reshade};
-use motes_editing::{EditState, Fill, Similarity};
 use motes_scene::{ImageF32, Surface};
 
 fn run(state: &mut EditState) -> (Surface, ReshadeReport) {

@@ -5,8 +5,8 @@ use std::path::Path;
 use motes_formats::{FormatError, Result};
 use serde::Deserialize;
 
-use crate::html::{Cell, Table};
-use crate::svg_plot::{LinePlot, Series};
+use motes_figures::html::{Cell, Table};
+use motes_figures::svg_plot::{LinePlot, Series};
 
 /// The part of a `motes/train-report` that is drawn.
 #[derive(Debug, Deserialize)]

@@ -1,8 +1,6 @@
 //! The stage `evaluate` as a program: scores, documents, pages, bounds, exit codes.
 #![expect(clippy::unwrap_used, reason = "a test that cannot prepare its files has failed")]
 
-mod toy_capture;
-
 use std::collections::BTreeMap;
 use std::process::Output;
 
@@ -10,8 +8,8 @@ use motes_formats::images::{read_image, write_png};
 use motes_formats::ply::{PlyWriteOptions, write_gaussians};
 use motes_formats::tensors::{TensorData, write_tensors};
 use motes_scene::ImageU8;
+use motes_testkit::toy_capture::{ToyCapture, assert_code, run, stderr, toy_capture};
 use serde_json::Value;
-use toy_capture::{ToyCapture, assert_code, run, stderr, toy_capture};
 
 fn evaluate(toy: &ToyCapture, arguments: &[&str]) -> Output {
     let mut all = vec!["--capture", "capture.json", "--no-provenance"];

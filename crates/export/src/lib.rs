@@ -1,5 +1,6 @@
 //! Exporting: splats and decomposed scenes as assets that other programs open.
 
+pub mod files;
 pub mod html;
 pub mod mesh;
 pub mod shadow;

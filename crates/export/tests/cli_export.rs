@@ -5,8 +5,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use motes_codecs::{CODECS, open_gaussians};
 use motes_formats::ply::{PlyWriteOptions, write_gaussians};
-use motes_formats::splats::{CODECS, open_gaussians};
 use motes_scene::Gaussians;
 use serde_json::Value;
 

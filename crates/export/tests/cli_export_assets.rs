@@ -1,8 +1,6 @@
 //! `export` to pages, meshes and shadows: the command line, without other people's programs.
 #![expect(clippy::unwrap_used, reason = "a test that cannot prepare its files has failed")]
 
-mod toy_scene;
-
 use std::path::Path;
 use std::process::{Command, Output};
 
@@ -11,7 +9,7 @@ use motes_formats::images::{read_image, write_png};
 use motes_formats::ply::{PlyWriteOptions, read_surface, write_gaussians, write_surface};
 use motes_raster::{RenderOptions, render};
 use motes_scene::{Gaussians, Surface};
-use toy_scene::{ToyScene, toy_scene};
+use motes_testkit::toy_scene::{ToyScene, toy_scene};
 
 fn export(scene: &ToyScene, arguments: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_export"));

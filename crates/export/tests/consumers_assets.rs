@@ -6,8 +6,6 @@
 #![expect(clippy::unwrap_used, reason = "a test that cannot prepare its files has failed")]
 #![allow(clippy::print_stdout, reason = "shown with --nocapture")]
 
-mod toy_scene;
-
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -19,8 +17,8 @@ use motes_math::metrics::psnr_f32;
 use motes_math::srgb;
 use motes_raster::{RenderOptions, render};
 use motes_scene::{Gaussians, ImageF32, ImageU8, Materials, Pinhole, Pose, View};
+use motes_testkit::toy_scene::{ToyScene, toy_scene};
 use motes_testkit::{consumer, random_gaussians};
-use toy_scene::{ToyScene, toy_scene};
 
 /// What the issue of these exports asks of a picture by another program.
 const LEAST_DB: f64 = 30.0;
@@ -234,7 +232,7 @@ fn blender_lights_the_mesh_as_relight_lights_the_scene() {
     );
     let name = scene.capture.views[0].name.as_str();
     let line = ["--scene", "scene", "--capture", "capture.json", "--view", name];
-    stage(env!("CARGO_BIN_EXE_relight"), folder, &[&line[..], &["-o", "relit"]].concat());
+    stage(motes_testkit::program("relight"), folder, &[&line[..], &["-o", "relit"]].concat());
     let renderer =
         Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scripts/consumers/blender-render.py");
     let output = Command::new(blender)

@@ -10,10 +10,10 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use motes_formats::ply::RenderMode;
-use motes_formats::splats::{
+use motes_codecs::{
     PlyLayout, SplatFormat, SplatWriteOptions, SpzOptions, open_gaussians, write_gaussians,
 };
+use motes_formats::ply::RenderMode;
 use motes_math::metrics::psnr_f32;
 use motes_raster::{RenderOptions, render};
 use motes_scene::Gaussians;

@@ -22,10 +22,7 @@ pub fn write_atomic(
 }
 
 /// [`write_atomic`] for writers that find faults of their own.
-pub(crate) fn write_checked(
-    path: &Path,
-    write: impl FnOnce(&mut dyn Write) -> Result<()>,
-) -> Result<()> {
+pub fn write_checked(path: &Path, write: impl FnOnce(&mut dyn Write) -> Result<()>) -> Result<()> {
     let refused = |error| write_error(path, error);
     if std::fs::metadata(path).is_ok_and(|found| !found.is_file() && !found.is_dir()) {
         let mut writer = BufWriter::new(File::options().write(true).open(path).map_err(refused)?);
@@ -50,7 +47,7 @@ pub(crate) fn write_checked(
 
 /// An error of writing. It never has the kind `NotFound`, by which callers know a missing input,
 /// and a short write is not a short input file.
-pub(crate) fn write_error(path: &Path, source: io::Error) -> FormatError {
+pub fn write_error(path: &Path, source: io::Error) -> FormatError {
     let source = match source.kind() {
         io::ErrorKind::NotFound | io::ErrorKind::UnexpectedEof => io::Error::other(source),
         _ => source,

@@ -128,7 +128,7 @@ impl std::error::Error for FormatError {
 
 /// Text of a file as it may appear in a message: control characters replaced, at most 60
 /// characters.
-pub(crate) fn quoted(text: impl AsRef<[u8]>) -> String {
+pub fn quoted(text: impl AsRef<[u8]>) -> String {
     let text = String::from_utf8_lossy(text.as_ref());
     let mut short: String =
         text.chars().take(60).map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect();

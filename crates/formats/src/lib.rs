@@ -22,7 +22,6 @@ pub mod posed;
 pub mod run_record;
 pub mod selection;
 pub mod selectors;
-pub mod splats;
 pub mod statistics;
 pub mod tensors;
 pub mod transforms;

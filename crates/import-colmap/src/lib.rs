@@ -8,6 +8,7 @@
 
 mod error;
 mod exposure_response;
+pub mod files;
 mod from_colmap;
 mod from_transforms;
 mod gathered;

@@ -17,9 +17,20 @@ const KNOWN: &[(&str, &str)] = &[
     ("export", "Output"),
     ("render", "Output"),
     ("evaluate", "Measure"),
-    ("lab-report", "Measure"),
-    ("relight-report", "Measure"),
+    ("report", "Measure"),
 ];
+
+/// Earlier names of programs: what they are called, and their first argument.
+const EARLIER_NAMES: &[(&str, &str, &str)] =
+    &[("lab-report", "report", "lab"), ("relight-report", "report", "relight")];
+
+/// The stage and the first argument that an earlier name stands for.
+pub(crate) fn renamed(typed: &str) -> Option<(&'static str, &'static str)> {
+    EARLIER_NAMES
+        .iter()
+        .find(|(old, ..)| *old == typed)
+        .map(|&(_, stage, subject)| (stage, subject))
+}
 
 /// A stage that can run.
 #[derive(Debug)]

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::file_name;
+use crate::dispatch::file_name;
 
 /// Folders in the order in which they are searched.
 pub(crate) struct Finder {

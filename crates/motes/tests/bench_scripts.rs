@@ -10,7 +10,7 @@ fn root() -> PathBuf {
 }
 
 fn programs() -> &'static Path {
-    Path::new(env!("CARGO_BIN_EXE_train-splat")).parent().expect("a program lies in a folder")
+    Path::new(motes_testkit::program("train-splat")).parent().expect("a program lies in a folder")
 }
 
 /// Runs Python in the root of the repository; `None` where there is no Python 3.9.

@@ -12,6 +12,7 @@ mod bake;
 mod compose;
 mod deferred;
 mod denoise;
+pub mod files;
 mod first_triangles;
 mod g_buffer;
 pub mod lift;

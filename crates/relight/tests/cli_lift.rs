@@ -2,8 +2,6 @@
 #![expect(clippy::unwrap_used, reason = "a test that cannot prepare its files has failed")]
 #![allow(clippy::print_stdout, reason = "shown with --nocapture")]
 
-mod toy_scene;
-
 use std::path::Path;
 use std::process::{Command, Output};
 
@@ -13,7 +11,7 @@ use motes_formats::ply::{PlyWriteOptions, read_gaussians, write_gaussians};
 use motes_math::srgb;
 use motes_raster::{RenderOptions, render};
 use motes_scene::{Capture, Gaussians, ImageF32, ImageU8, Split};
-use toy_scene::{ToyScene, capture, toy_scene};
+use motes_testkit::toy_scene::{ToyScene, capture, toy_scene};
 
 const SH_C0: f32 = 0.282_094_8;
 

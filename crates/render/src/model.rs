@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
+use motes_codecs::open_gaussians;
 use motes_formats::Result;
 use motes_formats::decomposition::read_decomposition;
 use motes_formats::ply::RenderMode;
 use motes_formats::selection::BoundGaussians;
-use motes_formats::splats::open_gaussians;
 use motes_raster::Antialias;
 use motes_scene::{ExposureResponse, Gaussians};
 use serde::Serialize;

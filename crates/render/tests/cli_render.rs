@@ -1,8 +1,6 @@
 //! The stage `render` as a program: views, paths, files, exit codes.
 #![expect(clippy::unwrap_used, reason = "a test that cannot prepare its files has failed")]
 
-mod toy_capture;
-
 use std::process::Output;
 
 use motes_formats::camera_path::{CameraPathDocument, write_camera_path};
@@ -11,7 +9,7 @@ use motes_formats::exr_aov::read_exr;
 use motes_formats::images::read_image;
 use motes_formats::ply::{PlyWriteOptions, write_gaussians};
 use motes_scene::ExposureResponse;
-use toy_capture::{ToyCapture, assert_code, run, stderr, toy_capture};
+use motes_testkit::toy_capture::{ToyCapture, assert_code, run, stderr, toy_capture};
 
 fn render(toy: &ToyCapture, arguments: &[&str]) -> Output {
     let mut all = vec!["--gaussians", "true.ply", "--no-provenance"];

@@ -1,15 +1,13 @@
 //! The page of a relit scene, from pictures that `relight` made.
 #![expect(clippy::unwrap_used, reason = "a test that cannot prepare its files has failed")]
 
-mod toy_scene;
-
 use std::process::{Command, Output};
 
 use motes_formats::capture::{read_capture, write_capture};
 use motes_formats::decomposition::{TermDocument, read_decomposition, write_decomposition};
 use motes_formats::images::{read_image, write_png};
 use motes_scene::Split;
-use toy_scene::{ToyScene, toy_scene};
+use motes_testkit::toy_scene::{ToyScene, toy_scene};
 
 fn run(toy: &ToyScene, program: &str, arguments: &[&str]) -> Output {
     Command::new(program).args(arguments).current_dir(toy.folder.path()).output().unwrap()
@@ -31,7 +29,7 @@ fn relit() -> ToyScene {
     write_capture(&path, &capture).unwrap();
     let relight = |arguments: &[&str]| {
         let common = ["--scene", "scene", "--capture", "capture.json", "--split", "test", "-q"];
-        let done = run(&toy, env!("CARGO_BIN_EXE_relight"), &[&common, arguments].concat());
+        let done = run(&toy, motes_testkit::program("relight"), &[&common, arguments].concat());
         assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
     };
     relight(&["--format", "both", "-o", "own"]);
@@ -58,7 +56,7 @@ fn relit() -> ToyScene {
 fn the_page_shows_photos_lights_components_and_what_was_left_out() {
     let toy = relit();
     let more = ["page.html", "--contact-sheet", "sheet.png", "--run", "dusk.run.json", "--json"];
-    let done = run(&toy, env!("CARGO_BIN_EXE_relight-report"), &[&REPORT[..], &more].concat());
+    let done = run(&toy, motes_testkit::program("relight-report"), &[&REPORT[..], &more].concat());
     assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
     let report: serde_json::Value = serde_json::from_slice(&done.stdout).unwrap();
     assert_eq!((&report["views"], &report["left_out"][0]), (&2.into(), &"specular".into()));
@@ -79,7 +77,7 @@ fn the_page_shows_photos_lights_components_and_what_was_left_out() {
 #[test]
 fn a_picture_that_is_missing_or_of_another_view_is_an_error_that_names_it() {
     let toy = relit();
-    let program = env!("CARGO_BIN_EXE_relight-report");
+    let program = motes_testkit::program("relight-report");
     let small = motes_scene::ImageU8::filled(8, 8, 3, 0);
     write_png(&toy.path("dusk/view_1.png"), &small).unwrap();
     let done = run(&toy, program, &[&REPORT[..], &["page.html"]].concat());

@@ -14,6 +14,7 @@ mod depth;
 mod diffusion;
 mod error;
 mod extent;
+pub mod files;
 mod index;
 mod interpret;
 mod intruders;

@@ -1,8 +1,6 @@
 //! The stage `segment-select` as a program, and `render` with what it writes.
 #![expect(clippy::unwrap_used, reason = "a test that cannot prepare its files has failed")]
 
-mod toy_scene;
-
 use std::process::{Command, Output};
 
 use glam::DVec3;
@@ -13,8 +11,8 @@ use motes_formats::selection::{
     BoundGaussians, SelectionDocument, SelectionNotes, write_selection,
 };
 use motes_scene::{ColumnValues, Selection};
+use motes_testkit::toy_scene::{ToyScene, toy_scene};
 use serde_json::{Value, json};
-use toy_scene::{ToyScene, toy_scene};
 
 fn run(toy: &ToyScene, program: &str, arguments: &[&str]) -> Output {
     Command::new(program)
@@ -105,7 +103,7 @@ fn a_click_becomes_a_selection_overlays_labels_masks_and_mattes() {
     let render = |arguments: &[&str]| {
         let view = toy.capture.views[1].name.clone();
         let all = [&["--capture", "capture.json", "--view", &view], arguments].concat();
-        run(&toy, env!("CARGO_BIN_EXE_render"), &all)
+        run(&toy, motes_testkit::program("render"), &all)
     };
     let plain = ["--gaussians", "scene/gaussians.ply"];
     let mask = render(&[&plain[..], &["--selection", "s.json", "--mask", "-o", "masks"]].concat());
@@ -160,7 +158,7 @@ fn a_selection_of_what_was_decomposed_holds_for_the_scene() {
         let name = toy.capture.views[1].name.clone();
         let line = ["--capture", "capture.json", "--view", &name, "--scene", "scene", "--mask"];
         let line = [&line[..], &["--selection", "trained.json", "-o", out]].concat();
-        run(&toy, env!("CARGO_BIN_EXE_render"), &line)
+        run(&toy, motes_testkit::program("render"), &line)
     };
     for done in [select(&toy, &prompt), drawn("stale")] {
         assert_eq!(done.status.code(), Some(3), "{}", stderr(&done));

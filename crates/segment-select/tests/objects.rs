@@ -13,7 +13,7 @@ use motes_scene::{
     Camera, Capture, ColumnValues, ExtraColumn, Gaussians, ImageU8, Pinhole, Pose, Selection,
     SparsePoints, Split, View,
 };
-use motes_selecting::{SelectError, SelectSource, propose, select, selection_mask};
+use segment_select::{SelectError, SelectSource, propose, select, selection_mask};
 
 /// What each Gaussian is part of.
 const FLOOR: u32 = 0;

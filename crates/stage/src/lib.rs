@@ -64,6 +64,7 @@ mod provenance;
 mod resources;
 mod run;
 mod stdout;
+mod subjects;
 
 pub use common::{CommonArgs, Generate, HasCommon, ProgressMode};
 pub use context::Context;
@@ -72,3 +73,4 @@ pub use exit_status::ExitStatus;
 pub use progress::Progress;
 pub use run::{INVOKED_AS_VARIABLE, main, main_with_schema};
 pub use stdout::Stdout;
+pub use subjects::Subjects;

@@ -17,7 +17,7 @@ use tracing_subscriber::{EnvFilter, Layer as _};
 
 use crate::{CommonArgs, StageError};
 
-/// Environment variable with a `tracing` filter, for example `motes_fit=debug,warn`.
+/// Environment variable with a `tracing` filter, for example `train_splat=debug,warn`.
 const FILTER_VARIABLE: &str = "MOTES_LOG";
 
 /// Bars live here, so that a message can step around them.

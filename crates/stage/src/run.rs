@@ -46,14 +46,17 @@ where
     let arguments: Vec<OsString> = std::env::args_os().collect();
     let name = A::command().get_name().to_owned();
     let program = format!("motes {name}");
-    panics::install(program.clone());
-    let work = AssertUnwindSafe(|| session(&arguments, &program, run));
-    let status = catch_unwind(work).unwrap_or_else(|payload: Box<dyn Any + Send>| {
+    guarded(program.clone(), || session(&arguments, &program, run)).into()
+}
+
+/// What `work` returns; a panic is said in one line and is a failure.
+pub(crate) fn guarded(program: String, work: impl FnOnce() -> ExitStatus) -> ExitStatus {
+    panics::install(program);
+    catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|payload: Box<dyn Any + Send>| {
         // The hook has spoken already. Dropping a payload may panic too.
         std::mem::forget(payload);
         ExitStatus::Failed
-    });
-    status.into()
+    })
 }
 
 /// [`main`] for a stage that reads a document of its own: `--print-schema` anywhere on the line prints its JSON Schema.
@@ -72,16 +75,24 @@ where
     main(run)
 }
 
-fn command<A: Parser>(program: &str) -> clap::Command {
-    let command = A::command().version(VERSION.as_str()).max_term_width(100);
+pub(crate) fn command<A: Parser>(program: &str) -> clap::Command {
+    as_program(A::command(), program)
+}
+
+/// The command with our version, under the name that the user typed.
+pub(crate) fn as_program(command: clap::Command, program: &str) -> clap::Command {
+    let command = command.version(VERSION.as_str()).max_term_width(100);
     // Only our own dispatcher's name is believed: the variable is inherited by child processes.
-    match std::env::var(INVOKED_AS_VARIABLE) {
-        Ok(typed) if typed == program => command.bin_name(typed),
+    let rest = |typed: &str| program.strip_prefix(typed).map(str::to_owned);
+    match std::env::var(INVOKED_AS_VARIABLE).ok().and_then(|typed| rest(&typed)) {
+        Some(subject) if subject.is_empty() || subject.starts_with(' ') => {
+            command.bin_name(program)
+        }
         _ => command,
     }
 }
 
-fn session<A, R>(
+pub(crate) fn session<A, R>(
     arguments: &[OsString],
     program: &str,
     run: fn(&A, &Context) -> anyhow::Result<R>,
@@ -231,7 +242,7 @@ fn dry_run_done(context: &Context, report: Option<(String, Value)>) -> ExitStatu
     ExitStatus::Done
 }
 
-fn print_or_fail(program: &str, text: &str) -> ExitStatus {
+pub(crate) fn print_or_fail(program: &str, text: &str) -> ExitStatus {
     match stdout::print(text) {
         Err(error) if !stdout::reader_is_gone() => fail(program, &lost_output(&error)),
         _ => ExitStatus::Done,
@@ -254,7 +265,7 @@ fn say(program: &str, explanation: &Explanation) {
 }
 
 /// Help and version go to stdout; a wrong command line is said in the voice of the stage.
-fn clap_message(program: &str, error: &clap::Error) -> ExitStatus {
+pub(crate) fn clap_message(program: &str, error: &clap::Error) -> ExitStatus {
     let text = error.render();
     if !error.use_stderr() {
         return print_or_fail(program, &text.to_string());

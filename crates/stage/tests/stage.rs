@@ -1,7 +1,7 @@
 //! The behaviour that every stage inherits, seen from outside through `examples/demo_stage.rs`.
 //!
 //! Which test goes where: what a user types and sees belongs here; parts belong beside the code;
-//! what a certain stage does with its own flags belongs to `crates/stages/tests`.
+//! what a certain stage does with its own flags belongs to `crates/<stage>/tests`.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot start its stage has failed")]
 

@@ -1,16 +1,16 @@
 //! Micro-benchmarks of what `fit` does beside rasterizing: loss, Adam, 3D filter, refinement.
 //!
-//! `cargo run --release -p motes-fit --example fit-kernels [-- GAUSSIANS]`. One thread, best of
+//! `cargo run --release -p train-splat --example fit-kernels [-- GAUSSIANS]`. One thread, best of
 //! several repeats; the first line is the machine's floor for a pass over memory.
 
 use std::time::Instant;
 
-use motes_fit::loss::{ColorTransform, PhotometricLoss};
-use motes_fit::{AlphaMode, FitOptions, Phase, Target, Trainer, TrainingImage};
 use motes_math::adam::{AdamOptions, adam_step, adam_step_columns};
 use motes_raster::Planes;
 use motes_scene::{ImageU8, SparsePoints};
 use motes_testkit::{orbit_pose, random_gaussians, small_camera};
+use train_splat::loss::{ColorTransform, PhotometricLoss};
+use train_splat::{AlphaMode, FitOptions, Phase, Target, Trainer, TrainingImage};
 
 /// Seconds of the fastest of several calls.
 fn best(mut work: impl FnMut()) -> f64 {

@@ -10,6 +10,7 @@ mod clock;
 mod dense;
 mod error;
 mod exposure;
+pub mod files;
 mod filter3d;
 mod front;
 mod init;

@@ -9,16 +9,16 @@ use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
-const TRAIN: &str = env!("CARGO_BIN_EXE_train-splat");
-const IMPORT: &str = env!("CARGO_BIN_EXE_import-colmap");
-const EVALUATE: &str = env!("CARGO_BIN_EXE_evaluate");
+const TRAIN: &str = "train-splat";
+const IMPORT: &str = "import-colmap";
+const EVALUATE: &str = "evaluate";
 
 fn tiny() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../testdata/captures/tiny")
 }
 
 fn run(program: &str, arguments: &[&str], folder: &Path) -> Output {
-    Command::new(program)
+    Command::new(motes_testkit::program(program))
         .args(arguments)
         .current_dir(folder)
         .stdin(Stdio::null())
@@ -112,7 +112,7 @@ fn a_killed_run_continues_to_the_same_bytes() {
     let path = |name: &str| folder.path().join(name);
     ok(&train(folder.path(), &["-o", "whole.ply"]));
     // Killed without warning, some time after its first checkpoint.
-    let mut child = Command::new(TRAIN)
+    let mut child = Command::new(motes_testkit::program(TRAIN))
         .args(SHORT)
         .args(["-o", "half.ply", "-n=120", "--save-every", "10"])
         .current_dir(folder.path())
@@ -130,7 +130,7 @@ fn a_killed_run_continues_to_the_same_bytes() {
 #[test]
 fn an_interrupt_saves_a_checkpoint_and_says_130() {
     let folder = imported();
-    let child = Command::new(TRAIN)
+    let child = Command::new(motes_testkit::program(TRAIN))
         .args(SHORT)
         .args(["-o", "long.ply", "-n=100000", "--save-every=5"])
         .current_dir(folder.path())

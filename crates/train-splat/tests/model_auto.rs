@@ -3,12 +3,12 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot prepare its scene has failed")]
 
-use motes_fit::{BackgroundModel, Decision, ExposureModel, FitOptions, Trainer, TrainingImage};
 use motes_math::rng::keyed_rng;
 use motes_raster::{RenderOptions, render};
 use motes_scene::{Gaussians, SparsePoints};
 use motes_testkit::{orbit_pose, random_gaussians, small_camera};
 use rand::RngExt;
+use train_splat::{BackgroundModel, Decision, ExposureModel, FitOptions, Trainer, TrainingImage};
 
 /// Sensor noise, peak to peak: with little of it any flexibility helps a fit that has not settled yet.
 const NOISE: f32 = 40.0 / 255.0;

@@ -1,12 +1,12 @@
 //! The whole loop on scenes made in memory.
 
-use motes_fit::{
-    AdamRule, Densify, ExposureModel, FitOptions, FitState, FreezeGroup, Trainer, TrainingImage,
-};
 use motes_math::metrics::psnr_f32;
 use motes_raster::{RenderOptions, render};
 use motes_scene::{Gaussians, ImageU8, SparsePoints};
 use motes_testkit::{orbit_pose, random_gaussians, small_camera};
+use train_splat::{
+    AdamRule, Densify, ExposureModel, FitOptions, FitState, FreezeGroup, Trainer, TrainingImage,
+};
 
 fn photos(truth: &Gaussians, views: usize) -> Vec<TrainingImage> {
     (0..views)

@@ -1,4 +1,5 @@
 //! A capture whose photos are renders of known Gaussians, in a folder of its own.
+#![expect(clippy::unwrap_used, reason = "a test that cannot prepare its files has failed")]
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -11,14 +12,18 @@ use motes_raster::{RenderOptions, render};
 use motes_scene::{Camera, Capture, Gaussians, Pinhole, Pose, SparsePoints, Split, View};
 use tempfile::TempDir;
 
-pub(crate) struct ToyCapture {
-    pub(crate) folder: TempDir,
-    pub(crate) capture: Capture,
-    pub(crate) gaussians: Gaussians,
+/// A capture in a folder of its own.
+pub struct ToyCapture {
+    /// Holds `capture.json`, the photos and `g.ply`; gone when dropped.
+    pub folder: TempDir,
+    /// Cameras, views and splits.
+    pub capture: Capture,
+    /// What the photos show.
+    pub gaussians: Gaussians,
 }
 
 /// Eight cameras on half a circle around 40 Gaussians; views 2 and 5 are held out.
-pub(crate) fn toy_capture() -> ToyCapture {
+pub fn toy_capture() -> ToyCapture {
     let folder = tempfile::tempdir().unwrap();
     let camera = Pinhole { fx: 70.0, fy: 70.0, cx: 32.0, cy: 24.0, width: 64, height: 48 };
     let view = |i: usize| {
@@ -70,22 +75,24 @@ fn gaussians() -> Gaussians {
 }
 
 impl ToyCapture {
-    pub(crate) fn path(&self, name: &str) -> PathBuf {
+    /// A path in the folder.
+    pub fn path(&self, name: &str) -> PathBuf {
         self.folder.path().join(name)
     }
 }
 
 /// Runs a stage in `folder`.
-pub(crate) fn run(program: &str, folder: &Path, arguments: &[&str]) -> Output {
+pub fn run(program: &str, folder: &Path, arguments: &[&str]) -> Output {
     Command::new(program).args(arguments).current_dir(folder).output().unwrap()
 }
 
-pub(crate) fn stderr(output: &Output) -> String {
+/// What a program said on stderr.
+pub fn stderr(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
 /// The run ended with this exit code; on failure its messages are shown.
 #[track_caller]
-pub(crate) fn assert_code(output: &Output, code: i32) {
+pub fn assert_code(output: &Output, code: i32) {
     assert_eq!(output.status.code(), Some(code), "{}", stderr(output));
 }

@@ -1,5 +1,5 @@
 //! A decomposed scene small enough for a test: a grey floor with a box on it, and a capture of it.
-#![allow(dead_code, reason = "each test binary uses a part")]
+#![expect(clippy::unwrap_used, reason = "a test that cannot prepare its files has failed")]
 
 use std::path::{Path, PathBuf};
 
@@ -19,21 +19,26 @@ use motes_scene::{
 use tempfile::TempDir;
 
 /// Base color of the floor.
-pub(crate) const FLOOR: [f32; 3] = [0.5, 0.4, 0.3];
+pub const FLOOR: [f32; 3] = [0.5, 0.4, 0.3];
 /// Base color of the box.
-pub(crate) const BOX: [f32; 3] = [0.2, 0.3, 0.6];
+pub const BOX: [f32; 3] = [0.2, 0.3, 0.6];
 
-pub(crate) struct ToyScene {
-    pub(crate) folder: TempDir,
-    pub(crate) capture: Capture,
+/// A decomposed scene and a capture of it in a folder of its own.
+pub struct ToyScene {
+    /// Holds `scene/` and the capture; gone when dropped.
+    pub folder: TempDir,
+    /// Cameras and views.
+    pub capture: Capture,
 }
 
 impl ToyScene {
-    pub(crate) fn path(&self, name: &str) -> PathBuf {
+    /// A path in the folder.
+    pub fn path(&self, name: &str) -> PathBuf {
         self.folder.path().join(name)
     }
 
-    pub(crate) fn map(
+    /// Writes an environment map whose pixel (x, y) is `at(x, y)`.
+    pub fn map(
         &self,
         name: &str,
         width: usize,
@@ -95,7 +100,7 @@ impl Parts {
 }
 
 /// Writes `scene/`, `capture.json` and photos that are renders of the Gaussians.
-pub(crate) fn toy_scene() -> ToyScene {
+pub fn toy_scene() -> ToyScene {
     let folder = tempfile::tempdir().unwrap();
     let mut parts = Parts::default();
     parts.square(Vec3::new(-2.0, -2.0, 0.0), Vec3::X * 4.0, Vec3::Y * 4.0, 48, FLOOR);
@@ -151,7 +156,7 @@ fn write_document(scene: &Path, gaussians: usize, surface: &Surface) {
 }
 
 /// Cameras round the box, every third held out. The first looks at it from +x with +y to the right.
-pub(crate) fn capture(views: usize, step: f64) -> Capture {
+pub fn capture(views: usize, step: f64) -> Capture {
     let camera = Pinhole { fx: 90.0, fy: 90.0, cx: 40.0, cy: 30.0, width: 80, height: 60 };
     let view = |i: usize| {
         let angle = i as f64 * step;
@@ -175,7 +180,8 @@ pub(crate) fn capture(views: usize, step: f64) -> Capture {
     }
 }
 
-pub(crate) fn encode(linear: f32) -> f32 {
+/// The sRGB curve: linear to display, both 0 to 1.
+pub fn encode(linear: f32) -> f32 {
     let v = linear.clamp(0.0, 1.0);
     let encoded = if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 };
     255.0 * encoded

@@ -31,16 +31,16 @@ pub(crate) fn completions(root: &Path) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Names of the stages that the workspace builds: one per file in `stages/src/bin`.
+/// Names of the stages that the workspace builds: the crates with a program and a command line.
 pub(crate) fn stage_names(root: &Path) -> Vec<String> {
-    let Ok(entries) = std::fs::read_dir(root.join("crates/stages/src/bin")) else {
+    let Ok(entries) = std::fs::read_dir(root.join("crates")) else {
         return Vec::new();
     };
     let mut names: Vec<String> = entries
         .filter_map(|entry| {
             let path = entry.ok()?.path();
-            let is_stage = path.is_dir() || path.extension().is_some_and(|e| e == "rs");
-            is_stage.then(|| path.file_stem()?.to_str().map(str::to_owned))?
+            let is_stage = path.join("src/main.rs").exists() && path.join("src/files").is_dir();
+            is_stage.then(|| path.file_name()?.to_str().map(str::to_owned))?
         })
         .collect();
     names.sort();
@@ -49,7 +49,7 @@ pub(crate) fn stage_names(root: &Path) -> Vec<String> {
 
 fn built_stages(root: &Path) -> anyhow::Result<Vec<PathBuf>> {
     let names = stage_names(root);
-    ensure!(!names.is_empty(), "there is no stage in crates/stages/src/bin");
+    ensure!(!names.is_empty(), "there is no stage in crates/");
     let folder = root.join("target/release");
     let paths = names.iter().map(|n| folder.join(format!("{n}{}", std::env::consts::EXE_SUFFIX)));
     let paths: Vec<PathBuf> = paths.collect();
@@ -80,13 +80,19 @@ mod tests {
     use super::*;
 
     #[test]
-    fn stages_are_the_files_of_the_bin_folder() {
+    fn stages_are_the_crates_with_a_program_and_a_command_line() {
         let dir = tempfile::tempdir().unwrap();
         assert!(built_stages(dir.path()).is_err());
-        let bin = dir.path().join("crates/stages/src/bin");
-        std::fs::create_dir_all(bin.join("render")).unwrap();
-        std::fs::write(bin.join("evaluate.rs"), "").unwrap();
-        std::fs::write(bin.join("notes.txt"), "").unwrap();
+        for (name, folder, file) in [
+            ("render", "src/files", "src/main.rs"),
+            ("evaluate", "src/files", "src/main.rs"),
+            ("motes", "src", "src/main.rs"),
+            ("math", "src/files", "src/lib.rs"),
+        ] {
+            let package = dir.path().join("crates").join(name);
+            std::fs::create_dir_all(package.join(folder)).unwrap();
+            std::fs::write(package.join(file), "").unwrap();
+        }
         assert_eq!(stage_names(dir.path()), ["evaluate", "render"]);
         let error = built_stages(dir.path()).unwrap_err().to_string();
         assert!(error.contains("run `make` first"), "{error}");

@@ -47,11 +47,11 @@ fn main() -> ExitCode {
     ExitCode::SUCCESS
 }
 
-/// The workspace: the folder above this package.
+/// The workspace: two folders above this package.
 fn root() -> PathBuf {
     let package = std::env::var_os("CARGO_MANIFEST_DIR").map(PathBuf::from);
     let package = package.unwrap_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")));
-    package.parent().unwrap_or(Path::new(".")).to_owned()
+    package.ancestors().nth(2).unwrap_or(Path::new(".")).to_owned()
 }
 
 fn say(text: &str) {

@@ -8,9 +8,9 @@ use motes_scene::Gaussians;
 use super::super::quantize::{dc_of_color, from_smallest_three, from_unorm, logit_of_byte};
 use super::super::rows::with_room;
 use super::{BOUNDS, CHUNK, PACKED, SH_RANGE};
-use crate::error::{FormatError, Result, quoted};
-use crate::ply::header::{Element, Header};
-use crate::ply::rows::{Body, Field, fields, packed_row_bytes};
+use motes_formats::error::{FormatError, Result, quoted};
+use motes_formats::ply::header::{Element, Header};
+use motes_formats::ply::rows::{Body, Field, fields, packed_row_bytes};
 
 /// Whether the header is that of a compressed PLY.
 pub(crate) fn is_compressed(header: &Header) -> bool {

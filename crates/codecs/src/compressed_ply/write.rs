@@ -13,9 +13,9 @@ use super::super::quantize::{sigmoid, smallest_three, unit, unorm};
 use super::super::rows::write_blocks;
 use super::super::write::SplatWriteOptions;
 use super::{BOUNDS, CHUNK, PACKED, SH_RANGE};
-use crate::atomic::write_error;
-use crate::error::Result;
-use crate::ply::SH_C0;
+use motes_formats::atomic::write_error;
+use motes_formats::error::Result;
+use motes_formats::ply::SH_C0;
 
 /// Log scales beyond this are clamped: minus infinity has no place between bounds.
 const SCALE_LIMIT: f32 = 20.0;

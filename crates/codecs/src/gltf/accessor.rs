@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::document::{Accessor, Gltf};
-use crate::error::{FormatError, Result};
+use motes_formats::error::{FormatError, Result};
 
 /// An accessor whose bytes are there.
 pub(super) struct Values<'a> {

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::super::bytes::Bytes;
-use crate::error::{FormatError, Result};
+use motes_formats::error::{FormatError, Result};
 
 const JSON_CHUNK: u32 = 0x4e4f_534a;
 const BINARY_CHUNK: u32 = 0x004e_4942;

@@ -14,9 +14,9 @@ use super::super::rows::with_room;
 use super::accessor::Values;
 use super::document::{Gltf, Node, Primitive};
 use super::{EXTENSION, MAX_DEGREE, columns, glb, harmonic_names, is_glb};
-use crate::capture::checked_relative_path;
-use crate::error::{FormatError, Result, quoted};
-use crate::ply::{GaussianFile, RenderMode, SH_C0};
+use motes_formats::capture::checked_relative_path;
+use motes_formats::error::{FormatError, Result, quoted};
+use motes_formats::ply::{GaussianFile, RenderMode, SH_C0};
 
 /// Nodes below each other; more is a ring.
 const MOST_DEPTH: usize = 64;
@@ -56,7 +56,7 @@ pub(in super::super) fn read(data: &[u8], path: &Path) -> Result<GaussianFile> {
         return Err(FormatError::invalid(path, "meshes", "the scene has no Gaussian splats")
             .with_remedy("this looks like a mesh, not like Gaussians"));
     }
-    Ok(GaussianFile { render_mode, ..GaussianFile::of(merge_gaussians(sets)) })
+    Ok(GaussianFile { render_mode, ..GaussianFile::new(merge_gaussians(sets), Vec::new()) })
 }
 
 fn buffers(gltf: &Gltf, binary: &[u8], path: &Path) -> Result<Vec<Vec<u8>>> {

@@ -17,9 +17,9 @@ use super::document::{
     Scene, UNSIGNED_BYTE,
 };
 use super::{EXTENSION, columns, glb, harmonic_names};
-use crate::atomic::write_error;
-use crate::error::{FormatError, Result};
-use crate::ply::RenderMode;
+use motes_formats::atomic::write_error;
+use motes_formats::error::{FormatError, Result};
+use motes_formats::ply::RenderMode;
 
 /// What an attribute holds.
 enum Kind<'g> {

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipArchive, ZipWriter};
 
-use crate::capture::checked_relative_path;
-use crate::error::{FormatError, Result};
+use motes_formats::capture::checked_relative_path;
+use motes_formats::error::{FormatError, Result};
 
 /// Largest file of an archive; images of a hundred million Gaussians stay below it.
 const MOST_BYTES: u64 = 1 << 30;

@@ -6,7 +6,7 @@ use std::path::Path;
 use image_webp::{ColorType, WebPDecoder, WebPEncoder};
 
 use super::fault;
-use crate::error::Result;
+use motes_formats::error::Result;
 
 /// Pixels per Gaussian that an image may have: rows are padded, but not without bound.
 const MOST_PADDING: u64 = 4;

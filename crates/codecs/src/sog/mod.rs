@@ -11,7 +11,7 @@ mod meta;
 mod read;
 mod write;
 
-use crate::error::FormatError;
+use motes_formats::error::FormatError;
 
 pub(super) use read::{read, read_folder};
 pub(super) use write::write;

@@ -10,8 +10,8 @@ use super::archive::Archive;
 use super::images::{Pixels, decode};
 use super::meta::{Meta, Version};
 use super::{MOST_PALETTE, PALETTE_COLUMNS, ROTATION_TAG, fault};
-use crate::error::{FormatError, Result};
-use crate::ply::{GaussianFile, RenderMode};
+use motes_formats::error::{FormatError, Result};
+use motes_formats::ply::{GaussianFile, RenderMode};
 
 /// Gaussians per byte of the image of low position bytes: positions do not compress, so a number far
 /// beyond this is no number of Gaussians.
@@ -89,7 +89,7 @@ fn read_files(meta: &[u8], archive: &mut Archive<'_>, path: &Path) -> Result<Gau
         Some("antialiased") => RenderMode::Mip,
         _ => RenderMode::Default,
     });
-    Ok(GaussianFile { render_mode, ..GaussianFile::of(gaussians) })
+    Ok(GaussianFile { render_mode, ..GaussianFile::new(gaussians, Vec::new()) })
 }
 
 fn entry(codebook: &[f32], index: u8) -> f32 {

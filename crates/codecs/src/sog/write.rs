@@ -15,9 +15,9 @@ use super::archive::pack;
 use super::images::{Pixels, encode};
 use super::meta::{Asset, Files, Harmonics, Indexed, Means, Meta};
 use super::{CODEBOOK, MOST_PALETTE, PALETTE_COLUMNS, ROTATION_TAG, SogOptions};
-use crate::atomic::write_error;
-use crate::error::Result;
-use crate::ply::RenderMode;
+use motes_formats::atomic::write_error;
+use motes_formats::error::Result;
+use motes_formats::ply::RenderMode;
 
 /// How much rare values of a codebook count, see [`codebook`].
 const DENSITY: f64 = 0.5;

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::super::bytes::Bytes;
 use super::{FLAG_EXTENSIONS, MAGIC, MOST_FRACTIONAL_BITS, Packed, stride};
-use crate::error::{FormatError, Result};
+use motes_formats::error::{FormatError, Result};
 
 const HEADER_BYTES: u32 = 32;
 /// A zstd block of at least 3 bytes gives at most 128 KiB.

@@ -15,9 +15,9 @@ use std::path::Path;
 use motes_scene::Gaussians;
 
 use super::write::SplatWriteOptions;
-use crate::atomic::write_error;
-use crate::error::{FormatError, Result};
-use crate::ply::{GaussianFile, RenderMode};
+use motes_formats::atomic::write_error;
+use motes_formats::error::{FormatError, Result};
+use motes_formats::ply::{GaussianFile, RenderMode};
 
 /// `NGSP`.
 const MAGIC: u32 = 0x5053_474e;
@@ -78,7 +78,7 @@ pub(super) fn read(data: &[u8], path: &Path) -> Result<GaussianFile> {
     let gaussians = unpack::unpack(&packed);
     let antialiased = packed.flags & FLAG_ANTIALIASED != 0;
     let render_mode = Some(if antialiased { RenderMode::Mip } else { RenderMode::Default });
-    Ok(GaussianFile { render_mode, ..GaussianFile::of(gaussians) })
+    Ok(GaussianFile { render_mode, ..GaussianFile::new(gaussians, Vec::new()) })
 }
 
 pub(super) fn write(

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::super::axes::Flip;
 use super::super::quantize::{sigmoid, unit, unorm8};
 use super::{COLOR_SCALE, Packed, SpzOptions, USUAL_FRACTIONAL_BITS, stride};
-use crate::error::{FormatError, Result};
+use motes_formats::error::{FormatError, Result};
 
 /// Coordinates have 24 bits with their sign.
 const MOST_FIXED: f64 = ((1 << 23) - 1) as f64;

@@ -1,24 +1,12 @@
-//! Inverse rendering: photos and their Gaussians to surface, material and light.
-//!
-//! Inputs: captures (`motes/capture` 1.x) of one scene, Gaussians (PLY). Output: a scene folder
-//! (`motes/decomposition` 1.0): Gaussians with material columns, `surface.ply`, `environment.exr`,
-//! `decomposition.json`, previews.
-//!
-//! ```text
-//! decompose --capture OUT/capture.json --gaussians gaussians.ply -o scene/
-//! ```
-//!
-//! Exit codes: 0 done, 1 failed, 2 usage or would overwrite, 3 bad input, 130 interrupted.
-//! Manual: `docs/stages/decompose.md`.
+//! Arguments of `decompose` and what happens to them.
 
 use std::path::PathBuf;
-use std::process::ExitCode;
 
+use super::{DecomposeReport, KnownArgs, Request};
+use crate::DecomposeOptions;
+use crate::geometry::GeometryOptions;
 use clap::Parser;
-use motes_inverse::DecomposeOptions;
-use motes_inverse::geometry::GeometryOptions;
 use motes_stage::{CommonArgs, Context, HasCommon};
-use motes_stages::decomposing::{DecomposeReport, KnownArgs, Request};
 use serde::Serialize;
 
 const EXAMPLES: &str = "\
@@ -36,7 +24,7 @@ Exit codes: 0 done, 1 failed, 2 usage or output exists, 3 bad input data, 130 in
 /// Take a scene apart into surface, material and light
 #[derive(Parser, Debug, Serialize)]
 #[command(name = "decompose", after_help = EXAMPLES)]
-struct Args {
+pub struct Args {
     /// Capture that the Gaussians were fitted to; again for captures of the same scene under other light
     #[arg(long, value_name = "FILE", required = true)]
     capture: Vec<PathBuf>,
@@ -84,11 +72,11 @@ impl HasCommon for Args {
     }
 }
 
-fn main() -> ExitCode {
-    motes_stage::main(run)
-}
-
-fn run(args: &Args, context: &Context) -> anyhow::Result<DecomposeReport> {
+/// Runs the stage.
+///
+/// # Errors
+/// Whatever ends it: bad input, a gate that is not met, a product that cannot be written.
+pub fn run(args: &Args, context: &Context) -> anyhow::Result<DecomposeReport> {
     let output = context.output(&args.output)?;
     let request = Request {
         captures: &args.capture,

@@ -3,13 +3,13 @@
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
+use crate::{Known, Photo, TracedSurface, ViewRays};
 use clap::{Args, ValueEnum};
 use glam::{DVec3, Vec3};
 use motes_formats::capture::{read_capture, resolve};
 use motes_formats::environment::read_environment;
 use motes_formats::images::{read_image, read_mask};
 use motes_formats::{FormatError, Result};
-use motes_inverse::{Known, Photo, TracedSurface, ViewRays};
 use motes_math::srgb;
 use motes_scene::{Capture, ImageF32, ImageU8, Split, Surface};
 use motes_shading::environment::{

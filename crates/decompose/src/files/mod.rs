@@ -1,5 +1,6 @@
 //! Files of `decompose`: photos and what is known beforehand, the scene folder, the report.
 
+mod command;
 mod inputs;
 mod outputs;
 mod priors;
@@ -7,6 +8,7 @@ mod report;
 mod request;
 mod residual;
 
+pub use command::{Args, run};
 pub use inputs::{KnownArgs, LightConvention};
 pub use report::DecomposeReport;
 pub use request::Request;

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use crate::{Anchor, Decomposition, LobesChoice, Photo};
 use anyhow::Context as _;
 use glam::Vec3;
 use motes_formats::capture::SplitDocument;
@@ -14,7 +15,6 @@ use motes_formats::environment::write_environment;
 use motes_formats::images::write_png;
 use motes_formats::ply::{PlyWriteOptions, write_gaussians, write_surface};
 use motes_formats::selection::BoundGaussians;
-use motes_inverse::{Anchor, Decomposition, LobesChoice, Photo};
 use motes_math::srgb;
 use motes_scene::{Gaussians, ImageF32};
 use motes_shading::environment::{Convention, Environment, Orientation, direction_from_uv};

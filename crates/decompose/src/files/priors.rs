@@ -2,12 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::Photo;
 use clap::ValueEnum;
 use glam::Vec3;
 use motes_formats::FormatError;
 use motes_formats::environment::read_environment;
 use motes_formats::images::read_image;
-use motes_inverse::Photo;
 use motes_math::srgb;
 use motes_scene::ImageF32;
 use motes_stage::StageError;

@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::path::PathBuf;
 
+use crate::Decomposition;
+use crate::geometry::GeometryReport;
+use crate::materials::profile::Kind;
 use motes_formats::decomposition::{DecompositionDocument, TermDocument};
-use motes_inverse::Decomposition;
-use motes_inverse::geometry::GeometryReport;
-use motes_inverse::materials::profile::Kind;
 use serde::Serialize;
 
 /// What was found, and how.

@@ -3,13 +3,11 @@
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
+use crate::geometry::{GeometryError, GeometryOptions, GeometryReport, extract};
+use crate::{DecomposeError, DecomposeOptions, Known, Photo, RenderedView, decompose, up_in_world};
+use motes_codecs::open_gaussians;
 use motes_formats::ply::{PlyWriteOptions, RenderMode, read_surface};
 use motes_formats::selection::BoundGaussians;
-use motes_formats::splats::open_gaussians;
-use motes_inverse::geometry::{GeometryError, GeometryOptions, GeometryReport, extract};
-use motes_inverse::{
-    DecomposeError, DecomposeOptions, Known, Photo, RenderedView, decompose, up_in_world,
-};
 use motes_raster::{Antialias, RenderOptions};
 use motes_scene::Split;
 use motes_shading::brdf::Lobes;

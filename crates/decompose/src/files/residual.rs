@@ -1,18 +1,18 @@
 //! What the model leaves unexplained of the photos, measured against the pictures that `relight` makes of it.
 
+use crate::{Photo, ResidualOptions, ResidualView, fit_residual};
 use glam::Vec3;
 use motes_formats::decomposition::TermDocument;
-use motes_inverse::{Photo, ResidualOptions, ResidualView, fit_residual};
 use motes_math::srgb;
 use motes_raster::{Antialias, RenderOptions, render};
-use motes_relighting::{
-    Background, Exposure, LightSource, Quality, QualityOptions, RelightScene, Relighter,
-    ResidualShare,
-};
 use motes_scene::{Gaussians, ImageF32, Residual, Surface};
 use motes_shading::brdf::Lobes;
 use motes_shading::environment::Convention;
 use motes_stage::StageError;
+use relight::{
+    Background, Exposure, LightSource, Quality, QualityOptions, RelightScene, Relighter,
+    ResidualShare,
+};
 
 use super::report::numbers;
 

@@ -2,10 +2,10 @@
 
 mod scene;
 
-use glam::Vec3;
-use motes_inverse::{
+use decompose::{
     DecomposeOptions, Decomposition, Known, Photo, TermChoice, TracedSurface, ViewRays, decompose,
 };
+use glam::Vec3;
 use motes_raster::RenderOptions;
 use motes_scene::{ImageF32, Surface};
 use motes_shading::brdf::{Lobes, Material};
@@ -204,7 +204,7 @@ fn what_is_reflected_tells_a_soft_light() {
     let report = fitted.reflected_light.expect("the ball reflects");
     assert!(report.kept && report.cost[1] < report.cost[0], "{report:?}");
     let [fitted, shading] = [fitted, shading].map(|d| {
-        let found = motes_inverse::materials::find::environment(&d.lights[0]);
+        let found = decompose::materials::find::environment(&d.lights[0]);
         errors_of_irradiance(&found, &light)
     });
     println!(

@@ -1,7 +1,7 @@
 //! The scene and its photos.
 
+use decompose::{Photo, TracedSurface, ViewRays};
 use glam::{DVec3, Vec3};
-use motes_inverse::{Photo, TracedSurface, ViewRays};
 use motes_scene::{Gaussians, ImageF32, Pinhole, Pose, Surface};
 use motes_shading::brdf::Material;
 use motes_shading::environment::{

@@ -3,8 +3,8 @@
 use std::fmt;
 use std::path::PathBuf;
 
-use motes_editing::refit::RefitReport;
-use motes_editing::reshade::ReshadeReport;
+use crate::refit::RefitReport;
+use crate::reshade::ReshadeReport;
 use motes_formats::edit_plan::{SkipRecord, StepRecord};
 use serde::Serialize;
 

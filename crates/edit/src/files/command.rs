@@ -1,31 +1,18 @@
-//! Edit a splat or a decomposed scene by a plan: select, move, delete, insert, recolor, relight, clean up.
-//!
-//! Inputs: a scene folder (`motes/decomposition` 1.x) or Gaussians (PLY); a plan (`motes/edit-plan` 1.x), or its operations as
-//! flags. Output: the same kind, with the plan as executed.
-//!
-//! ```text
-//! edit --scene scene/ --plan plan.json -o edited/
-//! edit --gaussians in.ply --remove-floaters --rotate-euler 90,0,0 -o out.ply
-//! edit --scene scene/ --selection selection.json --delete --fill plane -o edited/
-//! ```
-//!
-//! Exit codes: 0 done, 1 failed, 2 usage or would overwrite, 3 bad input, 130 interrupted.
-//! Manual: `docs/stages/edit.md`.
+//! Arguments of `edit` and what happens to them.
 
 use std::path::PathBuf;
-use std::process::ExitCode;
 
+use super::{EditAnswer, EditJob, OpFlags, ReshadeFlags, run_edit};
 use clap::{ArgAction, Parser};
 use motes_formats::documents::{schema, to_pretty_json};
 use motes_formats::edit_plan::EditPlanDocument;
 use motes_stage::{CommonArgs, Context, HasCommon};
-use motes_stages::edit::{EditAnswer, EditJob, OpFlags, ReshadeFlags, run_edit};
 use serde::Serialize;
 
 /// Edit a splat or a decomposed scene by a plan or by flags
 #[derive(Parser, Debug, Serialize)]
 #[command(name = "edit")]
-struct Args {
+pub struct Args {
     /// Scene folder, as decompose makes it
     #[arg(
         long,
@@ -83,11 +70,11 @@ impl HasCommon for Args {
     }
 }
 
-fn main() -> ExitCode {
-    motes_stage::main_with_schema(run, || to_pretty_json(&schema::<EditPlanDocument>().1))
-}
-
-fn run(args: &Args, context: &Context) -> anyhow::Result<EditAnswer> {
+/// Runs the stage.
+///
+/// # Errors
+/// Whatever ends it: bad input, a gate that is not met, a product that cannot be written.
+pub fn run(args: &Args, context: &Context) -> anyhow::Result<EditAnswer> {
     let job = EditJob {
         scene: args.scene.as_deref(),
         gaussians: args.gaussians.as_deref(),
@@ -100,4 +87,9 @@ fn run(args: &Args, context: &Context) -> anyhow::Result<EditAnswer> {
         output: &args.output,
     };
     run_edit(&job, context)
+}
+
+/// JSON Schema of the plan that the stage reads.
+pub fn plan_schema() -> String {
+    to_pretty_json(&schema::<EditPlanDocument>().1)
 }

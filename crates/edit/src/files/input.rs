@@ -2,19 +2,19 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::{EditState, SceneParts};
 use glam::DVec3;
-use motes_editing::{EditState, SceneParts};
+use motes_codecs::open_gaussians;
 use motes_formats::decomposition::{Decomposition, LobesDocument, read_decomposition};
 use motes_formats::environment::read_environment;
 use motes_formats::ply::{GaussianFile, PlyWriteOptions, RenderMode, read_surface};
-use motes_formats::splats::open_gaussians;
 use motes_raster::Antialias;
 use motes_scene::camera_path::mean_up;
 use motes_scene::{Capture, Materials};
 use motes_shading::brdf::Lobes;
 use motes_stage::{Context, StageError};
 
-use crate::relight::convention;
+use relight::files::convention;
 
 /// What was read.
 pub(super) struct Input {

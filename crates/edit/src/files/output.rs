@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use motes_editing::plan::Preview;
-use motes_editing::{EditState, SceneParts};
+use crate::plan::Preview;
+use crate::{EditState, SceneParts};
 use motes_formats::decomposition::{
     ConventionDocument, DecompositionCounts, DecompositionDocument, write_decomposition,
 };

@@ -3,13 +3,13 @@
 use std::cell::OnceCell;
 use std::path::{Path, PathBuf};
 
-use clap::{Args, ValueEnum};
-use motes_editing::EditState;
-use motes_editing::plan::{
+use crate::EditState;
+use crate::plan::{
     EditError, Edited, Preview, Resources, orbit_camera, picture, prepare, run_plan, whole_extent,
 };
-use motes_editing::refit::{Fills, RefitOptions, Refitted, refit};
-use motes_editing::reshade::{ReshadeOptions, ReshadeReport, moved_surface, reshade};
+use crate::refit::{Fills, RefitOptions, Refitted, refit};
+use crate::reshade::{ReshadeOptions, ReshadeReport, moved_surface, reshade};
+use clap::{Args, ValueEnum};
 use motes_formats::FormatError;
 use motes_formats::capture::read_capture;
 use motes_formats::documents::Document as _;
@@ -26,7 +26,7 @@ use super::answer::EditAnswer;
 use super::flags::OpFlags;
 use super::input::Input;
 use super::output::{log_path, write_log, write_previews, write_scene};
-use crate::training::load_training_images;
+use train_splat::files::load_training_images;
 
 /// Steps of the fit of fillings when nothing is said.
 const REFIT_STEPS: u32 = 100;

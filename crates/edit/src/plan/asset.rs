@@ -4,9 +4,9 @@ use std::io::Read as _;
 use std::path::Path;
 
 use glam::DVec3;
+use motes_codecs::open_gaussians;
 use motes_formats::decomposition::read_decomposition;
 use motes_formats::ply::{has_faces, read_mesh, read_surface};
-use motes_formats::splats::open_gaussians;
 use motes_scene::{Materials, Surface};
 
 use super::EditError;

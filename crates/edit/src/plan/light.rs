@@ -4,8 +4,8 @@ use glam::DVec3;
 use motes_formats::decomposition::ConventionDocument;
 use motes_formats::edit_plan::SetEnvironmentOp;
 use motes_formats::environment::read_environment;
-use motes_relighting::{Exposure, LightSource, environment_image};
 use motes_shading::environment::Convention;
+use relight::{Exposure, LightSource, environment_image};
 
 use super::{EditError, Resources};
 use crate::SceneParts;

@@ -4,7 +4,7 @@ use motes_formats::edit_plan::{OpDocument, SelectOp};
 use motes_formats::selection::read_selection;
 use motes_formats::selectors::{SelectStep, Selector};
 use motes_scene::Selection;
-use motes_selecting::{SelectSource, select_from};
+use segment_select::{SelectSource, select_from};
 
 use super::prepare::absolute;
 use super::{EditError, Resources};

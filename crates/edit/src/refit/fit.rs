@@ -1,10 +1,10 @@
 //! Least squares by Adam on some rows.
 
 use glam::Vec3;
-use motes_fit::{Moments, PhotoOrder, Rates, Update};
 use motes_math::median::median;
 use motes_raster::{Frame, GaussianGradients, Modifiers, Planes, RenderOptions};
 use motes_scene::Gaussians;
+use train_splat::{Moments, PhotoOrder, Rates, Update};
 
 use super::rows::{put, rows_of};
 use super::targets::Target;

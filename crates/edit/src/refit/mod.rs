@@ -17,10 +17,10 @@ mod fit;
 mod rows;
 mod targets;
 
-use motes_fit::TrainingImage;
 use motes_raster::Antialias;
 use motes_scene::Gaussians;
 use serde::Serialize;
+use train_splat::TrainingImage;
 
 use crate::EditState;
 

@@ -1,11 +1,11 @@
 //! Photos as they would be after the edit.
 
 use glam::{DVec3, Vec3};
-use motes_fit::TrainingImage;
 use motes_math::resample::{Filter, resize};
 use motes_math::srgb;
 use motes_raster::{Antialias, RenderOptions, ViewTransform, render, render_scalars};
 use motes_scene::{Gaussians, ImageF32, Pinhole, Pose};
+use train_splat::TrainingImage;
 
 use super::{Fills, marks};
 use crate::EditState;

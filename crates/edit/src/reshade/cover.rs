@@ -8,9 +8,9 @@ use std::num::NonZero;
 
 use glam::Vec3;
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
-use motes_relighting::RelightScene;
 use motes_scene::Surface;
 use motes_shading::tracing::{BuildQuality, MeshTracer, Ray, Tracer as _, TriangleMesh};
+use relight::RelightScene;
 
 /// Directions over the half of the sphere around the normal, as dense as the cosine: few cameras look along the ground, and
 /// the surface of an object ends a little above it.

@@ -2,10 +2,10 @@
 
 use glam::Vec3;
 use motes_math::rng::keyed_rng;
-use motes_relighting::RelightScene;
 use motes_scene::Surface;
 use rand::RngExt;
 use rayon::prelude::*;
+use relight::RelightScene;
 
 use super::colors::Projection;
 use super::cover::Cover;

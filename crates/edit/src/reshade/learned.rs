@@ -1,7 +1,7 @@
 //! What the planes that objects left say about the light that the edit changes ([`super::calibrate`]).
 
 use glam::Vec3;
-use motes_relighting::{Probe, RelightScene};
+use relight::{Probe, RelightScene};
 
 use super::ReshadeOptions;
 use super::calibrate::{Calibration, Observed, changed_grid, is_change};

@@ -10,8 +10,8 @@
 use glam::Vec3;
 use motes_math::median::median;
 use motes_math::sigmoid::sigmoid;
-use motes_relighting::{Probe, Relighter};
 use motes_scene::{Gaussians, Materials};
+use relight::{Probe, Relighter};
 
 use super::grid::{Grid, boxed, pull_push};
 use super::hole::Hole;

@@ -33,8 +33,8 @@ mod scene_after;
 mod support;
 mod surface;
 
-use motes_relighting::{Exposure, LightError, LightSource, SceneError};
 use motes_scene::Surface;
+use relight::{Exposure, LightError, LightSource, SceneError};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 

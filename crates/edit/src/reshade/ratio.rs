@@ -3,9 +3,9 @@
 use glam::Vec3;
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use motes_math::sigmoid::sigmoid;
-use motes_relighting::{BakeOptions, Probe, Question, RelightScene, Relighter};
 use motes_scene::{Materials, Residual, Surface};
 use rayon::prelude::*;
+use relight::{BakeOptions, Probe, Question, RelightScene, Relighter};
 
 use super::ReshadeOptions;
 use super::calibrate::Calibration;

@@ -6,7 +6,7 @@
 
 use glam::Vec3;
 use motes_math::median::{median, quantile};
-use motes_relighting::Probe;
+use relight::Probe;
 
 use super::grid::{Grid, boxed, pull_push};
 

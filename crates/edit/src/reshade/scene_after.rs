@@ -3,9 +3,9 @@
 use std::collections::{HashMap, HashSet};
 
 use glam::Vec3;
-use motes_relighting::{QualityOptions, RelightScene, Relighter};
 use motes_scene::{ExtraColumn, Materials, Surface};
 use rayon::prelude::*;
+use relight::{QualityOptions, RelightScene, Relighter};
 
 use super::colors::Projection;
 use super::cover::{Cover, Orphans};
@@ -21,7 +21,7 @@ use crate::refit::Fills;
 use crate::{EditState, Fill, Origin, SCENE, Similarity};
 
 /// Directions per vertex for the light that surfaces send on, beside those per Gaussian.
-const CACHE: motes_relighting::Quality = motes_relighting::Quality::Standard;
+const CACHE: relight::Quality = relight::Quality::Standard;
 
 pub(super) fn reshade(
     state: &mut EditState,
@@ -355,7 +355,7 @@ fn copy_patch(state: &mut EditState, hole: &Hole, shift: [f32; 2]) -> usize {
 }
 
 fn materials_of(state: &EditState) -> Result<Materials, ReshadeError> {
-    Ok(Materials::of(&state.gaussians).map_err(motes_relighting::SceneError::Column)?)
+    Ok(Materials::of(&state.gaussians).map_err(relight::SceneError::Column)?)
 }
 
 /// Adds the Gaussians of a filling, still without colour.

@@ -71,7 +71,7 @@ pub enum StyleError {
     Editor(#[from] EditorError),
     /// The fit did.
     #[error(transparent)]
-    Fit(#[from] motes_fit::FitError),
+    Fit(#[from] train_splat::FitError),
     /// The user asked to stop.
     #[error("interrupted")]
     Stopped,

@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
-use motes_fit::{
+use motes_scene::{Gaussians, ImageF32, SparsePoints};
+use train_splat::{
     AlphaMode, BackgroundModel, ExposureModel, FitError, FitOptions, FreezeGroup, Switch, Trainer,
     TrainingImage,
 };
-use motes_scene::{Gaussians, ImageF32, SparsePoints};
 
 use super::{StyleOptions, StyleView};
 

@@ -1,14 +1,14 @@
 //! A ground, boxes on it and a sun, all known exactly.
 #![allow(dead_code, reason = "every test uses a part of it")]
 
+use edit::{EditState, SceneParts};
 use glam::{DVec3, Vec3};
-use motes_editing::{EditState, SceneParts};
-use motes_relighting::{
-    BakeOptions, Exposure, LightSource, Quality, QualityOptions, RelightScene, Relighter,
-};
 use motes_scene::{Gaussians, ImageF32, Materials, Surface};
 use motes_shading::brdf::Lobes;
 use motes_shading::environment::Convention;
+use relight::{
+    BakeOptions, Exposure, LightSource, Quality, QualityOptions, RelightScene, Relighter,
+};
 
 /// Half the side of the ground, and of the box.
 pub(crate) const GROUND: f32 = 2.0;

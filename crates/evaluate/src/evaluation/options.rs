@@ -7,10 +7,10 @@ use motes_math::metrics::SsimBorder;
 use motes_raster::RasterDials;
 use serde::Serialize;
 
-use crate::frames::{Background, SplitChoice, parse_background};
 use crate::lpips::{Lpips, LpipsNet, LpipsRange};
-use crate::model::{AntialiasChoice, ViewExposure};
 use crate::score::{Gate, GateMetric, ScoreOptions};
+use render::frames::{Background, SplitChoice, parse_background};
+use render::model::{AntialiasChoice, ViewExposure};
 
 /// The protocol.
 #[derive(Args, Clone, Debug, Serialize)]

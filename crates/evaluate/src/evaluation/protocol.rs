@@ -4,8 +4,8 @@ use motes_formats::metrics::{LpipsProtocol, Protocol, PsnrProtocol, SsimProtocol
 
 use super::{BorderChoice, EvaluationOptions};
 use crate::lpips::{Lpips, LpipsRange};
-use crate::model::ViewExposure;
 use crate::score::PSNR_CAP_DB;
+use render::model::ViewExposure;
 
 /// Everything that the numbers depend on beside the inputs.
 ///

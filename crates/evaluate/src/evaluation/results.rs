@@ -6,9 +6,9 @@ use motes_formats::metrics::{
 };
 use motes_scene::Split;
 
-use crate::frames::SplitChoice;
-use crate::pages::ModelScores;
+use crate::page::ModelScores;
 use crate::score::{Gate, GateMetric, ViewRow, bounded_value, mean_and_deviation, spread};
+use render::frames::SplitChoice;
 
 /// A bound and the value it was held against.
 #[derive(Clone, Debug, PartialEq)]

@@ -8,12 +8,12 @@ use motes_raster::{RenderOptions, render};
 use motes_scene::{Capture, ImageF32, ImageU8, Pinhole, Split};
 
 use super::EvaluationOptions;
-use crate::frames::{PlanError, SplitChoice, pinhole_of, view_stems, views_of};
 use crate::lpips::Lpips;
-use crate::model::{AntialiasChoice, Model};
-use crate::pages::ModelScores;
+use crate::page::ModelScores;
 use crate::photos::{load_photo, load_render};
 use crate::score::{Photo, ViewRow, score_view};
+use render::frames::{PlanError, SplitChoice, pinhole_of, view_stems, views_of};
+use render::model::{AntialiasChoice, Model};
 
 /// Where the renders come from.
 #[derive(Clone, Debug)]

@@ -1,39 +1,27 @@
-//! Score Gaussians, or the renders of any program, against the photos of a capture.
-//!
-//! In: a capture (`motes/capture` 1.x); Gaussians (PLY) or folders of pictures named after views.
-//! Out, each on request: JSON on stdout, `motes/metrics` 1.x, an HTML page, renders. Examples:
-//!
-//! ```text
-//! evaluate --capture OUT/capture.json --gaussians gaussians.ply --split test --json
-//! evaluate --capture OUT/capture.json --gaussians gaussians.ply --require 'psnr>=25'
-//! ```
-//!
-//! Exit codes: 0 done, 1 failed, 2 usage or would overwrite, 3 bad input, 4 a `--require` bound is
-//! not met, 130 interrupted. Manual: `docs/stages/evaluate.md`.
+//! Arguments of `evaluate` and what happens to them.
 
 use std::path::PathBuf;
-use std::process::ExitCode;
 
+use crate::evaluation::{
+    Contestant, Course, EvaluationOptions, EvaluationOutputs, EvaluationReport, Results, protocol,
+    protocol_words,
+};
+use crate::lpips::Lpips;
+use crate::page::{EvaluationPage, PictureChoice};
+use crate::score::GateMetric;
+use crate::training_curves::{Training, read_training};
 use clap::Parser;
 use motes_formats::atomic::write_atomic;
 use motes_formats::capture::read_capture;
 use motes_formats::documents::write_document;
 use motes_formats::images::write_png;
-use motes_report::evaluation::{
-    Contestant, Course, EvaluationOptions, EvaluationOutputs, EvaluationReport, Results, protocol,
-    protocol_words,
-};
-use motes_report::lpips::Lpips;
-use motes_report::pages::{EvaluationPage, PictureChoice};
-use motes_report::score::GateMetric;
-use motes_report::training_curves::{Training, read_training};
 use motes_stage::{CommonArgs, Context, HasCommon, OrBadInput as _, StageError};
 use serde::Serialize;
 
 /// Score Gaussians, or the renders of any program, against the photos of a capture
 #[derive(Parser, Debug, Serialize)]
 #[command(name = "evaluate")]
-struct Args {
+pub struct Args {
     /// Capture with the photos
     #[arg(long, value_name = "FILE")]
     capture: PathBuf,
@@ -69,11 +57,11 @@ impl HasCommon for Args {
     }
 }
 
-fn main() -> ExitCode {
-    motes_stage::main(run)
-}
-
-fn run(args: &Args, context: &Context) -> anyhow::Result<EvaluationReport> {
+/// Runs the stage.
+///
+/// # Errors
+/// Whatever ends it: bad input, a gate that is not met, a product that cannot be written.
+pub fn run(args: &Args, context: &Context) -> anyhow::Result<EvaluationReport> {
     let options = &args.options;
     let outputs = &args.outputs;
     for output in outputs.paths() {

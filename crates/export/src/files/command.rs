@@ -1,36 +1,20 @@
-//! Export Gaussians and cameras to the formats of other programs.
-//!
-//! Inputs: Gaussians in any format of the table (PLY, compressed PLY, .splat, …), or a scene folder
-//! (`motes/decomposition` 1.x); for cameras a capture (`motes/capture` 1.x) or a camera path. Output: one
-//! file, whose suffix chooses the format, or the folder of a COLMAP model; beside a mesh lies its light.
-//!
-//! ```text
-//! export gaussians.ply -o scene.splat --verify
-//! export --scene scene/ --layout r3dg -o relightable.ply
-//! export --capture OUT/capture.json -o OUT/transforms.json
-//! export --scene scene/ --capture OUT/capture.json -o page.html
-//! export --scene scene/ --format mesh --target blender -o mesh.glb
-//! ```
-//!
-//! Exit codes: 0 done, 1 failed, 2 usage or would overwrite, 3 bad input, 4 below --min-psnr, 130
-//! interrupted. Manual: `docs/stages/export.md`.
+//! Arguments of `export` and what happens to them.
 
 use std::path::PathBuf;
-use std::process::ExitCode;
 
-use clap::Parser;
-use motes_formats::splats::SplatFormat;
-use motes_stage::{CommonArgs, Context, HasCommon};
-use motes_stages::export::{
+use super::{
     AssetJob, AssetOptions, CameraOptions, CameraReport, ExportFormat, ExportReport, InputOptions,
     Outcome, Product, SplatOptions, VerifyOptions, verify, write_asset, write_splat,
 };
+use clap::Parser;
+use motes_codecs::SplatFormat;
+use motes_stage::{CommonArgs, Context, HasCommon};
 use serde::Serialize;
 
 /// Export Gaussians and cameras to the formats of other programs
 #[derive(Parser, Debug, Serialize)]
 #[command(name = "export")]
-struct Args {
+pub struct Args {
     #[command(flatten)]
     #[serde(flatten)]
     input: InputOptions,
@@ -70,11 +54,11 @@ impl HasCommon for Args {
     }
 }
 
-fn main() -> ExitCode {
-    motes_stage::main(run)
-}
-
-fn run(args: &Args, context: &Context) -> anyhow::Result<Outcome> {
+/// Runs the stage.
+///
+/// # Errors
+/// Whatever ends it: bad input, a gate that is not met, a product that cannot be written.
+pub fn run(args: &Args, context: &Context) -> anyhow::Result<Outcome> {
     let output = context.output(&args.output)?;
     let given = args.asset.html.then_some(ExportFormat::Html).or(args.format);
     let format = ExportFormat::choose(given, &output)?;

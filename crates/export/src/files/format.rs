@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use clap::ValueEnum;
+use motes_codecs::SplatFormat;
 use motes_formats::colmap::Layout;
-use motes_formats::splats::SplatFormat;
 use motes_stage::StageError;
 use serde::Serialize;
 
@@ -117,7 +117,7 @@ impl ExportFormat {
 
 /// Suffixes that choose a format.
 fn suffixes() -> String {
-    let written = motes_formats::splats::CODECS.iter().filter(|codec| codec.is_writable());
+    let written = motes_codecs::CODECS.iter().filter(|codec| codec.is_writable());
     written
         .flat_map(|codec| codec.suffixes)
         .copied()
@@ -128,7 +128,7 @@ fn suffixes() -> String {
 
 #[cfg(test)]
 mod tests {
-    use motes_formats::splats::CODECS;
+    use motes_codecs::CODECS;
 
     use super::*;
 

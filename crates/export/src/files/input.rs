@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use motes_codecs::{merge_gaussians, open_gaussians};
 use motes_formats::decomposition::read_decomposition;
 use motes_formats::ply::GaussianFile;
-use motes_formats::splats::{merge_gaussians, open_gaussians};
 use motes_stage::{Context, StageError};
 use serde::Serialize;
 

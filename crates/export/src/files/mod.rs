@@ -2,6 +2,7 @@
 
 mod assets;
 mod cameras;
+mod command;
 mod format;
 mod input;
 mod report;
@@ -10,6 +11,7 @@ mod verify;
 
 pub use assets::{Asset, AssetJob, AssetOptions, AssetReport, write_asset};
 pub use cameras::{CameraFormat, CameraOptions, CameraSource};
+pub use command::{Args, run};
 pub use format::{ExportFormat, Product};
 pub use input::{InputOptions, Source};
 pub use report::{CameraReport, ExportReport, Outcome};

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use clap::{Args, ValueEnum};
-use motes_formats::splats::{
+use motes_codecs::{
     PlyLayout, SogOptions, SplatFormat, SplatWriteOptions, SpzOptions, write_gaussians,
     write_gaussians_to,
 };

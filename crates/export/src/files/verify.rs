@@ -5,14 +5,14 @@ use std::path::Path;
 
 use clap::Args;
 use glam::DVec3;
+use motes_codecs::{SplatFormat, open_gaussians};
 use motes_formats::capture::read_capture;
 use motes_formats::ply::{GaussianFile, RenderMode};
-use motes_formats::splats::{SplatFormat, open_gaussians};
 use motes_math::metrics::psnr_f32;
 use motes_raster::{Antialias, RenderOptions, render};
-use motes_report::frames::{Frame, FrameSource, plan_frames};
 use motes_scene::{Gaussians, Pinhole, Pose};
 use motes_stage::{Context, OrBadInput as _, StageError};
+use render::frames::{Frame, FrameSource, plan_frames};
 use serde::Serialize;
 
 /// Pixels of the longer side of a picture.

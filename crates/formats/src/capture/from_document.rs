@@ -161,7 +161,7 @@ fn finite_vector(path: &Path, place: &str, vector: [f64; 3]) -> Result<DVec3> {
 }
 
 /// Refuses names that could open a file outside the folder of the document.
-pub(crate) fn checked_relative_path(document: &Path, place: &str, name: &str) -> Result<PathBuf> {
+pub fn checked_relative_path(document: &Path, place: &str, name: &str) -> Result<PathBuf> {
     let problem = if name.is_empty() {
         "the file name is empty".into()
     } else if name.chars().any(char::is_control) {

@@ -19,7 +19,8 @@ pub use document::{
     CameraDocument, CaptureDocument, Conventions, PoseDocument, SplitDocument, ViewDocument,
 };
 pub use from_document::capture_from_document;
-pub(crate) use from_document::{checked_relative_path, pose_from_document};
+pub use from_document::checked_relative_path;
+pub(crate) use from_document::pose_from_document;
 pub(crate) use to_document::pose_to_document;
 
 /// File name that [`write_capture`] gives the points.

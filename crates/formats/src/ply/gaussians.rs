@@ -25,9 +25,11 @@ pub struct GaussianFile {
 }
 
 impl GaussianFile {
-    /// Of a format that says nothing else.
-    pub(crate) fn of(gaussians: Gaussians) -> Self {
-        Self { gaussians, comments: Vec::new(), render_mode: None, exposure_response: None }
+    /// Gaussians with what the comments of their file say about them.
+    pub fn new(gaussians: Gaussians, comments: Vec<String>) -> Self {
+        let render_mode = RenderMode::from_comments(&comments);
+        let exposure_response = response_from_comments(&comments);
+        Self { gaussians, comments, render_mode, exposure_response }
     }
 }
 
@@ -44,14 +46,13 @@ pub fn read_gaussians(path: &Path) -> Result<Gaussians> {
 /// Values are taken as they are: NaN and infinity pass, see [`Gaussians::invalid_rows`]. Normals
 /// that are all zero are dropped (the writer adds them again), all other columns that have no
 /// place in [`Gaussians`] arrive in [`Gaussians::extra`]. Columns of `half` arrive as f32, list
-/// columns are left out. PlayCanvas's compressed PLY is read, too.
+/// columns are left out. PlayCanvas's compressed PLY is for `motes-codecs`.
 ///
 /// # Errors
 /// The file cannot be read, is no PLY file or ends early, has data after its last row, lacks a
 /// column, or has a number of `f_rest` columns that belongs to no SH degree.
 pub fn open_gaussians(path: &Path) -> Result<GaussianFile> {
-    let (mut reader, bytes) = open(path)?;
-    read_file(&mut reader, path, bytes)
+    PlySource::open(path)?.read()
 }
 
 /// Reads Gaussians from a stream; `name` stands for the file in errors.
@@ -59,15 +60,58 @@ pub fn open_gaussians(path: &Path) -> Result<GaussianFile> {
 /// # Errors
 /// As [`open_gaussians`].
 pub fn read_gaussians_from(reader: impl Read, name: &Path) -> Result<GaussianFile> {
-    read_file(&mut BufReader::with_capacity(1 << 18, reader), name, None)
+    PlySource::stream(reader, name)?.read()
 }
 
-fn read_file(reader: &mut dyn BufRead, path: &Path, bytes: Option<u64>) -> Result<GaussianFile> {
-    let header = parse(reader, path)?;
-    if crate::splats::is_compressed(&header) {
-        let gaussians = crate::splats::read_compressed(&header, reader, path, bytes)?;
-        return Ok(with_comments(gaussians, header));
+/// A PLY file whose header is read and whose rows are not: another layout of the same format
+/// (PlayCanvas's compressed PLY) is recognized by its header and read by its own codec.
+pub struct PlySource<'a> {
+    /// Elements, columns and comments.
+    pub header: Header,
+    /// The bytes after the header.
+    pub reader: Box<dyn BufRead + 'a>,
+    /// The name in errors.
+    pub path: &'a Path,
+    /// Bytes of the whole file; `None` for a stream.
+    pub bytes: Option<u64>,
+}
+
+impl<'a> PlySource<'a> {
+    /// Opens a file and reads its header.
+    ///
+    /// # Errors
+    /// The file cannot be read, or does not begin with the header of a PLY file.
+    pub fn open(path: &'a Path) -> Result<Self> {
+        let (mut reader, bytes) = open(path)?;
+        let header = parse(&mut reader, path)?;
+        Ok(Self { header, reader: Box::new(reader), path, bytes })
     }
+
+    /// Reads the header of a stream; `name` stands for the file in errors.
+    ///
+    /// # Errors
+    /// As [`PlySource::open`].
+    pub fn stream(reader: impl Read + 'a, name: &'a Path) -> Result<Self> {
+        let mut reader = BufReader::with_capacity(1 << 18, reader);
+        let header = parse(&mut reader, name)?;
+        Ok(Self { header, reader: Box::new(reader), path: name, bytes: None })
+    }
+
+    /// Reads the rows: see [`open_gaussians`].
+    ///
+    /// # Errors
+    /// As [`open_gaussians`].
+    pub fn read(mut self) -> Result<GaussianFile> {
+        read_rows(self.header, &mut *self.reader, self.path, self.bytes)
+    }
+}
+
+fn read_rows(
+    header: Header,
+    reader: &mut dyn BufRead,
+    path: &Path,
+    bytes: Option<u64>,
+) -> Result<GaussianFile> {
     let (reading, header) = read_vertices_behind(
         header,
         reader,
@@ -84,11 +128,5 @@ fn read_file(reader: &mut dyn BufRead, path: &Path, bytes: Option<u64>) -> Resul
             Ok(())
         },
     )?;
-    Ok(with_comments(reading.finish(), header))
-}
-
-fn with_comments(gaussians: Gaussians, header: Header) -> GaussianFile {
-    let render_mode = RenderMode::from_comments(&header.comments);
-    let exposure_response = response_from_comments(&header.comments);
-    GaussianFile { gaussians, comments: header.comments, render_mode, exposure_response }
+    Ok(GaussianFile::new(reading.finish(), header.comments))
 }

@@ -17,20 +17,27 @@ pub(crate) enum PropertyKind {
     List { count: Scalar, item: Scalar },
 }
 
+/// A column of an element.
 #[derive(Clone, Debug)]
-pub(crate) struct Property {
-    pub(crate) name: String,
+pub struct Property {
+    /// Name of the column.
+    pub name: String,
     pub(crate) kind: PropertyKind,
     /// Header line, from 1.
-    pub(crate) line: usize,
+    pub line: usize,
 }
 
+/// A table of the file: its rows follow the header, element after element.
 #[derive(Clone, Debug)]
-pub(crate) struct Element {
-    pub(crate) name: String,
-    pub(crate) count: u64,
-    pub(crate) properties: Vec<Property>,
-    pub(crate) line: usize,
+pub struct Element {
+    /// Name of the table: `vertex`, `face`, ...
+    pub name: String,
+    /// Rows that the header claims.
+    pub count: u64,
+    /// Columns in the order of the file.
+    pub properties: Vec<Property>,
+    /// Header line, from 1.
+    pub line: usize,
 }
 
 impl Element {
@@ -55,16 +62,20 @@ impl Element {
         self.properties.iter().map(least).sum()
     }
 
-    pub(crate) fn property(&self, name: &str) -> Option<&Property> {
+    /// The column of this name.
+    pub fn property(&self, name: &str) -> Option<&Property> {
         self.properties.iter().find(|p| p.name == name)
     }
 }
 
+/// What stands before the rows.
 #[derive(Clone, Debug)]
-pub(crate) struct Header {
+pub struct Header {
     pub(crate) encoding: Encoding,
-    pub(crate) elements: Vec<Element>,
-    pub(crate) comments: Vec<String>,
+    /// Tables in the order of the file.
+    pub elements: Vec<Element>,
+    /// Comments in order, without the word `comment`.
+    pub comments: Vec<String>,
     /// Bytes up to and with the line `end_header`.
     pub(crate) bytes: u64,
     /// Lines up to and with `end_header`.

@@ -7,12 +7,12 @@
 
 mod columns;
 mod gaussians;
-pub(crate) mod header;
+pub mod header;
 mod mesh;
 mod plan;
 mod points;
-pub(crate) mod rows;
-pub(crate) mod scalar;
+pub mod rows;
+pub mod scalar;
 mod surface;
 mod write;
 
@@ -24,14 +24,14 @@ use motes_scene::ExposureResponse;
 
 use crate::error::{FormatError, Result};
 
-pub use gaussians::{GaussianFile, open_gaussians, read_gaussians, read_gaussians_from};
+pub use gaussians::{GaussianFile, PlySource, open_gaussians, read_gaussians, read_gaussians_from};
 pub use mesh::{has_faces, read_mesh};
 pub use points::{read_points, read_points_from, write_points, write_points_to};
 pub use surface::{read_surface, read_surface_from, write_surface, write_surface_to};
 pub use write::{PlyColumns, PlyWriteOptions, write_gaussians, write_gaussians_to};
 
 /// `colour = 0.5 + SH_C0 * f_dc` at degree 0.
-pub(crate) const SH_C0: f32 = motes_math::sh::SH_C0 as f32;
+pub const SH_C0: f32 = motes_math::sh::SH_C0 as f32;
 
 /// Third log scale of a flat Gaussian (2DGS, a file without `scale_2`), relative to the smaller of
 /// the other two: its thickness is a thousandth of its smaller radius. Relative, because the size
@@ -49,7 +49,8 @@ pub enum RenderMode {
 }
 
 impl RenderMode {
-    pub(crate) fn name(self) -> &'static str {
+    /// The word in the comment `SplatRenderMode`.
+    pub fn name(self) -> &'static str {
         match self {
             Self::Default => "default",
             Self::Mip => "mip",

@@ -17,18 +17,20 @@ const MAX_LINE_BYTES: u64 = 1 << 24;
 
 /// Position of a scalar property in a packed row.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Field {
-    pub(crate) offset: usize,
-    pub(crate) scalar: Scalar,
+pub struct Field {
+    /// Bytes from the start of the row.
+    pub offset: usize,
+    /// Type of the number.
+    pub scalar: Scalar,
 }
 
 /// Bytes of a packed row.
-pub(crate) fn packed_row_bytes(element: &Element) -> usize {
+pub fn packed_row_bytes(element: &Element) -> usize {
     fields(element).map(|(_, field)| field.scalar.size()).sum()
 }
 
 /// The scalar properties of an element with their positions.
-pub(crate) fn fields(element: &Element) -> impl Iterator<Item = (&str, Field)> {
+pub fn fields(element: &Element) -> impl Iterator<Item = (&str, Field)> {
     let mut offset = 0;
     element.properties.iter().filter_map(move |property| match property.kind {
         PropertyKind::List { .. } => None,
@@ -41,7 +43,7 @@ pub(crate) fn fields(element: &Element) -> impl Iterator<Item = (&str, Field)> {
 }
 
 /// Reads the elements of a body in their order.
-pub(crate) struct Body<'a> {
+pub struct Body<'a> {
     reader: &'a mut dyn BufRead,
     path: &'a Path,
     encoding: Encoding,
@@ -54,7 +56,7 @@ pub(crate) struct Body<'a> {
 impl<'a> Body<'a> {
     /// `reader` stands behind the header. With `file_bytes`, the size of the whole file, a header
     /// that promises more rows than fit is refused before anything is allocated.
-    pub(crate) fn new(
+    pub fn new(
         reader: &'a mut dyn BufRead,
         path: &'a Path,
         header: &Header,
@@ -88,12 +90,12 @@ impl<'a> Body<'a> {
     }
 
     /// Whether packed rows hold big-endian values.
-    pub(crate) fn is_big_endian(&self) -> bool {
+    pub fn is_big_endian(&self) -> bool {
         self.encoding == Encoding::BigEndian
     }
 
     /// Hands all rows of the next element to `take_block`, some thousand at a time. While it works on a block, the next is read.
-    pub(crate) fn read(
+    pub fn read(
         &mut self,
         element: &Element,
         take_block: &mut (dyn FnMut(&[u8]) -> Result<()> + Send),
@@ -145,7 +147,7 @@ impl<'a> Body<'a> {
     }
 
     /// Passes over the next element.
-    pub(crate) fn skip(&mut self, element: &Element) -> Result<()> {
+    pub fn skip(&mut self, element: &Element) -> Result<()> {
         if element.properties.is_empty() {
             return Ok(());
         }
@@ -160,7 +162,7 @@ impl<'a> Body<'a> {
 
     /// Fails unless nothing but white space follows: more data means that the header does not
     /// describe the body, and then the values read are wrong too.
-    pub(crate) fn end(&mut self) -> Result<()> {
+    pub fn end(&mut self) -> Result<()> {
         loop {
             let rest = self.reader.fill_buf().map_err(|error| FormatError::io(self.path, error))?;
             if rest.is_empty() {

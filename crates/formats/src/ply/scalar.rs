@@ -12,15 +12,24 @@ pub(crate) enum Encoding {
 
 /// Type of a PLY scalar. `F16` is not in the PLY document, but such files exist.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Scalar {
+pub enum Scalar {
+    /// Signed 8-bit integer.
     I8,
+    /// Unsigned 8-bit integer.
     U8,
+    /// Signed 16-bit integer.
     I16,
+    /// Unsigned 16-bit integer.
     U16,
+    /// Signed 32-bit integer.
     I32,
+    /// Unsigned 32-bit integer.
     U32,
+    /// Half-precision float.
     F16,
+    /// Single-precision float.
     F32,
+    /// Double-precision float.
     F64,
 }
 
@@ -58,7 +67,7 @@ impl Scalar {
     ///
     /// # Panics
     /// When there are fewer than [`Self::size`] bytes.
-    pub(crate) fn decode(self, bytes: &[u8], big_endian: bool) -> f64 {
+    pub fn decode(self, bytes: &[u8], big_endian: bool) -> f64 {
         fn first<const N: usize>(bytes: &[u8], big_endian: bool) -> [u8; N] {
             let mut value = [0; N];
             value.copy_from_slice(&bytes[..N]);

@@ -1,30 +1,24 @@
-//! Photos, a COLMAP model or a `transforms.json` in; an undistorted capture out.
-//!
-//! Writes `OUT/capture.json`, `OUT/images/`, `OUT/masks/` and the start points; for example
-//! `import-colmap project -o capture --max-resolution 1024 --test-every 8`. Exit codes: 0 done,
-//! 1 failed (no solver, a file cannot be written), 2 usage or the output exists, 3 bad input data
-//! (also photos that allow no poses), 130 interrupted. See `docs/stages/import-colmap.md`.
+//! Arguments of `import-colmap` and what happens to them.
 
 use std::convert::Infallible;
 use std::io::ErrorKind::NotFound;
 use std::path::PathBuf;
-use std::process::ExitCode;
 use std::sync::Mutex;
 
-use motes_formats::FormatError;
-use motes_ingest::{
+use crate::{
     ImportInput, ImportOptions, ImportReport, IngestError, SfmOptions, Source, import,
     import_photos,
 };
+use motes_formats::FormatError;
 use motes_stage::{CommonArgs, Context, HasCommon, StageError};
 use serde::Serialize;
 
-const EXAMPLES: &str = include_str!("../import-colmap-examples.txt");
+const EXAMPLES: &str = include_str!("examples.txt");
 
 /// Turn photos, a COLMAP model or a transforms.json into an undistorted capture
 #[derive(clap::Parser, Serialize)]
 #[command(name = "import-colmap", after_help = EXAMPLES)]
-struct Args {
+pub struct Args {
     /// COLMAP project, folder with transforms*.json, such a file, or (with --photos) a folder of
     /// photos
     #[arg(required_unless_present_any = ["photos", "model"])]
@@ -72,7 +66,7 @@ struct Shown<'a> {
     current: Mutex<Option<motes_stage::Progress>>,
 }
 
-impl motes_ingest::Progress for Shown<'_> {
+impl crate::Progress for Shown<'_> {
     fn begin(&self, phase: &str, total: usize) {
         if let Ok(mut current) = self.current.lock() {
             *current = None;
@@ -93,7 +87,11 @@ impl motes_ingest::Progress for Shown<'_> {
     }
 }
 
-fn run(args: &Args, context: &Context) -> anyhow::Result<ImportReport> {
+/// Runs the stage.
+///
+/// # Errors
+/// Whatever ends it: bad input, a gate that is not met, a product that cannot be written.
+pub fn run(args: &Args, context: &Context) -> anyhow::Result<ImportReport> {
     let shown = Shown { context, current: Mutex::new(None) };
     let photos = photos_of(args)?;
     context.output(args.output.join("capture.json"))?;
@@ -143,8 +141,4 @@ fn to_stage(error: IngestError) -> anyhow::Error {
         }
         IngestError::Format(_) => StageError::bad_input(text).into(),
     }
-}
-
-fn main() -> ExitCode {
-    motes_stage::main(run)
 }

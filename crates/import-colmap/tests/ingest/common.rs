@@ -6,8 +6,8 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use glam::{DVec2, DVec3};
+use import_colmap::{ImportInput, ImportOptions, ImportReport, Result, Silent, Source, import};
 use motes_formats::images::write_png;
-use motes_ingest::{ImportInput, ImportOptions, ImportReport, Result, Silent, Source, import};
 use motes_scene::{Camera, ImageU8, Pose};
 
 pub(crate) struct Project {

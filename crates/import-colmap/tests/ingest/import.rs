@@ -4,9 +4,9 @@ use std::path::Path;
 
 use crate::common::{Project, import_path, ring_pose};
 use glam::DVec3;
+use import_colmap::{ImportInput, ImportOptions, IngestError, Silent, Source, import};
 use motes_formats::capture::read_capture;
 use motes_formats::images::{encode_png, read_image, read_mask, write_png};
-use motes_ingest::{ImportInput, ImportOptions, IngestError, Silent, Source, import};
 use motes_scene::{Camera, CameraModel, Capture, ImageU8, Pose, Split};
 
 const NAMES: [&str; 10] = [

@@ -6,10 +6,10 @@
 use std::os::unix::fs::PermissionsExt as _;
 use std::path::PathBuf;
 
-use motes_formats::capture::read_capture;
-use motes_ingest::{
+use import_colmap::{
     ImportOptions, ImportReport, IngestError, Result, SfmOptions, Silent, import_photos,
 };
+use motes_formats::capture::read_capture;
 use motes_scene::{Camera, CameraModel};
 
 use crate::common::Project;

@@ -2,9 +2,9 @@
 
 use crate::common::{Project, pattern};
 use glam::DVec3;
+use import_colmap::ImportOptions;
 use motes_formats::capture::read_capture;
 use motes_formats::images::{read_image, read_mask};
-use motes_ingest::ImportOptions;
 use motes_scene::{Camera, CameraModel};
 
 fn camera(model: CameraModel, params: &[f64]) -> Camera {

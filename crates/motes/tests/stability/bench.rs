@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
-pub(super) const TRAIN: &str = env!("CARGO_BIN_EXE_train-splat");
-pub(super) const IMPORT: &str = env!("CARGO_BIN_EXE_import-colmap");
-pub(super) const EVALUATE: &str = env!("CARGO_BIN_EXE_evaluate");
-pub(super) const RENDER: &str = env!("CARGO_BIN_EXE_render");
-pub(super) const REPORT: &str = env!("CARGO_BIN_EXE_lab-report");
+pub(super) const TRAIN: &str = "train-splat";
+pub(super) const IMPORT: &str = "import-colmap";
+pub(super) const EVALUATE: &str = "evaluate";
+pub(super) const RENDER: &str = "render";
+pub(super) const REPORT: &str = "report";
 
 pub(super) struct Bench {
     pub(super) folder: tempfile::TempDir,
@@ -36,7 +36,7 @@ impl Bench {
     }
 
     pub(super) fn command(&self, program: &str, arguments: &[&str]) -> Command {
-        let mut command = Command::new(program);
+        let mut command = Command::new(motes_testkit::program(program));
         command.args(arguments).current_dir(self.folder.path()).stdin(Stdio::null());
         command.env_remove("MOTES_THREADS");
         command
@@ -49,7 +49,7 @@ impl Bench {
     /// Under limits of the shell, such as `ulimit -v 1000000`.
     pub(super) fn run_limited(&self, limits: &str, program: &str, arguments: &[&str]) -> Output {
         let script = format!("{limits}; exec \"$0\" \"$@\"");
-        let mut all = vec!["-c", &script, program];
+        let mut all = vec!["-c", &script, motes_testkit::program(program)];
         all.extend(arguments);
         self.run("bash", &all)
     }

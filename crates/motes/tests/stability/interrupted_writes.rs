@@ -65,7 +65,10 @@ fn a_device_without_room_is_one_clear_error() {
     clear_error(&bench.run(EVALUATE, &run), &["No space left", "/dev/full"]);
     let run = [&CAPTURE[..], &["-n=2", "-o", "m.ply", "--metrics", "/dev/full"]].concat();
     clear_error(&bench.run(TRAIN, &run), &["No space left", "/dev/full"]);
-    clear_error(&bench.run(REPORT, &["cap", "-o", "/dev/full", "-q"]), &["motes lab-report"]);
+    clear_error(
+        &bench.run(REPORT, &["lab", "cap", "-o", "/dev/full", "-q"]),
+        &["motes report lab"],
+    );
 }
 
 /// Kills the program at moments spread over its run; the product is whole or absent, and a run that

@@ -1,37 +1,22 @@
-//! Relight a decomposed scene: pictures, a baked splat or a scene folder under another light; or
-//! lift views that were relit by other means.
-//!
-//! Inputs: a scene folder (`motes/decomposition` 1.x), a light (EXR, HDR, sun and sky), poses from a
-//! capture (`motes/capture` 1.x) or a camera path; or Gaussians, a capture and pictures named after its
-//! views. Output: a folder of PNG or EXR files, a PLY, or a scene folder.
-//!
-//! ```text
-//! relight --scene scene/ --environment light.exr --capture OUT/capture.json --split test -o relit/
-//! relight --scene scene/ --sun azimuth=120,elevation=8 --sky -o baked.ply
-//! relight --capture OUT/capture.json --gaussians gaussians.ply --from-images DIR -o relit.ply
-//! ```
-//!
-//! Exit codes: 0 done, 1 failed, 2 usage or would overwrite, 3 bad input, 130 interrupted.
-//! Manual: `docs/stages/relight.md`.
+//! Arguments of `relight` and what happens to them.
 
 use std::path::PathBuf;
-use std::process::ExitCode;
 
-use clap::Parser;
-use motes_relighting::lift::LiftOptions;
-use motes_relighting::{Background, BakeOptions, LightOptions, QualityOptions};
-use motes_report::frames::{PictureFormat, VideoOptions, shell_words};
-use motes_stage::{CommonArgs, Context, HasCommon, StageError};
-use motes_stages::relight::{
+use super::{
     LiftJob, LoadedScene, NewLight, Outcome, PictureJob, PoseOptions, Product, RelightReport,
     lift_views, load_frames, write_baked, write_pictures, write_scene,
 };
+use crate::lift::LiftOptions;
+use crate::{Background, BakeOptions, LightOptions, QualityOptions};
+use clap::Parser;
+use motes_stage::{CommonArgs, Context, HasCommon, StageError};
+use render::frames::{PictureFormat, VideoOptions, shell_words};
 use serde::Serialize;
 
 /// Relight a decomposed scene, or lift relit views to 3D
 #[derive(Parser, Debug, Serialize)]
 #[command(name = "relight", mut_group("FrameSelection", |group| group.required(false)))]
-struct Args {
+pub struct Args {
     /// Scene folder, as decompose makes it
     #[arg(long, value_name = "DIR", required_unless_present = "from_images")]
     scene: Option<PathBuf>,
@@ -99,11 +84,11 @@ impl HasCommon for Args {
     }
 }
 
-fn main() -> ExitCode {
-    motes_stage::main(run)
-}
-
-fn run(args: &Args, context: &Context) -> anyhow::Result<Outcome> {
+/// Runs the stage.
+///
+/// # Errors
+/// Whatever ends it: bad input, a gate that is not met, a product that cannot be written.
+pub fn run(args: &Args, context: &Context) -> anyhow::Result<Outcome> {
     let output = context.output(&args.output)?;
     if let (Some(images), Some(gaussians), Some(capture)) =
         (&args.from_images, &args.gaussians, &args.capture)

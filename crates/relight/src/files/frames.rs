@@ -5,10 +5,10 @@ use std::path::PathBuf;
 use clap::Args;
 use motes_formats::camera_path::read_camera_path;
 use motes_formats::capture::read_capture;
-use motes_report::frames::{
+use motes_stage::{Context, OrBadInput as _, StageError};
+use render::frames::{
     BetweenOptions, Frame, FrameSelection, FrameSize, numbered, path_frames, plan_frames,
 };
-use motes_stage::{Context, OrBadInput as _, StageError};
 use serde::Serialize;
 
 /// The flags that choose poses.

@@ -4,15 +4,15 @@ use std::collections::BTreeSet;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+use crate::lift::{Agreement, LiftMethod, LiftOptions, RelitView, ViewAgreement, lift};
+use motes_codecs::open_gaussians;
 use motes_formats::capture::{read_capture, resolve};
 use motes_formats::images::{read_image, read_mask};
 use motes_formats::ply::{PlyWriteOptions, RenderMode, write_gaussians};
-use motes_formats::splats::open_gaussians;
 use motes_raster::Antialias;
-use motes_relighting::lift::{Agreement, LiftMethod, LiftOptions, RelitView, ViewAgreement, lift};
-use motes_report::frames::{pinhole_of, view_stems};
 use motes_scene::{Capture, ImageF32};
 use motes_stage::{Context, OrBadInput as _, StageError};
+use render::frames::{pinhole_of, view_stems};
 use serde::Serialize;
 
 /// Suffixes that a relit picture may have.

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
+use crate::{Exposure, Light, LightOptions, LightSource};
 use motes_formats::environment::read_environment;
-use motes_relighting::{Exposure, Light, LightOptions, LightSource};
 use motes_shading::environment::CleanUp;
 use motes_stage::{Context, OrBadInput as _};
 use serde::Serialize;

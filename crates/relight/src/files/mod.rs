@@ -1,5 +1,6 @@
 //! The files around a relighting: a scene folder and a light in; pictures, a splat or a scene out.
 
+mod command;
 mod frames;
 mod lift;
 mod light;
@@ -8,6 +9,7 @@ mod products;
 mod report;
 mod scene;
 
+pub use command::{Args, run};
 pub use frames::{PoseOptions, load_frames};
 pub use lift::{LiftJob, LiftReport, lift_views};
 pub use light::{LightReport, NewLight};
@@ -15,4 +17,4 @@ pub use pictures::{PictureJob, write_pictures};
 pub use products::{write_baked, write_scene};
 pub use report::{Outcome, Product, RelightReport};
 pub use scene::LoadedScene;
-pub(crate) use scene::convention;
+pub use scene::convention;

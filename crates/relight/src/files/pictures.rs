@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
+use crate::{Background, Components, Picture, PictureStats, QualityOptions, Relighter};
 use motes_formats::exr_aov::{AovChannel, write_exr};
 use motes_formats::images::write_png;
-use motes_relighting::{Background, Components, Picture, PictureStats, QualityOptions, Relighter};
-use motes_report::frames::PictureFormat;
 use motes_scene::ImageF32;
 use motes_stage::Context;
+use render::frames::PictureFormat;
 
 use super::frames::LitFrame;
 use super::{LoadedScene, NewLight, RelightReport};

@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
+use crate::{BakeOptions, Relighter, environment_image};
 use anyhow::Context as _;
 use motes_formats::decomposition::{ConventionDocument, write_decomposition};
 use motes_formats::environment::write_environment;
 use motes_formats::ply::{PlyWriteOptions, write_gaussians};
-use motes_relighting::{BakeOptions, Relighter, environment_image};
 use motes_scene::{ImageF32, Residual};
 use motes_shading::environment::Convention;
 use motes_stage::Context;

@@ -3,8 +3,8 @@
 use std::fmt;
 use std::path::PathBuf;
 
+use crate::{PictureStats, Quality, QualityOptions};
 use clap::ValueEnum;
-use motes_relighting::{PictureStats, Quality, QualityOptions};
 use serde::Serialize;
 
 use super::{LiftReport, LightReport};
@@ -88,7 +88,7 @@ impl RelightReport {
         output: PathBuf,
         light: LightReport,
         quality: &QualityOptions,
-        scene: &motes_relighting::RelightScene,
+        scene: &crate::RelightScene,
     ) -> Self {
         let (light_samples, brdf_samples) = quality.samples();
         Self {

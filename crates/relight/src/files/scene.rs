@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use crate::{Exposure, LightSource, RelightScene, SceneError};
 use glam::DVec3;
 use motes_formats::decomposition::{
     ConventionDocument, Decomposition, LobesDocument, read_decomposition,
@@ -9,7 +10,6 @@ use motes_formats::decomposition::{
 use motes_formats::environment::read_environment;
 use motes_formats::ply::{RenderMode, open_gaussians, read_surface};
 use motes_raster::Antialias;
-use motes_relighting::{Exposure, LightSource, RelightScene, SceneError};
 use motes_scene::ImageF32;
 use motes_shading::brdf::Lobes;
 use motes_shading::environment::{Convention, Environment};
@@ -84,7 +84,7 @@ impl LoadedScene {
 }
 
 /// Axes of a map as the library names them.
-pub(crate) fn convention(document: ConventionDocument) -> Convention {
+pub fn convention(document: ConventionDocument) -> Convention {
     match document {
         ConventionDocument::Openexr => Convention::OpenExr,
         ConventionDocument::Blender => Convention::Blender,

@@ -2,8 +2,6 @@
 #![expect(clippy::unwrap_used, reason = "a test that cannot prepare its files has failed")]
 
 mod residual;
-#[path = "../toy_scene/mod.rs"]
-mod toy_scene;
 
 use std::process::{Command, Output};
 
@@ -13,7 +11,7 @@ use motes_formats::exr_aov::open_exr;
 use motes_formats::images::read_image;
 use motes_formats::ply::{PlyWriteOptions, read_gaussians, write_gaussians};
 use motes_scene::ImageU8;
-use toy_scene::{BOX, FLOOR, ToyScene, encode, toy_scene};
+use motes_testkit::toy_scene::{BOX, FLOOR, ToyScene, encode, toy_scene};
 
 /// Linear value of an 8-bit one.
 fn decode(value: f32) -> f32 {
@@ -238,7 +236,7 @@ fn a_baked_splat_looks_like_the_pictures() {
     assert_eq!(baked.sh_degree, 3);
     assert!(baked.extra.iter().any(|c| c.name == "roughness"), "columns are kept");
     let render = ["--gaussians", "baked.ply", "--no-provenance", "-o", "renders"];
-    let done = run_program(env!("CARGO_BIN_EXE_render"), &toy, &[&VIEW[..], &render].concat());
+    let done = run_program(motes_testkit::program("render"), &toy, &[&VIEW[..], &render].concat());
     assert_code(&done, 0);
     let rendered = read_image(&toy.path("renders/view_0.png")).unwrap();
     let square = |(a, b): (&u8, &u8)| f64::from(a.abs_diff(*b)).powi(2);
@@ -273,7 +271,7 @@ fn a_relit_scene_opens_again_with_its_light() {
     assert_eq!(read_image(&toy.path("again/view_0.png")).unwrap(), direct);
     // The rasterizer shows the colours of the folder, which are those of its own light.
     let done = run_program(
-        env!("CARGO_BIN_EXE_render"),
+        motes_testkit::program("render"),
         &toy,
         &[&["--scene", "relit", "--no-provenance", "-o", "splatted"], &VIEW[..]].concat(),
     );

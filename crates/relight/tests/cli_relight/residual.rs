@@ -4,8 +4,8 @@ use motes_formats::images::read_image;
 use motes_formats::ply::{PlyWriteOptions, read_gaussians, write_gaussians};
 use motes_scene::{ColumnValues, ImageU8, Residual};
 
-use super::toy_scene::{BOX, ToyScene, toy_scene};
 use super::{VIEW, assert_code, assert_near, at, decode, picture, relight, run_program, text};
+use motes_testkit::toy_scene::{BOX, ToyScene, toy_scene};
 
 /// Puts the same log ratio on all Gaussians of the scene, for every direction of view.
 fn put_residual(toy: &ToyScene, log_ratio: f32) {
@@ -42,7 +42,7 @@ fn what_the_model_left_unexplained_counts_as_far_as_the_light_is_alike() {
     assert_code(&run_program(env!("CARGO_BIN_EXE_relight"), &toy, &again), 0);
     assert_near(top(&read_image(&toy.path("again/view_0.png")).unwrap()), half, 5.0);
     let shown = [&["--scene", "sunny"], &VIEW[..], &["-o", "shown"]].concat();
-    assert_code(&run_program(env!("CARGO_BIN_EXE_render"), &toy, &shown), 0);
+    assert_code(&run_program(motes_testkit::program("render"), &toy, &shown), 0);
     assert_near(top(&read_image(&toy.path("shown/view_0.png")).unwrap()), half, 5.0);
 }
 

@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use motes_formats::camera_path::read_camera_path;
-use motes_formats::capture::read_capture;
-use motes_report::frames::{
+use crate::frames::{
     BetweenOptions, Frame, FrameSelection, FrameSize, VideoOptions, numbered, path_frames,
     plan_frames,
 };
+use motes_formats::camera_path::read_camera_path;
+use motes_formats::capture::read_capture;
 use motes_stage::{Context, OrBadInput as _, StageError};
 
 /// What the flags say about frames.

@@ -1,35 +1,23 @@
-//! Render Gaussians as pictures: views of a capture, poses between them, orbits, camera paths.
-//!
-//! Inputs: Gaussians (PLY) or a scene folder; a capture (`motes/capture` 1.x) or a camera path
-//! (`motes/camera-path` 1.x). Output: a folder of PNG or multi-channel EXR files.
-//!
-//! ```text
-//! render --capture OUT/capture.json --gaussians gaussians.ply --split test -o renders/
-//! render --capture OUT/capture.json --gaussians gaussians.ply --between a.jpg b.jpg -o half/
-//! ```
-//!
-//! Exit codes: 0 done, 1 failed, 2 usage or would overwrite, 3 bad input, 130 interrupted.
-//! Manual: `docs/stages/render.md`.
+//! Arguments of `render` and what happens to them.
 
 use std::path::PathBuf;
-use std::process::ExitCode;
 
-use anyhow::Context as _;
-use clap::Parser;
-use motes_report::frames::{
+use super::ChosenFrames;
+use super::MaskFlags;
+use crate::frames::{
     BetweenOptions, FrameFiles, FrameFormat, FrameLook, FrameSelection, FrameSize, FrameWriter,
     RenderReport, VideoOptions, ffmpeg_exists, numbered, run_ffmpeg, shell_words,
 };
-use motes_report::model::{Model, ModelInput};
+use crate::model::{Model, ModelInput};
+use anyhow::Context as _;
+use clap::Parser;
 use motes_stage::{CommonArgs, Context, HasCommon, StageError};
-use motes_stages::rendering::ChosenFrames;
-use motes_stages::selecting::MaskFlags;
 use serde::Serialize;
 
 /// Render Gaussians as pictures: views of a capture, poses between them, orbits, camera paths
 #[derive(Parser, Debug, Serialize)]
 #[command(name = "render")]
-struct Args {
+pub struct Args {
     #[command(flatten)]
     #[serde(flatten)]
     input: ModelInput,
@@ -81,11 +69,11 @@ impl HasCommon for Args {
     }
 }
 
-fn main() -> ExitCode {
-    motes_stage::main(run)
-}
-
-fn run(args: &Args, context: &Context) -> anyhow::Result<RenderReport> {
+/// Runs the stage.
+///
+/// # Errors
+/// Whatever ends it: bad input, a gate that is not met, a product that cannot be written.
+pub fn run(args: &Args, context: &Context) -> anyhow::Result<RenderReport> {
     let output = context.output(&args.output)?;
     let files = FrameFiles::new(&args.format);
     if let Some(video) = &args.video.video {

@@ -6,7 +6,7 @@ use motes_raster::Rendering;
 use motes_scene::{ImageF32, ImageU8};
 use serde::Serialize;
 
-use crate::colormap::colormap;
+use motes_figures::colormap::colormap;
 
 /// What is written of each frame.
 #[derive(Args, Clone, Debug, Serialize)]

@@ -3,9 +3,9 @@
 use motes_formats::metrics::Scores;
 use motes_scene::ImageU8;
 
-use crate::contact_sheet::{ContactCell, ContactRow, ContactSheet};
-use crate::html::{Cell, Comparison, Layer, Page, Table, jpeg_url};
-use crate::svg_plot::{LinePlot, Series};
+use motes_figures::contact_sheet::{ContactCell, ContactRow, ContactSheet};
+use motes_figures::html::{Cell, Comparison, Layer, Page, Table, jpeg_url};
+use motes_figures::svg_plot::{LinePlot, Series};
 
 /// One training run.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -3,8 +3,8 @@
 
 use motes_scene::ImageU8;
 
-use crate::contact_sheet::{ContactCell, ContactRow, ContactSheet};
-use crate::html::{Cell, Comparison, Layer, Page, Table, jpeg_url};
+use motes_figures::contact_sheet::{ContactCell, ContactRow, ContactSheet};
+use motes_figures::html::{Cell, Comparison, Layer, Page, Table, jpeg_url};
 
 /// Width of a picture on sheets, pixels.
 const CELL: usize = 240;

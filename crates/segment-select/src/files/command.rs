@@ -1,31 +1,16 @@
-//! Select Gaussians by clicks, boxes, masks, shapes, colours and properties.
-//!
-//! Inputs: Gaussians (PLY) or a scene folder (`motes/decomposition` 1.x); for prompts in pixels a
-//! capture (`motes/capture` 1.x). Output: `selection.json` (`motes/selection` 1.0); on request overlay
-//! pictures, a PLY with a column of labels, a PLY with Gaussians split at the selection's edge.
-//!
-//! ```text
-//! segment-select --capture OUT/capture.json --gaussians gaussians.ply --click VIEW,X,Y -o selection.json
-//! segment-select --gaussians gaussians.ply --select sphere=0,0,0,0.5 --select subtract:property=opacity,lt,0.1 -o selection.json
-//! ```
-//!
-//! Exit codes: 0 done, 1 failed, 2 usage or would overwrite, 3 bad input or nothing selected, 130
-//! interrupted. Manual: `docs/stages/segment-select.md`.
+//! Arguments of `segment-select` and what happens to them.
 
 use std::path::PathBuf;
-use std::process::ExitCode;
 
+use super::{ExtraProducts, Inputs, PromptFlags, SelectReport, answer, write_products};
 use clap::Parser;
 use motes_stage::{CommonArgs, Context, HasCommon, OrBadInput as _};
-use motes_stages::selecting::{
-    ExtraProducts, Inputs, PromptFlags, SelectReport, answer, write_products,
-};
 use serde::Serialize;
 
 /// Select Gaussians by clicks, boxes, masks, shapes, colours and properties
 #[derive(Parser, Debug, Serialize)]
 #[command(name = "segment-select")]
-struct Args {
+pub struct Args {
     /// Gaussians to select from (PLY)
     #[arg(long, value_name = "FILE", required_unless_present = "scene")]
     gaussians: Option<PathBuf>,
@@ -61,11 +46,11 @@ impl HasCommon for Args {
     }
 }
 
-fn main() -> ExitCode {
-    motes_stage::main(run)
-}
-
-fn run(args: &Args, context: &Context) -> anyhow::Result<SelectReport> {
+/// Runs the stage.
+///
+/// # Errors
+/// Whatever ends it: bad input, a gate that is not met, a product that cannot be written.
+pub fn run(args: &Args, context: &Context) -> anyhow::Result<SelectReport> {
     let steps = args.prompt.steps()?;
     let outputs = args.extra.claim(&args.output, args.prompt.candidates, context)?;
     let inputs = Inputs::load(

@@ -2,14 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::SelectSource;
+use motes_codecs::open_gaussians;
 use motes_formats::capture::read_capture;
 use motes_formats::decomposition::read_decomposition;
 use motes_formats::ply::{GaussianFile, RenderMode};
 use motes_formats::selection::BoundGaussians;
-use motes_formats::splats::open_gaussians;
 use motes_raster::Antialias;
 use motes_scene::Capture;
-use motes_selecting::SelectSource;
 use motes_stage::{Context, StageError};
 
 /// What is selected from.

@@ -1,14 +1,14 @@
 //! The files around a selection: Gaussians, views and prompts in; a selection, overlays and labels out.
 
+mod command;
 mod flags;
 mod inputs;
-mod masks;
 mod products;
 mod report;
 mod view_cache;
 
+pub use command::{Args, run};
 pub use flags::PromptFlags;
 pub use inputs::Inputs;
-pub use masks::{MaskFlags, Objects};
 pub use products::{Answer, ExtraProducts, Outputs, answer, write_products};
 pub use report::SelectReport;

@@ -2,15 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::{Proposal, SelectSource, notes, overlay, propose, select, split_boundary};
 use clap::Args;
 use motes_formats::images::write_png;
 use motes_formats::ply::{PlyWriteOptions, write_gaussians};
 use motes_formats::selection::{BoundGaussians, SelectionDocument, write_selection};
 use motes_formats::selectors::{Candidate, SelectStep};
-use motes_report::frames::view_stems;
 use motes_scene::{ColumnValues, ExtraColumn, Selection};
-use motes_selecting::{Proposal, SelectSource, notes, overlay, propose, select, split_boundary};
 use motes_stage::{Context, OrBadInput as _, StageError};
+use render::frames::view_stems;
 use serde::Serialize;
 
 use super::view_cache::usual_folder;

@@ -3,8 +3,8 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+use crate::{SelectSource, notes};
 use motes_formats::selection::{BoxDocument, PlaneDocument};
-use motes_selecting::{SelectSource, notes};
 use serde::Serialize;
 
 use super::Answer;
@@ -50,7 +50,7 @@ impl SelectReport {
     pub fn new(source: &SelectSource<'_>, answer: &Answer, output: &Path) -> Self {
         let notes = notes(source, &answer.selection, &[]);
         let names = ["whole", "part", "subpart"];
-        let candidate = |(name, p): (&'static str, &motes_selecting::Proposal)| CandidateReport {
+        let candidate = |(name, p): (&'static str, &crate::Proposal)| CandidateReport {
             name,
             count: p.selection.count(),
             score: p.score,

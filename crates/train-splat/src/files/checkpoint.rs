@@ -10,7 +10,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use motes_fit::{
+use crate::{
     BackgroundColor, Exposures, FitOptions, FitState, MomentColumns, Moments, RefineStats,
     SkipState,
 };

@@ -1,21 +1,12 @@
-//! Fit 3D Gaussians to the photos of a capture.
-//!
-//! Input: a capture (`motes/capture` 1.x). Output: Gaussians (INRIA-compatible PLY). Checkpoints
-//! are safetensors beside the output. Example:
-//! `train-splat --capture capture/capture.json -o gaussians.ply --preset balanced`. Exit codes:
-//! 0 done, 1 failed, 2 usage or the output exists, 3 bad input data, 130 interrupted with a
-//! checkpoint saved. Manual: `docs/stages/train-splat.md`.
+//! Arguments of `train-splat` and what happens to them.
 
 use std::path::PathBuf;
-use std::process::ExitCode;
 
-use motes_fit::{FitOptions, Lap, Phase};
+use super::{SessionEnd, StartRequest, Target, TrainReport, default_checkpoint, parse_seconds};
+use crate::{FitOptions, Lap, Phase};
 use motes_formats::documents::to_pretty_json;
 use motes_formats::ply::{PlyWriteOptions, write_gaussians};
 use motes_stage::{CommonArgs, Context, HasCommon};
-use motes_stages::training::{
-    SessionEnd, StartRequest, Target, TrainReport, default_checkpoint, parse_seconds,
-};
 use serde::Serialize;
 
 const EXAMPLES: &str = "\
@@ -35,7 +26,7 @@ Exit codes: 0 done, 1 failed, 2 usage or output exists, 3 bad input data,
 /// Fit 3D Gaussians to the photos of a capture
 #[derive(clap::Parser, Serialize)]
 #[command(name = "train-splat", after_help = EXAMPLES)]
-struct Args {
+pub struct Args {
     /// Capture to fit (capture.json)
     #[arg(long, value_name = "FILE")]
     capture: PathBuf,
@@ -101,11 +92,11 @@ impl HasCommon for Args {
     }
 }
 
-fn main() -> ExitCode {
-    motes_stage::main(run)
-}
-
-fn run(args: &Args, context: &Context) -> anyhow::Result<TrainReport> {
+/// Runs the stage.
+///
+/// # Errors
+/// Whatever ends it: bad input, a gate that is not met, a product that cannot be written.
+pub fn run(args: &Args, context: &Context) -> anyhow::Result<TrainReport> {
     let output = context.output(&args.output)?;
     if let Some(metrics) = &args.metrics {
         context.output(metrics)?;

@@ -1,6 +1,7 @@
 //! The session around a fit: photos in, steps with progress and checkpoints, report out.
 
 mod checkpoint;
+mod command;
 mod model_report;
 mod photos;
 mod profile;
@@ -10,8 +11,9 @@ mod session;
 mod start;
 mod world;
 
+pub use command::{Args, run};
 pub use model_report::ModelReport;
-pub(crate) use photos::load_training_images;
+pub use photos::load_training_images;
 pub use profile::ProfileReport;
 pub use report::{HistoryRow, TrainReport};
 pub use scores::{Held, Target, TargetOutcome};

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use motes_fit::{Decision, ProbeCost, Trainer};
+use crate::{Decision, ProbeCost, Trainer};
 use serde::Serialize;
 
 /// The part of the report about `--model`.
@@ -99,7 +99,7 @@ impl fmt::Display for ModelReport {
 
 #[cfg(test)]
 mod tests {
-    use motes_fit::Candidate;
+    use crate::Candidate;
 
     use super::*;
 

@@ -3,7 +3,7 @@
 use std::io;
 use std::path::Path;
 
-use motes_fit::TrainingImage;
+use crate::TrainingImage;
 use motes_formats::capture::resolve;
 use motes_formats::images::{read_image, read_mask};
 use motes_formats::{FormatError, Result};
@@ -15,7 +15,7 @@ use sha2::{Digest, Sha256};
 ///
 /// # Errors
 /// When a file cannot be read, its size is not that of its camera, or a camera is distorted.
-pub(crate) fn load_training_images(
+pub fn load_training_images(
     document: &Path,
     capture: &Capture,
     views: &[usize],

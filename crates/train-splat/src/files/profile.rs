@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use motes_fit::{PhaseTime, Profile, UnitTimes, WorkCounts};
+use crate::{PhaseTime, Profile, UnitTimes, WorkCounts};
 use serde::Serialize;
 
 /// Times per phase, counts, and times per unit of work.

@@ -4,7 +4,7 @@ use std::fmt;
 
 use std::collections::BTreeMap;
 
-use motes_fit::Plan;
+use crate::Plan;
 use motes_stage::Context;
 use serde::Serialize;
 

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use motes_fit::{Trainer, TrainingImage};
+use crate::{Trainer, TrainingImage};
 use motes_math::metrics::psnr_from_mse;
 use motes_raster::{RenderOptions, render};
 use motes_scene::{Gaussians, Pose};

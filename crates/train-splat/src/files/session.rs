@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use motes_fit::{FitOptions, Lap, Phase, Trainer, TrainingImage};
+use crate::{FitOptions, Lap, Phase, Trainer, TrainingImage};
 use motes_raster::RenderOptions;
 use motes_stage::{Context, StageError};
 use serde_json::json;

@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use motes_fit::{
+use crate::{
     FitError, FitOptions, FitState, Lap, Phase, Plan, Switch, TimeBudget, Trainer, TrainingImage,
 };
+use motes_codecs::read_gaussians;
 use motes_formats::capture::read_capture;
-use motes_formats::splats::read_gaussians;
 use motes_scene::{
     Capture, ExposureResponse, Gaussians, Pose, SparsePoints, Split, UnitWorld, View,
 };

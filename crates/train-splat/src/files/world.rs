@@ -1,7 +1,7 @@
 //! Into the unit world and back: photos, points and models of a capture.
 
+use crate::{FitOptions, FreezeGroup, TrainingImage};
 use glam::{DVec3, Vec3};
-use motes_fit::{FitOptions, FreezeGroup, TrainingImage};
 use motes_scene::{Capture, Pose, SparsePoints, UnitWorld};
 
 /// The unit world of a capture; the world itself when lengths are to stay as they are to the last bit.

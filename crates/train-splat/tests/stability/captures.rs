@@ -1,11 +1,11 @@
 //! Small captures in memory.
 
 use glam::DVec3;
-use motes_fit::{FitOptions, TrainingImage};
 use motes_math::metrics::psnr_f32;
 use motes_raster::{RenderOptions, render};
 use motes_scene::{Gaussians, ImageU8, Pinhole, Pose};
 use motes_testkit::{random_gaussians, small_camera};
+use train_splat::{FitOptions, TrainingImage};
 
 /// Cameras on a circle of radius 3 around the origin, looking at it.
 pub(super) fn ring(views: usize) -> Vec<Pose> {

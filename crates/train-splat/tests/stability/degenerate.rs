@@ -1,9 +1,9 @@
 //! Thousands of steps on captures that determine little or nothing.
 
 use glam::DVec3;
-use motes_fit::{ExposureModel, FitOptions, Trainer, TrainingImage};
 use motes_raster::{RenderOptions, render};
 use motes_scene::{Gaussians, SparsePoints};
+use train_splat::{ExposureModel, FitOptions, Trainer, TrainingImage};
 
 use super::captures::{mean_psnr, options, painted, photographed, ring, truth, turning};
 

@@ -1,10 +1,10 @@
 //! The unit of length and the origin are the source's business: no result depends on them.
 
 use glam::DVec3;
-use motes_fit::{Trainer, TrainingImage};
 use motes_raster::{RenderOptions, render};
 use motes_scene::{Gaussians, Pose, SparsePoints, UnitWorld};
 use motes_testkit::small_camera;
+use train_splat::{Trainer, TrainingImage};
 
 use super::captures::{mean_psnr, options, photographed, ring, truth};
 

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use glam::Vec3;
-use motes_report::contact_sheet::{ContactCell, ContactRow, ContactSheet};
-use motes_report::error_map::error_map;
+use motes_figures::contact_sheet::{ContactCell, ContactRow, ContactSheet};
+use motes_figures::error_map::error_map;
 use motes_scene::{ImageF32, ImageU8};
 
 use super::align::Align;

@@ -10,6 +10,8 @@ use crate::metadata::{list, text};
 const FILE: &str = "docs/ARCHITECTURE.md";
 /// Usable by tests of every crate.
 const TEST_ONLY: &str = "testkit";
+/// Its tests are those of the whole suite.
+const SUITE: &str = "motes";
 
 /// What a row allows.
 struct Row {
@@ -34,7 +36,8 @@ pub(super) fn check(architecture: &str, metadata: &Value) -> Vec<Problem> {
             let target = folder(text(dependency, "name").unwrap_or_default());
             let for_tests = text(dependency, "kind") == Some("dev");
             let allowed = if ours.contains(&target) {
-                row.workspace.contains(&target) || (for_tests && target == TEST_ONLY)
+                row.workspace.contains(&target)
+                    || (for_tests && (target == TEST_ONLY || name == SUITE))
             } else {
                 for_tests || !row.std_only
             };

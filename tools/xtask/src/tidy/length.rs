@@ -4,9 +4,9 @@ use super::{Problem, Source};
 
 const LONG: usize = 400;
 const TOO_LONG: usize = 700;
-/// A stage is a page.
-const LONG_STAGE: usize = 150;
-const TOO_LONG_STAGE: usize = 250;
+/// A program is a page.
+const LONG_PROGRAM: usize = 60;
+const TOO_LONG_PROGRAM: usize = 60;
 /// On one of the first lines of a file that is a table of data or of cases.
 const TABLE_MARK: &str = "tidy: table";
 
@@ -15,11 +15,12 @@ pub(super) fn check(source: &Source) -> Option<Problem> {
         return None;
     }
     let lines = source.text.lines().count();
-    let (long, too_long) = if source.path.starts_with("crates/stages/src/bin/") {
-        (LONG_STAGE, TOO_LONG_STAGE)
-    } else {
-        (LONG, TOO_LONG)
-    };
+    let (long, too_long) =
+        if source.path.starts_with("crates/") && source.path.ends_with("/src/main.rs") {
+            (LONG_PROGRAM, TOO_LONG_PROGRAM)
+        } else {
+            (LONG, TOO_LONG)
+        };
     let text = format!("{lines} lines, more than {long}: split it");
     match lines {
         n if n > too_long => Some(Problem::error(&source.path, 0, text)),
@@ -61,7 +62,7 @@ mod tests {
 
     #[test]
     fn a_stage_is_a_page() {
-        assert_eq!(fails("crates/stages/src/bin/render.rs", 151, ""), Some(false));
-        assert_eq!(fails("crates/stages/src/bin/render.rs", 251, ""), Some(true));
+        assert_eq!(fails("crates/render/src/main.rs", 60, ""), None);
+        assert_eq!(fails("crates/render/src/main.rs", 61, ""), Some(true));
     }
 }

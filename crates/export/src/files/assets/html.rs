@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
+use crate::html::{ViewerLight, ViewerPage, ViewerSplat};
 use glam::DVec3;
-use motes_exporting::html::{ViewerLight, ViewerPage, ViewerSplat};
+use motes_codecs::open_gaussians;
 use motes_formats::atomic::write_atomic;
 use motes_formats::capture::read_capture;
 use motes_formats::ply::RenderMode;
-use motes_formats::splats::open_gaussians;
 use motes_raster::Antialias;
 use motes_scene::camera_path::mean_up;
 use motes_scene::{Capture, Gaussians};
@@ -16,7 +16,7 @@ use motes_stage::Context;
 use super::photos::photos;
 use super::report::{AssetDetails, AssetReport};
 use super::{Asset, AssetJob};
-use crate::relight::{LoadedScene, NewLight};
+use relight::files::{LoadedScene, NewLight};
 
 /// Above this a page asks much of a browser.
 const MANY_GAUSSIANS: usize = 3_000_000;
@@ -110,7 +110,7 @@ fn lights(
     loaded: &LoadedScene,
     context: &Context,
 ) -> anyhow::Result<Vec<ViewerLight>> {
-    let own = NewLight::load(&motes_relighting::LightOptions::default(), loaded, context)?;
+    let own = NewLight::load(&relight::LightOptions::default(), loaded, context)?;
     let given = NewLight::load(&job.options.light, loaded, context)?;
     let light = |name: &str, light: &NewLight<'_>| -> anyhow::Result<ViewerLight> {
         let harmonics = light.turned(0.0)?.environment.harmonics();

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use motes_exporting::mesh::environment::environment_for;
-use motes_exporting::mesh::target::GltfFrame;
-use motes_exporting::mesh::{MeshError, MeshSource, write_glb};
+use crate::mesh::environment::environment_for;
+use crate::mesh::target::GltfFrame;
+use crate::mesh::{MeshError, MeshSource, write_glb};
 use motes_formats::atomic::write_atomic;
 use motes_formats::environment::{write_environment, write_radiance};
 use motes_shading::brdf::Lobes;
@@ -12,7 +12,7 @@ use motes_stage::{Context, StageError};
 
 use super::report::{AssetDetails, AssetReport};
 use super::{Asset, AssetJob, beside};
-use crate::relight::NewLight;
+use relight::files::NewLight;
 
 /// Rows of a map that is the sky, not a picture.
 const LEAST_ROWS: usize = 256;

@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 use motes_stage::{Context, StageError};
 
 use super::InputOptions;
-use crate::relight::LoadedScene;
+use relight::files::LoadedScene;
 
 /// A request for an asset.
 pub struct AssetJob<'a> {

@@ -2,13 +2,13 @@
 
 use std::path::PathBuf;
 
+use crate::html::pack::PackOptions;
+use crate::mesh::MeshOptions;
+use crate::mesh::target::Target;
+use crate::shadow::ShadowOptions;
 use clap::{Args, ValueEnum};
-use motes_exporting::html::pack::PackOptions;
-use motes_exporting::mesh::MeshOptions;
-use motes_exporting::mesh::target::Target;
-use motes_exporting::shadow::ShadowOptions;
-use motes_relighting::LightOptions;
-use motes_report::frames::{Background, parse_background};
+use relight::LightOptions;
+use render::frames::{Background, parse_background};
 use serde::Serialize;
 
 /// What is made.

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use motes_exporting::html::ViewerPhoto;
+use crate::html::ViewerPhoto;
 use motes_formats::images::{encode_jpeg, read_image};
 use motes_math::resample::{Filter, resize};
 use motes_scene::{Capture, ImageU8, Split, View};

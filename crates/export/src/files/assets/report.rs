@@ -3,9 +3,9 @@
 use std::fmt;
 use std::path::PathBuf;
 
-use motes_exporting::html::HtmlSummary;
-use motes_exporting::mesh::MeshSummary;
-use motes_exporting::shadow::ShadowSummary;
+use crate::html::HtmlSummary;
+use crate::mesh::MeshSummary;
+use crate::shadow::ShadowSummary;
 use serde::Serialize;
 
 use super::Asset;

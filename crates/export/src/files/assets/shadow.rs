@@ -2,15 +2,15 @@
 
 use std::path::Path;
 
-use motes_exporting::mesh::target::GltfFrame;
-use motes_exporting::shadow::shadow_plane;
+use crate::mesh::target::GltfFrame;
+use crate::shadow::shadow_plane;
 use motes_formats::atomic::write_atomic;
 use motes_formats::images::write_png;
 use motes_stage::{Context, StageError};
 
 use super::report::{AssetDetails, AssetReport};
 use super::{Asset, AssetJob, beside};
-use crate::relight::NewLight;
+use relight::files::NewLight;
 
 pub(super) fn write(
     job: &AssetJob<'_>,

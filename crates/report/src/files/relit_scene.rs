@@ -14,31 +14,31 @@ use motes_formats::{FormatError, Result};
 use motes_math::metrics::psnr_f32;
 use motes_scene::{ImageF32, ImageU8, Split};
 
-use crate::frames::view_stems;
 use crate::pages::{RelightPage, RelightStep, RelightTerm, RelightView};
-use crate::photos::load_photo;
-use crate::score::{PSNR_CAP_DB, Photo};
+use evaluate::photos::load_photo;
+use evaluate::score::{PSNR_CAP_DB, Photo};
+use render::frames::view_stems;
 
 /// Where everything is.
 #[derive(Clone, Debug, Default)]
-pub struct RelightFiles {
+pub(super) struct RelightFiles {
     /// Scene folder.
-    pub scene: PathBuf,
+    pub(super) scene: PathBuf,
     /// Capture whose held-out views were drawn.
-    pub capture: PathBuf,
+    pub(super) capture: PathBuf,
     /// Pictures under the scene's own light; with EXR files beside them, components too.
-    pub own: PathBuf,
+    pub(super) own: PathBuf,
     /// Names and pictures of other lights.
-    pub lights: Vec<(String, PathBuf)>,
+    pub(super) lights: Vec<(String, PathBuf)>,
     /// Run records, in the order of the table.
-    pub runs: Vec<PathBuf>,
+    pub(super) runs: Vec<PathBuf>,
 }
 
 /// Reads the contents of the page.
 ///
 /// # Errors
 /// When a file is missing or malformed, or a picture has another size than its view.
-pub fn load_relight(files: &RelightFiles) -> Result<RelightPage> {
+pub(super) fn load_relight(files: &RelightFiles) -> Result<RelightPage> {
     let scene = read_decomposition(&files.scene)?;
     let document = &scene.document;
     let mut page = RelightPage {

@@ -5,6 +5,7 @@
 
 use std::path::Path;
 
+use motes_codecs::{self, SplatFormat, SplatWriteOptions};
 use motes_formats::camera_path::CameraPathDocument;
 use motes_formats::capture::{CaptureDocument, capture_from_document};
 use motes_formats::decomposition::DecompositionDocument;
@@ -12,7 +13,6 @@ use motes_formats::documents::parse_document;
 use motes_formats::metrics::MetricsDocument;
 use motes_formats::ply::{self, PlyWriteOptions};
 use motes_formats::run_record::RunRecord;
-use motes_formats::splats::{self, SplatFormat, SplatWriteOptions};
 use motes_formats::{colmap, environment, exr_aov, images, tensors, transforms};
 
 const NAME: &str = "fuzzed";
@@ -41,17 +41,17 @@ pub(crate) fn gaussians(bytes: &[u8]) {
 /// Gaussians in a format of another program. What is accepted can be written in it.
 pub(crate) fn splats(format: SplatFormat, bytes: &[u8]) {
     let name = Path::new(NAME);
-    let Ok(file) = splats::read_gaussians_from(format, bytes, name) else { return };
+    let Ok(file) = motes_codecs::read_gaussians_from(format, bytes, name) else { return };
     assert!(file.gaussians.is_consistent(), "arrays of different lengths were accepted");
     if format.codec().is_writable() && file.gaussians.len() < 1000 {
         let options = SplatWriteOptions::default();
         let mut written = Vec::new();
         let outcome =
-            splats::write_gaussians_to(&mut written, format, &file.gaussians, &options, name);
+            motes_codecs::write_gaussians_to(&mut written, format, &file.gaussians, &options, name);
         if outcome.is_ok() && !file.gaussians.is_empty() && file.gaussians.invalid_rows().is_empty()
         {
-            let again =
-                splats::read_gaussians_from(format, &written, name).expect("what was written");
+            let again = motes_codecs::read_gaussians_from(format, &written, name)
+                .expect("what was written");
             assert_eq!(again.gaussians.len(), file.gaussians.len());
         }
     }

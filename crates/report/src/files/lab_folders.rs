@@ -13,9 +13,9 @@ use motes_formats::metrics::{MetricsDocument, MetricsSplit};
 use motes_formats::{FormatError, Result};
 use motes_scene::{Capture, ImageU8, Split};
 
-use crate::frames::view_stems;
 use crate::pages::{LabPage, LabRun, LabView};
-use crate::photos::load_photo;
+use evaluate::photos::load_photo;
+use render::frames::view_stems;
 
 /// Reads the runs, most training photos first, and lines up what they render.
 ///
@@ -23,7 +23,7 @@ use crate::photos::load_photo;
 ///
 /// # Errors
 /// When a file is missing or malformed, or the runs have different held-out views.
-pub fn load_lab(folders: &[PathBuf], halfway: Option<&str>) -> Result<LabPage> {
+pub(super) fn load_lab(folders: &[PathBuf], halfway: Option<&str>) -> Result<LabPage> {
     let runs: Vec<RunFiles> = folders.iter().map(|f| RunFiles::load(f)).collect::<Result<_>>()?;
     let mut views = Vec::new();
     if let Some(first) = runs.first() {
@@ -128,7 +128,7 @@ fn training_seconds(path: &Path) -> Result<Option<f64>> {
 ///
 /// # Errors
 /// When the file is not its JSON.
-pub fn pose_error_sentences(path: &Path) -> Result<Vec<String>> {
+pub(super) fn pose_error_sentences(path: &Path) -> Result<Vec<String>> {
     let text = std::fs::read_to_string(path).map_err(|error| FormatError::io(path, error))?;
     let value: serde_json::Value = serde_json::from_str(&text)
         .map_err(|error| FormatError::invalid(path, "", format!("not JSON: {error}")))?;

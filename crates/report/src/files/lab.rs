@@ -5,27 +5,26 @@
 //! else, a PNG.
 //!
 //! ```text
-//! lab-report out/lab/20 out/lab/10 out/lab/5 -o out/lab/report.html
+//! report lab out/lab/20 out/lab/10 out/lab/5 -o out/lab/report.html
 //! ```
 //!
 //! Exit codes: 0 done, 1 failed, 2 usage or would overwrite, 3 bad input. Manual: `docs/lab.md`.
 
 use std::fmt;
 use std::path::PathBuf;
-use std::process::ExitCode;
 
+use super::lab_folders::{load_lab, pose_error_sentences};
+use crate::pages::LabRun;
 use clap::Parser;
 use motes_formats::atomic::write_atomic;
 use motes_formats::images::write_png;
-use motes_report::lab_files::{load_lab, pose_error_sentences};
-use motes_report::pages::LabRun;
 use motes_stage::{CommonArgs, Context, HasCommon};
 use serde::Serialize;
 
 /// Put the runs of the lab on one page and one contact sheet
 #[derive(Parser, Debug, Serialize)]
-#[command(name = "lab-report")]
-struct Args {
+#[command(name = "report lab")]
+pub struct Args {
     /// Folders of the runs, most training photos first
     #[arg(required = true, value_name = "RUN")]
     runs: Vec<PathBuf>,
@@ -68,7 +67,7 @@ impl HasCommon for Args {
 
 /// The table of the page.
 #[derive(Serialize)]
-struct Report {
+pub struct Report {
     output: PathBuf,
     runs: Vec<Row>,
 }
@@ -111,11 +110,11 @@ impl fmt::Display for Report {
     }
 }
 
-fn main() -> ExitCode {
-    motes_stage::main(run)
-}
-
-fn run(args: &Args, context: &Context) -> anyhow::Result<Report> {
+/// Makes the page.
+///
+/// # Errors
+/// When a folder of the run is not what the page needs, or a product cannot be written.
+pub fn run(args: &Args, context: &Context) -> anyhow::Result<Report> {
     let output = context.output(&args.output)?;
     let sheet = args.contact_sheet.as_ref().map(|path| context.output(path)).transpose()?;
     for folder in &args.runs {

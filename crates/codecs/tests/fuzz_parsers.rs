@@ -21,7 +21,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use common::{cases, corpus};
-use motes_formats::splats::SplatFormat;
+use motes_codecs::SplatFormat;
 use mutate::Mutator;
 
 const MAX_BYTES: usize = 200 << 20;

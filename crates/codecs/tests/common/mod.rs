@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use motes_formats::documents::{Document, read_document};
 use motes_formats::{
     FormatError, camera_path, capture, decomposition, edit_plan, environment, exr_aov, images,
-    metrics, ply, run_record, splats, tensors,
+    metrics, ply, run_record, tensors,
 };
 
 /// A folder of the corpus and the reader that it tests.
@@ -19,21 +19,21 @@ pub(crate) struct Reader {
 pub(crate) const READERS: [Reader; 19] = [
     Reader { document: "camera-path", read: |p| camera_path::read_camera_path(p).map(drop) },
     Reader { document: "capture", read: |p| capture::read_capture(p).map(drop) },
-    Reader { document: "compressed-ply", read: |p| splats::read_gaussians(p).map(drop) },
+    Reader { document: "compressed-ply", read: |p| motes_codecs::read_gaussians(p).map(drop) },
     Reader { document: "decomposition", read: |p| decomposition::read_decomposition(p).map(drop) },
     Reader { document: "environment", read: |p| environment::read_environment(p).map(drop) },
     Reader { document: "exr-aov", read: |p| exr_aov::open_exr(p).map(drop) },
     Reader { document: "gaussians-ply", read: |p| ply::read_gaussians(p).map(drop) },
-    Reader { document: "gltf", read: |p| splats::read_gaussians(p).map(drop) },
+    Reader { document: "gltf", read: |p| motes_codecs::read_gaussians(p).map(drop) },
     Reader { document: "images", read: |p| images::read_image_upright(p).map(drop) },
     Reader { document: "edit-plan", read: |p| edit_plan::read_edit_plan(p).map(drop) },
-    Reader { document: "ksplat", read: |p| splats::read_gaussians(p).map(drop) },
+    Reader { document: "ksplat", read: |p| motes_codecs::read_gaussians(p).map(drop) },
     Reader { document: "metrics", read: json::<metrics::MetricsDocument> },
     Reader { document: "points-ply", read: |p| ply::read_points(p).map(drop) },
     Reader { document: "run", read: json::<run_record::RunRecord> },
-    Reader { document: "sog", read: |p| splats::read_gaussians(p).map(drop) },
-    Reader { document: "splat", read: |p| splats::read_gaussians(p).map(drop) },
-    Reader { document: "spz", read: |p| splats::read_gaussians(p).map(drop) },
+    Reader { document: "sog", read: |p| motes_codecs::read_gaussians(p).map(drop) },
+    Reader { document: "splat", read: |p| motes_codecs::read_gaussians(p).map(drop) },
+    Reader { document: "spz", read: |p| motes_codecs::read_gaussians(p).map(drop) },
     Reader { document: "surface-ply", read: |p| ply::read_surface(p).map(drop) },
     Reader { document: "tensors", read: |p| tensors::read_tensors(p).map(drop) },
 ];

@@ -4,27 +4,26 @@
 //! them, run records. Outputs: an HTML page that needs nothing else, a PNG.
 //!
 //! ```text
-//! relight-report --scene scene/ --capture capture/capture.json --own own/ --light evening=evening/ -o report.html
+//! report relight --scene scene/ --capture capture/capture.json --own own/ --light evening=evening/ -o report.html
 //! ```
 //!
 //! Exit codes: 0 done, 1 failed, 2 usage or would overwrite, 3 bad input. Manual: `docs/relight.md`.
 
 use std::fmt;
 use std::path::PathBuf;
-use std::process::ExitCode;
 use std::str::FromStr;
 
+use super::relit_scene::{RelightFiles, load_relight};
 use clap::Parser;
 use motes_formats::atomic::write_atomic;
 use motes_formats::images::write_png;
-use motes_report::relight_files::{RelightFiles, load_relight};
 use motes_stage::{CommonArgs, Context, HasCommon};
 use serde::Serialize;
 
 /// Put a relit scene on one page: before and after, components, what was left out, what it cost
 #[derive(Parser, Debug, Serialize)]
-#[command(name = "relight-report")]
-struct Args {
+#[command(name = "report relight")]
+pub struct Args {
     /// Scene folder, as decompose makes it
     #[arg(long, value_name = "DIR")]
     scene: PathBuf,
@@ -93,7 +92,8 @@ impl Serialize for NamedFolder {
 }
 
 #[derive(Serialize)]
-struct Report {
+/// What the page says, as a report.
+pub struct Report {
     output: PathBuf,
     views: usize,
     lights: Vec<String>,
@@ -112,11 +112,11 @@ impl fmt::Display for Report {
     }
 }
 
-fn main() -> ExitCode {
-    motes_stage::main(run)
-}
-
-fn run(args: &Args, context: &Context) -> anyhow::Result<Report> {
+/// Makes the page.
+///
+/// # Errors
+/// When a folder of the run is not what the page needs, or a product cannot be written.
+pub fn run(args: &Args, context: &Context) -> anyhow::Result<Report> {
     let output = context.output(&args.output)?;
     let sheet = args.contact_sheet.as_ref().map(|path| context.output(path)).transpose()?;
     context.input("scene", args.scene.join("decomposition.json"))?;

@@ -11,7 +11,7 @@ use motes_formats::documents::{Document, parse_document, to_pretty_json};
 use motes_formats::ply::{self, PlyWriteOptions};
 use motes_formats::{
     camera_path, capture, decomposition, edit_plan, environment, exr_aov, images, metrics,
-    run_record, splats, tensors,
+    run_record, tensors,
 };
 use motes_scene::Gaussians;
 
@@ -85,7 +85,7 @@ fn gaussian_columns_have_the_values_that_the_files_spell() {
 fn splats_have_the_values_that_the_files_spell() {
     let read = |document: &str, file: &str| {
         let paths = cases(document, "valid");
-        splats::open_gaussians(paths.iter().find(|p| name(p) == file).unwrap()).unwrap()
+        motes_codecs::open_gaussians(paths.iter().find(|p| name(p) == file).unwrap()).unwrap()
     };
     let near = |a: f32, b: f32| (a - b).abs() < 1e-5;
     let dot = read("splat", "five.splat").gaussians;

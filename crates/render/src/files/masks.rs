@@ -2,13 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::frames::{Frame, MatteObjects, Projection};
+use crate::model::{Model, ModelInput};
 use clap::Args;
 use motes_formats::exr_aov::AovChannel;
 use motes_formats::images::write_png;
 use motes_formats::selection::read_selection;
 use motes_raster::{RenderOptions, render_scalars};
-use motes_report::frames::{Frame, MatteObjects, Projection};
-use motes_report::model::{Model, ModelInput};
 use motes_scene::{ColumnValues, ImageF32, ImageU8};
 use motes_stage::{Context, StageError};
 use serde::Serialize;

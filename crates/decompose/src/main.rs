@@ -1,0 +1,18 @@
+//! Inverse rendering: photos and their Gaussians to surface, material and light.
+//!
+//! Inputs: captures (`motes/capture` 1.x) of one scene, Gaussians (PLY). Output: a scene folder
+//! (`motes/decomposition` 1.0): Gaussians with material columns, `surface.ply`, `environment.exr`,
+//! `decomposition.json`, previews.
+//!
+//! ```text
+//! decompose --capture OUT/capture.json --gaussians gaussians.ply -o scene/
+//! ```
+//!
+//! Exit codes: 0 done, 1 failed, 2 usage or would overwrite, 3 bad input, 130 interrupted.
+//! Manual: `docs/stages/decompose.md`.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    motes_stage::main(decompose::files::run)
+}

@@ -1,0 +1,5 @@
+//! Command line of `evaluate`.
+
+mod command;
+
+pub use command::{Args, run};

@@ -1,0 +1,5 @@
+//! Command line of `import-colmap`.
+
+mod command;
+
+pub use command::{Args, run};

@@ -1,0 +1,6 @@
+//! Command lines of `report`, and the folders that its pages are made of.
+
+pub mod lab;
+mod lab_folders;
+pub mod relight;
+mod relit_scene;
