@@ -7,7 +7,7 @@ runner       one measured process, the cache of finished runs, two side by side,
 front        means, spreads, the Pareto front, slopes
 record       finished runs to the dated record and its page
 plot         the record as SVG
-page         numbers of a record between markers of docs/speed-accuracy.md
+page         numbers of a record between markers of docs/benchmarks/speed-accuracy.md
 curves       cost curves: fits, table, picture
 synthetic    made-up scenes of any size for cost curves
 """

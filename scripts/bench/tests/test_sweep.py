@@ -191,7 +191,7 @@ class Pages(unittest.TestCase):
             self.assertIn(text, svg)
 
     def test_the_page_of_the_repository_equals_its_record(self):
-        sheet = BENCH.parents[1] / "docs/speed-accuracy.md"
+        sheet = BENCH.parents[1] / "docs/benchmarks/speed-accuracy.md"
         self.assertEqual(page.stale(sheet), [])
 
 
