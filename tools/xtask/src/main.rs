@@ -5,6 +5,7 @@ mod licenses;
 mod metadata;
 mod schemas;
 mod tidy;
+mod versions;
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -13,8 +14,9 @@ use std::process::ExitCode;
 const USAGE: &str = "\
 cargo xtask TASK
 
-  tidy         layers, file lengths, schemas, links, names of stages, paths of machines
-  schemas      write docs/formats/schema/ from the code
+  tidy         layers, file lengths, schemas, versions, links, contents, words and numbers of
+               pages, names of stages, paths of machines
+  schemas      write docs/formats/schema/ and the version numbers of pages from the code
   licenses     compare the licences of all dependencies with deny.toml
   man          write the manual pages of the built stages to target/man/
   completions  write the shell completions of the built stages to target/completions/
@@ -30,7 +32,7 @@ fn main() -> ExitCode {
     for task in &tasks {
         let result = match task.as_str() {
             "tidy" => tidy::run(&root),
-            "schemas" => schemas::write(&root),
+            "schemas" => schemas::write(&root).and_then(|()| versions::write(&root)),
             "licenses" | "licences" => licenses::run(&root),
             "man" => generate::man(&root),
             "completions" => generate::completions(&root),

@@ -1,13 +1,17 @@
 //! Rules that no compiler checks. One file per rule; each takes text and returns problems, so
 //! that its tests can show it failing.
 
+mod contents;
 mod layers;
 mod length;
 mod links;
 mod machine_paths;
+mod measurements;
 mod placeholders;
+pub(crate) mod prose;
 mod shell;
 mod stage_words;
+pub(crate) mod vocabulary;
 
 use std::fmt;
 use std::path::Path;
@@ -15,7 +19,7 @@ use std::process::Command;
 
 use anyhow::bail;
 
-use crate::{generate, metadata, schemas};
+use crate::{generate, metadata, schemas, versions};
 
 /// A broken rule.
 #[derive(Debug, PartialEq, Eq)]
@@ -67,12 +71,22 @@ pub(crate) fn run(root: &Path) -> anyhow::Result<()> {
         }
         None => problems.push(Problem::error("docs/ARCHITECTURE.md", 0, "is missing")),
     }
+    problems.extend(versions::stale(&sources));
+    problems.extend(contents::check(&sources));
+    let glossary = sources.iter().find(|s| s.path == vocabulary::FILE);
+    let words = vocabulary::rules(glossary.map_or("", |s| &s.text)).unwrap_or_else(|problem| {
+        problems.push(problem);
+        Vec::new()
+    });
+    let places = Repository { root, sources: &sources };
     for source in &sources {
+        problems.extend(vocabulary::check(source, &words));
+        problems.extend(measurements::check(source));
         problems.extend(length::check(source));
         problems.extend(placeholders::check(source));
         problems.extend(machine_paths::check(source));
         problems.extend(stage_words::check(source, &stages));
-        problems.extend(links::check(source, &|path| root.join(path).exists()));
+        problems.extend(links::check(source, &places));
     }
     for stage in &stages {
         let named = |s: &&Source| s.path == "README.md" && s.text.contains(&format!("`{stage}`"));
@@ -95,8 +109,25 @@ pub(crate) fn run(root: &Path) -> anyhow::Result<()> {
     Ok(())
 }
 
+/// Where links lead.
+struct Repository<'a> {
+    root: &'a Path,
+    sources: &'a [Source],
+}
+
+impl links::Places for Repository<'_> {
+    fn exists(&self, path: &str) -> bool {
+        self.root.join(path).exists()
+    }
+
+    fn page(&self, path: &str) -> Option<&str> {
+        let page = self.sources.iter().find(|s| s.path == path && path.ends_with(".md"));
+        page.map(|s| s.text.as_str())
+    }
+}
+
 /// All text files that git knows or would add.
-fn sources(root: &Path) -> anyhow::Result<Vec<Source>> {
+pub(crate) fn sources(root: &Path) -> anyhow::Result<Vec<Source>> {
     let listing = ["ls-files", "-z", "--cached", "--others", "--exclude-standard"];
     let output = Command::new("git").current_dir(root).args(listing).output()?;
     if !output.status.success() {

@@ -189,6 +189,7 @@ pub fn schema<T: Document>() -> (String, Value) {
     schema["$id"] = Value::from(format!("{}-v{}", T::FORMAT, T::MAJOR));
     schema["properties"]["format"]["const"] = Value::from(T::FORMAT);
     schema["properties"]["version"]["pattern"] = Value::from(format!("^{}\\.[0-9]+$", T::MAJOR));
+    schema["properties"]["version"]["examples"] = Value::from(vec![T::version()]);
     (format!("{name}-v{}", T::MAJOR), schema)
 }
 

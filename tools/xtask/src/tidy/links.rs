@@ -2,7 +2,15 @@
 
 use super::{Problem, Source};
 
-pub(super) fn check(source: &Source, exists: &dyn Fn(&str) -> bool) -> Vec<Problem> {
+/// What a path leads to.
+pub(super) trait Places {
+    /// Whether a file or folder is there.
+    fn exists(&self, path: &str) -> bool;
+    /// The text of a page.
+    fn page(&self, path: &str) -> Option<&str>;
+}
+
+pub(super) fn check(source: &Source, places: &dyn Places) -> Vec<Problem> {
     if !source.path.ends_with(".md") {
         return Vec::new();
     }
@@ -14,7 +22,7 @@ pub(super) fn check(source: &Source, exists: &dyn Fn(&str) -> bool) -> Vec<Probl
             in_block = !in_block;
         } else if !in_block {
             for target in targets(line) {
-                if let Some(text) = problem(folder, target, &source.text, exists) {
+                if let Some(text) = problem(folder, target, &source.text, places) {
                     problems.push(Problem::error(&source.path, i + 1, text));
                 }
             }
@@ -23,28 +31,25 @@ pub(super) fn check(source: &Source, exists: &dyn Fn(&str) -> bool) -> Vec<Probl
     problems
 }
 
-fn problem(
-    folder: &str,
-    target: &str,
-    own_text: &str,
-    exists: &dyn Fn(&str) -> bool,
-) -> Option<String> {
+fn problem(folder: &str, target: &str, own_text: &str, places: &dyn Places) -> Option<String> {
     if target.contains("://") || target.starts_with("mailto:") {
         return None;
     }
     let (path, anchor) = target.split_once('#').unwrap_or((target, ""));
-    if path.is_empty() {
-        let known = own_text.lines().any(|line| slug(line).is_some_and(|slug| slug == anchor));
-        return (!known).then(|| format!("no heading for the link #{anchor}"));
-    }
-    match resolve(folder, path) {
-        Some(resolved) if exists(&resolved) => None,
-        _ => Some(format!("the link leads nowhere: {path}")),
-    }
+    let text = if path.is_empty() {
+        Some(own_text)
+    } else {
+        match resolve(folder, path) {
+            Some(resolved) if places.exists(&resolved) => places.page(&resolved),
+            _ => return Some(format!("the link leads nowhere: {path}")),
+        }
+    };
+    let known = anchor.is_empty() || text.is_none_or(|text| anchors(text).any(|a| a == anchor));
+    (!known).then(|| format!("no heading for the link {target}"))
 }
 
 /// Targets of `[text](target)` outside code spans.
-fn targets(line: &str) -> Vec<&str> {
+pub(super) fn targets(line: &str) -> Vec<&str> {
     let mut found = Vec::new();
     for prose in line.split('`').step_by(2) {
         let mut rest = prose;
@@ -76,7 +81,16 @@ fn resolve(folder: &str, path: &str) -> Option<String> {
     Some(parts.join("/"))
 }
 
-/// The anchor of a heading, as forges make it.
+/// Anchors of the headings of a page.
+fn anchors(text: &str) -> impl Iterator<Item = String> + '_ {
+    let mut in_block = false;
+    text.lines().filter_map(move |line| {
+        in_block ^= line.trim_start().starts_with("```");
+        if in_block { None } else { slug(line) }
+    })
+}
+
+/// The anchor of a heading, as forges and mdBook make it.
 fn slug(line: &str) -> Option<String> {
     let title = line.strip_prefix('#')?.trim_start_matches('#').trim();
     let kept = title.chars().filter(|c| c.is_alphanumeric() || matches!(c, ' ' | '-' | '_'));
@@ -87,10 +101,21 @@ fn slug(line: &str) -> Option<String> {
 mod tests {
     use super::*;
 
+    struct Known;
+
+    impl Places for Known {
+        fn exists(&self, path: &str) -> bool {
+            ["README.md", "docs/b.md", "docs/formats"].contains(&path)
+        }
+
+        fn page(&self, path: &str) -> Option<&str> {
+            (path == "docs/b.md").then_some("# X\n```\n# y\n```\n")
+        }
+    }
+
     fn lines(text: &str) -> Vec<usize> {
         let source = Source { path: "docs/a.md".into(), text: text.into() };
-        let exists = |path: &str| ["README.md", "docs/b.md", "docs/formats"].contains(&path);
-        check(&source, &exists).into_iter().map(|problem| problem.line).collect()
+        check(&source, &Known).into_iter().map(|problem| problem.line).collect()
     }
 
     #[test]
@@ -102,8 +127,8 @@ mod tests {
 
     #[test]
     fn dead_links_fail() {
-        let text =
-            "[a](c.md)\n[b](b.md) and [c](../x)\n[d](#nothing)\n[e](../../up)\n[`f`](no.md)\n";
-        assert_eq!(lines(text), [1, 2, 3, 4, 5]);
+        let text = "[a](c.md)\n[b](b.md) and [c](../x)\n[d](#nothing)\n[e](../../up)\n[`f`](no.md)\n\
+             [g](b.md#y)\n";
+        assert_eq!(lines(text), [1, 2, 3, 4, 5, 6]);
     }
 }
