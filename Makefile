@@ -11,13 +11,14 @@ SCENE  ?=
 STAGES := import-colmap train-splat render evaluate decompose relight segment-select edit export report
 BIN  := $(CURDIR)/target/release
 VENV := $(CURDIR)/.venv
+MDBOOK := $(CURDIR)/.mdbook
 CONSUMERS := $(CURDIR)/.consumers
 
 # In CI the lock file is the law; while developing, cargo may extend it.
 LOCKED := $(if $(CI),--locked)
 
 .DELETE_ON_ERROR:
-.PHONY: build setup setup-consumers test fmt tidy licenses clippy doc unit lab lab-ci relight relight-ci edit edit-ci truth schemas install uninstall clean help
+.PHONY: build setup setup-consumers docs test fmt tidy licenses clippy doc unit lab lab-ci relight relight-ci edit edit-ci truth schemas install uninstall clean help
 
 build: ## build the stages and the dispatcher into target/release (the default)
 	$(CARGO) build --release $(LOCKED) -p motes $(addprefix -p ,$(STAGES))
@@ -93,7 +94,12 @@ edit-ci: build truth
 truth: ## build the maker and the judge of ground-truth scenes
 	$(CARGO) build --release $(LOCKED) -p motes-truth
 
-schemas: ## write docs/formats/schema from the code
+docs: ## render docs/ as a site in target/site (mdBook, installed privately on the first call)
+	scripts/setup-docs '$(MDBOOK)'
+	'$(MDBOOK)/bin/mdbook' build
+	$(CARGO) run --quiet --release $(LOCKED) -p xtask -- site
+
+schemas: ## write docs/formats/schema and the versions in pages from the code
 	$(CARGO) run --quiet --release -p xtask -- schemas
 
 # Only `motes` goes on PATH: `export` and `edit` would collide with the shell and other programs.
@@ -117,7 +123,7 @@ clean: ## remove build products and the Python environment
 	$(MAKE) -C pipelines/lab clean
 	$(MAKE) -C pipelines/relight clean
 	$(MAKE) -C pipelines/edit clean
-	rm -rf '$(VENV)' '$(CONSUMERS)' build
+	rm -rf '$(VENV)' '$(CONSUMERS)' '$(MDBOOK)' build
 
 help: ## print this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-16s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)

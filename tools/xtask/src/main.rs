@@ -1,9 +1,10 @@
-//! Checks and generators of this repository: `cargo xtask tidy|schemas|licenses|man|completions`.
+//! Checks and generators of this repository: `cargo xtask tidy|schemas|licenses|man|completions|site`.
 
 mod generate;
 mod licenses;
 mod metadata;
 mod schemas;
+mod site;
 mod tidy;
 mod versions;
 
@@ -20,6 +21,7 @@ cargo xtask TASK
   licenses     compare the licences of all dependencies with deny.toml
   man          write the manual pages of the built stages to target/man/
   completions  write the shell completions of the built stages to target/completions/
+  site         check the links of the site that `make docs` rendered
 ";
 
 fn main() -> ExitCode {
@@ -36,6 +38,7 @@ fn main() -> ExitCode {
             "licenses" | "licences" => licenses::run(&root),
             "man" => generate::man(&root),
             "completions" => generate::completions(&root),
+            "site" => site::run(&root),
             _ => {
                 say(&format!("xtask: no task \"{task}\"\n{USAGE}"));
                 return ExitCode::from(2);
