@@ -68,7 +68,7 @@ impl Document for DecompositionDocument {
     const MINOR: u32 = 1;
 }
 
-/// Axes of a lat-long map, see `docs/shading.md`.
+/// Axes of a lat-long map, see `docs/methods/shading.md`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum ConventionDocument {
@@ -81,7 +81,7 @@ pub enum ConventionDocument {
     Threejs,
 }
 
-/// Lobes of the materials, see `docs/shading.md`.
+/// Lobes of the materials, see `docs/methods/shading.md`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum LobesDocument {

@@ -1,5 +1,5 @@
 //! What subnormal numbers cost Adam: the memory of a Gaussian that no view sees any more decays into
-//! them. Prints nanoseconds per value; the source of the numbers in `docs/numerics.md`.
+//! them. Prints nanoseconds per value; the source of the numbers in `docs/benchmarks/numerics.md`.
 #![expect(clippy::print_stdout, reason = "printing is what it is for")]
 
 use std::time::Instant;

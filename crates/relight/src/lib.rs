@@ -6,7 +6,8 @@
 //!   colours ([`Relighter::bake`]).
 //! - [`lift`]: views that were relit by other means, back to 3D.
 //!
-//! `docs/stages/relight.md` holds the equations, what is approximated, and what each quality costs.
+//! `docs/methods/relight.md` has the equations and approximations, `docs/benchmarks/relight.md` what each
+//! quality costs.
 
 mod bake;
 mod compose;

@@ -85,7 +85,7 @@ impl RelightScene {
             vertices: surface.vertices.iter().map(|v| Vec3::from(*v)).collect(),
             triangles: surface.triangles.clone(),
         };
-        // More care with the tree does not pay: rays gain little (docs/shading.md).
+        // More care with the tree does not pay: rays gain little (docs/benchmarks/shading.md).
         let tracer = MeshTracer::new(&mesh, BuildQuality::Fast)?;
         let base_color_splats =
             gaussians.colored(|i| materials.base_color_linear[i].map(srgb::encode));

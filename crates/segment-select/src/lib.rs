@@ -3,7 +3,8 @@
 //! [`SceneIndex`] is what is computed once per scene: superpixels of every view on colour, rendered depth
 //! and normal, how strongly neighbours are parted, which Gaussians each superpixel is made of, and the
 //! regions that the views agree on. A prompt is then answered without rasterizing: regions, graph cuts
-//! and votes all live on superpixels. `docs/selecting.md` tells the method and what it measures.
+//! and votes all live on superpixels. `docs/methods/segment-select.md` has the method, its scores are in
+//! `docs/benchmarks/segment-select.md`.
 
 mod answers;
 mod cache;

@@ -4,8 +4,8 @@
 //!
 //! `f_r` is in [`brdf`], `L_i` in [`environment`], visibility in [`tracing`], the integral in
 //! [`integrate`]. Everything exists twice: a readable f64 reference, and an f32 path that
-//! is tested against it. `docs/shading.md` holds conventions, equations with their papers,
-//! measured costs, and what is approximated.
+//! is tested against it. `docs/methods/shading.md` has conventions, equations with their papers
+//! and approximations, `docs/benchmarks/shading.md` the costs.
 //!
 //! Directions point away from the surface: `w_o` (`to_viewer`) towards the camera, `w_i`
 //! (`to_light`) towards the light. Colours and radiances are linear, Rec. 709 primaries.

@@ -87,6 +87,7 @@ pub(crate) fn run(root: &Path) -> anyhow::Result<()> {
         problems.extend(machine_paths::check(source));
         problems.extend(stage_words::check(source, &stages));
         problems.extend(links::check(source, &places));
+        problems.extend(links::check_names(source, &places));
     }
     for stage in &stages {
         let named = |s: &&Source| s.path == "README.md" && s.text.contains(&format!("`{stage}`"));

@@ -77,8 +77,8 @@ impl Steps<'_> {
 ///
 /// The Gaussians' depth in every view, dominant planes taken out (RANSAC), the rest fused into a
 /// truncated signed distance (Curless & Levoy 1996), its zero level smoothed as a thin plate and moved
-/// to where the photos agree; each plane is a regular grid of its own. `docs/inverse-geometry.md` has
-/// the steps with their measured errors. An empty surface is a legal result: no photos, no Gaussians,
+/// to where the photos agree; each plane is a regular grid of its own. `docs/methods/decompose.md` has
+/// the steps, `docs/benchmarks/surface.md` their errors. An empty surface is a legal result: no photos, no Gaussians,
 /// nothing that several views agree about. The result does not depend on the number of threads.
 ///
 /// # Errors

@@ -4,7 +4,7 @@
 //! - [`pack`]: the Gaussians, quantised and compressed, as the page's scripts read them.
 //! - `viewer/`: the page itself, plain JavaScript and GLSL without third-party code.
 //!
-//! `docs/export-html.md` holds the layout of the data, what is lost in it, and what was measured.
+//! `docs/formats/html-page.md` has the layout of the data, `docs/benchmarks/export.md` what it loses.
 
 mod manifest;
 pub mod pack;

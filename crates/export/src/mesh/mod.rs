@@ -5,8 +5,8 @@
 //! Gaussians (`gaussians_at`), the normal of the full surface (`texels`). `glb` writes the file,
 //! [`target`] says in which axes, [`environment`] turns the light with it.
 //!
-//! `docs/export-mesh.md` holds what is approximated, what each dial costs and what was measured in
-//! Blender.
+//! `docs/methods/export.md` says what is approximated, `docs/benchmarks/export.md` what it costs and how
+//! it compares in Blender.
 
 mod bake;
 mod decimate;

@@ -38,7 +38,7 @@ impl Target {
     /// Axes of a lat-long map, in the axes of glTF.
     pub fn map_convention(self) -> Convention {
         match self {
-            // Blender's map in Blender's axes is three.js's in glTF's: docs/shading.md.
+            // Blender's map in Blender's axes is three.js's in glTF's: docs/methods/shading.md.
             Self::Blender | Self::Unreal | Self::Threejs => Convention::ThreeJs,
             Self::Usd => Convention::OpenExr,
         }

@@ -1,4 +1,4 @@
-//! Whole programs at the extremes; `docs/numerics.md` lists the guarantees.
+//! Whole programs at the extremes; `docs/methods/numerics.md` lists the guarantees.
 #![cfg(target_os = "linux")]
 #![expect(clippy::unwrap_used, reason = "a test that cannot prepare its files has failed")]
 

@@ -70,7 +70,7 @@ pub(crate) fn image_errors(scene: &ExtremeScene) -> ImageErrors {
     errors
 }
 
-/// Prints quantiles: the numbers of `docs/numerics.md`, seen with `--nocapture`.
+/// Prints quantiles: the numbers of `docs/benchmarks/numerics.md`, seen with `--nocapture`.
 #[expect(clippy::print_stderr, reason = "measuring is what it is for")]
 pub(crate) fn report_distribution(name: &str, mut values: Vec<f64>) {
     values.sort_by(f64::total_cmp);

@@ -1,4 +1,4 @@
-//! The rasterizer at the ends of what a file may hold; `docs/numerics.md` lists the guarantees.
+//! The rasterizer at the ends of what a file may hold; `docs/methods/numerics.md` lists the guarantees.
 
 // One module, so that `cargo test stability` finds every test by its path.
 #[path = "."]

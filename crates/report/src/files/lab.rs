@@ -8,7 +8,7 @@
 //! report lab out/lab/20 out/lab/10 out/lab/5 -o out/lab/report.html
 //! ```
 //!
-//! Exit codes: 0 done, 1 failed, 2 usage or would overwrite, 3 bad input. Manual: `docs/lab.md`.
+//! Exit codes: 0 done, 1 failed, 2 usage or would overwrite, 3 bad input. Manual: `docs/tutorial.md`.
 
 use std::fmt;
 use std::path::PathBuf;

@@ -7,7 +7,7 @@
 //! report relight --scene scene/ --capture capture/capture.json --own own/ --light evening=evening/ -o report.html
 //! ```
 //!
-//! Exit codes: 0 done, 1 failed, 2 usage or would overwrite, 3 bad input. Manual: `docs/relight.md`.
+//! Exit codes: 0 done, 1 failed, 2 usage or would overwrite, 3 bad input. Manual: `docs/tutorial.md`.
 
 use std::fmt;
 use std::path::PathBuf;

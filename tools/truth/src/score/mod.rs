@@ -2,7 +2,7 @@
 //!
 //! Base color and light are known up to a factor that the photos do not tell, so everything with a
 //! scale is scored three times: as it is, with one factor, with a factor per channel
-//! ([`align`]). `docs/relight-benchmark.md` states the protocol.
+//! ([`align`]). `docs/benchmarks/protocol.md` states the protocol.
 
 pub mod align;
 pub mod markdown;

@@ -31,6 +31,28 @@ pub(super) fn check(source: &Source, places: &dyn Places) -> Vec<Problem> {
     problems
 }
 
+/// Pages that code and makefiles name exist: `docs/a/b.md`.
+pub(super) fn check_names(source: &Source, places: &dyn Places) -> Vec<Problem> {
+    // Tests of these rules name pages that are not there.
+    if source.path.ends_with(".md") || source.path.contains("xtask/") {
+        return Vec::new();
+    }
+    let mut problems = Vec::new();
+    for (i, line) in source.text.lines().enumerate() {
+        for (at, _) in line.match_indices("docs/") {
+            let rest = &line[at..];
+            let end = rest.find(|c: char| !c.is_alphanumeric() && !"/._-".contains(c));
+            let name = &rest[..end.unwrap_or(rest.len())];
+            let name = name.find(".md").map_or("", |end| &name[..end + 3]);
+            if !name.is_empty() && !places.exists(name) {
+                let text = format!("there is no page {name}");
+                problems.push(Problem::error(&source.path, i + 1, text));
+            }
+        }
+    }
+    problems
+}
+
 fn problem(folder: &str, target: &str, own_text: &str, places: &dyn Places) -> Option<String> {
     if target.contains("://") || target.starts_with("mailto:") {
         return None;
@@ -116,6 +138,14 @@ mod tests {
     fn lines(text: &str) -> Vec<usize> {
         let source = Source { path: "docs/a.md".into(), text: text.into() };
         check(&source, &Known).into_iter().map(|problem| problem.line).collect()
+    }
+
+    #[test]
+    fn pages_named_in_code_exist() {
+        let text = "//! See `docs/b.md`.\n//! See docs/formats and docs/c.md.\n".into();
+        let source = Source { path: "crates/x/src/a.rs".into(), text };
+        let found: Vec<usize> = check_names(&source, &Known).iter().map(|p| p.line).collect();
+        assert_eq!(found, [2]);
     }
 
     #[test]
