@@ -1,5 +1,5 @@
 // From the text of the page to arrays: base64, raw deflate, byte planes. The layout is in
-// docs/export-html.md; motes' exporting::html::pack writes it.
+// docs/formats/html-page.md; motes' exporting::html::pack writes it.
 
 const ROW = 1024; // Gaussians per texture row
 const CHUNK = 256; // Gaussians that share a bounding box

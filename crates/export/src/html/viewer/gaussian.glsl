@@ -1,4 +1,4 @@
-// One Gaussian from the packed textures; the layout is in docs/export-html.md.
+// One Gaussian from the packed textures; the layout is in docs/formats/html-page.md.
 // Row y of every texture but u_chunks holds Gaussians 1024 y ... 1024 y + 1023.
 
 uniform highp usampler2D u_geometry;
