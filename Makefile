@@ -51,6 +51,7 @@ doc:
 
 unit: setup-consumers
 	$(CARGO) test --workspace --release $(LOCKED)
+	$(CARGO) run --quiet --release $(LOCKED) -p xtask -- manuals
 
 # The folder is made absolute here, because the recipe below changes folders.
 define run-lab

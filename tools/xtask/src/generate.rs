@@ -47,7 +47,7 @@ pub(crate) fn stage_names(root: &Path) -> Vec<String> {
     names
 }
 
-fn built_stages(root: &Path) -> anyhow::Result<Vec<PathBuf>> {
+pub(crate) fn built_stages(root: &Path) -> anyhow::Result<Vec<PathBuf>> {
     let names = stage_names(root);
     ensure!(!names.is_empty(), "there is no stage in crates/");
     let folder = root.join("target/release");

@@ -1,7 +1,8 @@
-//! Checks and generators of this repository: `cargo xtask tidy|schemas|licenses|man|completions|site`.
+//! Checks and generators of this repository: `cargo xtask tidy|schemas|licenses|man|completions|manuals|site`.
 
 mod generate;
 mod licenses;
+mod manuals;
 mod metadata;
 mod schemas;
 mod site;
@@ -21,6 +22,7 @@ cargo xtask TASK
   licenses     compare the licences of all dependencies with deny.toml
   man          write the manual pages of the built stages to target/man/
   completions  write the shell completions of the built stages to target/completions/
+  manuals      check that the flags in docs/stages are those of the built stages
   site         check the links of the site that `make docs` rendered
 ";
 
@@ -39,6 +41,7 @@ fn main() -> ExitCode {
             "man" => generate::man(&root),
             "completions" => generate::completions(&root),
             "site" => site::run(&root),
+            "manuals" => manuals::run(&root),
             _ => {
                 say(&format!("xtask: no task \"{task}\"\n{USAGE}"));
                 return ExitCode::from(2);

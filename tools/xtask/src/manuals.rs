@@ -1,0 +1,76 @@
+//! Flags that the manuals name exist in the help of the built stages.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+use std::process::Command;
+
+use anyhow::{bail, ensure};
+
+use crate::generate::built_stages;
+use crate::tidy::sources;
+
+const MANUALS: &str = "docs/stages/";
+/// Programs of one stage that have a help of their own.
+const SUBJECTS: [(&str, &[&str]); 1] = [("report", &["lab", "relight"])];
+
+pub(crate) fn run(root: &Path) -> anyhow::Result<()> {
+    let mut known = BTreeSet::new();
+    for stage in built_stages(root)? {
+        let name = stage.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let subjects = SUBJECTS.iter().find(|(stage, _)| *stage == name).map(|(_, s)| *s);
+        let calls = subjects.map_or(vec![vec![]], |s| s.iter().map(|s| vec![*s]).collect());
+        for words in calls {
+            let output = Command::new(&stage).args(&words).arg("--help").output()?;
+            ensure!(output.status.success(), "no help from {} {}", name, words.join(" "));
+            known.extend(flags(&String::from_utf8_lossy(&output.stdout)).map(str::to_owned));
+        }
+    }
+    let mut problems = 0;
+    for page in sources(root)?.iter().filter(|s| s.path.starts_with(MANUALS)) {
+        for (line, flag) in unknown(&page.text, &known) {
+            crate::say(&format!("{}:{line}: no stage has the flag {flag}", page.path));
+            problems += 1;
+        }
+    }
+    if problems > 0 {
+        bail!("{problems} problems");
+    }
+    crate::say(&format!("manuals: all flags are among the {} of the stages", known.len()));
+    Ok(())
+}
+
+/// Flags of a manual that no stage has, with their lines. `--lr-*` stands for some that begin so;
+/// lines that call a script are the script's.
+fn unknown<'a>(manual: &'a str, known: &BTreeSet<String>) -> Vec<(usize, &'a str)> {
+    let lines = manual.lines().enumerate().filter(|(_, line)| !line.starts_with("python3 "));
+    lines
+        .flat_map(|(i, line)| flags(line).map(move |flag| (i + 1, flag)))
+        .filter(|(_, flag)| match flag.strip_suffix('-') {
+            Some(_) => !known.iter().any(|k| k.starts_with(flag)),
+            None => !known.contains(*flag),
+        })
+        .collect()
+}
+
+/// Words such as `--test-every`.
+fn flags(text: &str) -> impl Iterator<Item = &str> {
+    let is_part = |c: char| c.is_ascii_alphanumeric() || c == '-';
+    text.split(move |c| !is_part(c)).filter(|word| {
+        let name = word.strip_prefix("--").unwrap_or_default();
+        name.starts_with(|c: char| c.is_ascii_alphabetic())
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn flags_that_no_stage_has_are_found() {
+        let help = "  -o, --output <PATH>\n      --lr-means <X>\n      --no-cache\n";
+        let known = flags(help).map(str::to_owned).collect();
+        let manual =
+            "`-o`, `--output FILE`, `--lr-*`\n--- | `--outputs`\npython3 x --net\n`--ls-*`";
+        assert_eq!(unknown(manual, &known), [(2, "--outputs"), (4, "--ls-")]);
+    }
+}
