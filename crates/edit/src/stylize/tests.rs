@@ -1,4 +1,7 @@
-#![allow(clippy::print_stdout, reason = "numbers for docs/benchmarks/edit.md, shown with --nocapture")]
+#![allow(
+    clippy::print_stdout,
+    reason = "numbers for docs/benchmarks/edit.md, shown with --nocapture"
+)]
 
 use glam::DVec3;
 use motes_math::sh::SH_C0;
