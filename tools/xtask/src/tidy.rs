@@ -7,6 +7,7 @@ mod length;
 mod links;
 mod machine_paths;
 mod measurements;
+mod paths;
 mod placeholders;
 pub(crate) mod prose;
 mod shell;
@@ -88,6 +89,7 @@ pub(crate) fn run(root: &Path) -> anyhow::Result<()> {
         problems.extend(stage_words::check(source, &stages));
         problems.extend(links::check(source, &places));
         problems.extend(links::check_names(source, &places));
+        problems.extend(paths::check(source, &places));
     }
     for stage in &stages {
         let named = |s: &&Source| s.path == "README.md" && s.text.contains(&format!("`{stage}`"));
