@@ -89,11 +89,10 @@ impl Bench {
     }
 
     fn command(&self, arguments: &[&str]) -> Command {
-        // Cargo builds the binaries of this package before its tests, into the folder above.
-        let here = std::env::current_exe().unwrap();
-        let folder = here.parent().unwrap().parent().unwrap();
-        let mut command =
-            Command::new(folder.join(format!("{}{}", self.stage, std::env::consts::EXE_SUFFIX)));
+        let mut words = self.stage.split(' ');
+        let program = words.next().unwrap();
+        let mut command = Command::new(motes_testkit::program(program));
+        command.args(words);
         command.current_dir(self.dir.path()).args(arguments).stdin(Stdio::null());
         for variable in ["MOTES_THREADS", "MOTES_LOG", "MOTES_INVOKED_AS", "MOTES_PYTHON"] {
             command.env_remove(variable);
@@ -211,6 +210,21 @@ fn help_is_complete_and_on_stdout() {
             let kebab = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
             assert!(flag.chars().all(kebab), "{stage}: --{flag} is not kebab-case");
         }
+    }
+}
+
+#[test]
+fn short_help_fits_on_a_page_and_long_help_has_every_flag() {
+    for stage in stages() {
+        let flags = |help: &str| {
+            let words = help.lines().filter(|line| line.trim_start().starts_with('-'));
+            words.count()
+        };
+        let (short, long) = (Bench::of(&stage).run(&["-h"]), Bench::of(&stage).run(&["--help"]));
+        let (short, long) = (stdout(&short), stdout(&long));
+        assert!(flags(short) <= 16, "{stage}: {} flags\n{short}", flags(short));
+        assert!(flags(short) <= flags(long), "{stage}");
+        assert!(flags(short) == flags(long) || short.contains("more options"), "{stage}: {short}");
     }
 }
 

@@ -67,8 +67,15 @@ pub struct CommonArgs {
     pub summary: bool,
 }
 
+/// Common flags that `-h` shows.
+pub const COMMON_BASIC: [&str; 5] = ["overwrite", "threads", "quiet", "json", "help"];
+
 /// Gives [`crate::main`] the shared part of a stage's arguments.
 pub trait HasCommon {
+    /// Flags that `-h` shows, by long name, beside [`COMMON_BASIC`]; empty shows all. `--help`
+    /// always shows all.
+    const BASIC: &'static [&'static str] = &[];
+
     /// The flattened common arguments.
     fn common(&self) -> &CommonArgs;
 }

@@ -63,10 +63,11 @@ mod progress;
 mod provenance;
 mod resources;
 mod run;
+mod short_help;
 mod stdout;
 mod subjects;
 
-pub use common::{CommonArgs, Generate, HasCommon, ProgressMode};
+pub use common::{COMMON_BASIC, CommonArgs, Generate, HasCommon, ProgressMode};
 pub use context::Context;
 pub use error::{Explanation, OrBadInput, StageError};
 pub use exit_status::ExitStatus;

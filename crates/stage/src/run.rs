@@ -75,8 +75,8 @@ where
     main(run)
 }
 
-pub(crate) fn command<A: Parser>(program: &str) -> clap::Command {
-    as_program(A::command(), program)
+pub(crate) fn command<A: Parser + HasCommon>(program: &str) -> clap::Command {
+    crate::short_help::shorten(as_program(A::command(), program), A::BASIC)
 }
 
 /// The command with our version, under the name that the user typed.

@@ -53,7 +53,11 @@ impl Subjects {
         let first = arguments.get(1).and_then(|argument| argument.to_str());
         let chosen = self.all.iter().find(|(subject, ..)| Some(*subject) == first);
         if let Some((subject, _, main)) = chosen {
-            return main(&arguments[1..], &format!("{program} {subject}"));
+            // The usage line takes its name from the first word.
+            let name = OsString::from(format!("{} {subject}", self.name));
+            let words: Vec<OsString> =
+                std::iter::once(name).chain(arguments[2..].iter().cloned()).collect();
+            return main(&words, &format!("{program} {subject}"));
         }
         if first == Some("--summary") {
             return print_or_fail(program, &format!("{}\n", self.about));

@@ -67,6 +67,19 @@ pub struct Args {
 }
 
 impl HasCommon for Args {
+    const BASIC: &'static [&'static str] = &[
+        "capture",
+        "gaussians",
+        "output",
+        "seed",
+        "previews",
+        "surface",
+        "environment",
+        "lobes",
+        "specular",
+        "samples",
+    ];
+
     fn common(&self) -> &CommonArgs {
         &self.common
     }

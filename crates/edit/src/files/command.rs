@@ -65,6 +65,19 @@ pub struct Args {
 }
 
 impl HasCommon for Args {
+    const BASIC: &'static [&'static str] = &[
+        "scene",
+        "gaussians",
+        "capture",
+        "plan",
+        "output",
+        "delete",
+        "translate",
+        "set-material",
+        "insert",
+        "thumbnails",
+    ];
+
     fn common(&self) -> &CommonArgs {
         &self.common
     }

@@ -52,6 +52,18 @@ pub struct Args {
 }
 
 impl HasCommon for Args {
+    const BASIC: &'static [&'static str] = &[
+        "capture",
+        "gaussians",
+        "renders",
+        "split",
+        "require",
+        "metrics",
+        "report",
+        "save-renders",
+        "background",
+    ];
+
     fn common(&self) -> &CommonArgs {
         &self.common
     }

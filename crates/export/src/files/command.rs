@@ -49,6 +49,18 @@ pub struct Args {
 }
 
 impl HasCommon for Args {
+    const BASIC: &'static [&'static str] = &[
+        "gaussians",
+        "scene",
+        "output",
+        "format",
+        "capture",
+        "verify",
+        "title",
+        "min-psnr",
+        "seed",
+    ];
+
     fn common(&self) -> &CommonArgs {
         &self.common
     }

@@ -55,6 +55,19 @@ pub struct Args {
 }
 
 impl HasCommon for Args {
+    const BASIC: &'static [&'static str] = &[
+        "photos",
+        "model",
+        "images",
+        "output",
+        "max-resolution",
+        "test-every",
+        "masks",
+        "sfm",
+        "share-camera",
+        "seed",
+    ];
+
     fn common(&self) -> &CommonArgs {
         &self.common
     }

@@ -79,6 +79,19 @@ pub struct Args {
 }
 
 impl HasCommon for Args {
+    const BASIC: &'static [&'static str] = &[
+        "scene",
+        "capture",
+        "output",
+        "environment",
+        "sun",
+        "sky",
+        "quality",
+        "split",
+        "view",
+        "turntable",
+    ];
+
     fn common(&self) -> &CommonArgs {
         &self.common
     }

@@ -64,6 +64,19 @@ pub struct Args {
 }
 
 impl HasCommon for Args {
+    const BASIC: &'static [&'static str] = &[
+        "gaussians",
+        "scene",
+        "capture",
+        "output",
+        "split",
+        "view",
+        "orbit",
+        "path",
+        "format",
+        "video",
+    ];
+
     fn common(&self) -> &CommonArgs {
         &self.common
     }

@@ -41,6 +41,19 @@ pub struct Args {
 }
 
 impl HasCommon for Args {
+    const BASIC: &'static [&'static str] = &[
+        "gaussians",
+        "scene",
+        "capture",
+        "output",
+        "click",
+        "box",
+        "select",
+        "candidates",
+        "overlay",
+        "mask",
+    ];
+
     fn common(&self) -> &CommonArgs {
         &self.common
     }

@@ -87,6 +87,20 @@ pub struct Args {
 }
 
 impl HasCommon for Args {
+    const BASIC: &'static [&'static str] = &[
+        "capture",
+        "output",
+        "preset",
+        "seed",
+        "metrics",
+        "init-ply",
+        "resume",
+        "time-budget",
+        "target",
+        "iterations",
+        "max-gaussians",
+    ];
+
     fn common(&self) -> &CommonArgs {
         &self.common
     }
