@@ -8,6 +8,7 @@
 //! The ground is where most of the upward facing area lies; what rises from it casts the shadow.
 //! Light that the objects reflect onto the ground is left out.
 
+use motes_math::luminance::luminance;
 use std::io::{self, Write};
 
 use clap::Args;
@@ -160,7 +161,8 @@ pub fn shadow_plane(
     };
     let pairs = shaded.iter().zip(&open).map(|(a, b)| (a.diffuse, b.diffuse));
     let ratio = ImageF32::from_data(width, rows, 3, pairs.flat_map(ratio).collect());
-    let darkest = ratio.data.chunks_exact(3).map(luminance).fold(1.0, f32::min);
+    let darkest =
+        ratio.data.chunks_exact(3).map(|p| luminance([p[0], p[1], p[2]])).fold(1.0, f32::min);
     let (w, h) = (width as f32, rows as f32);
     Ok(ShadowPlane {
         corners: [at(0.0, 0.0), at(0.0, h), at(w, h), at(w, 0.0)].map(|p| p.to_array()),
@@ -173,10 +175,6 @@ pub fn shadow_plane(
             size: side.to_array(),
         },
     })
-}
-
-fn luminance(rgb: &[f32]) -> f32 {
-    0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2]
 }
 
 /// Where things stand.
@@ -270,7 +268,9 @@ impl ShadowPlane {
             .ratio
             .data
             .chunks_exact(3)
-            .flat_map(|rgb| [0, 0, 0, (255.0 * (1.0 - luminance(rgb))).round() as u8])
+            .flat_map(|rgb| {
+                [0, 0, 0, (255.0 * (1.0 - luminance([rgb[0], rgb[1], rgb[2]]))).round() as u8]
+            })
             .collect();
         let picture = ImageU8::from_data(self.ratio.width, self.ratio.height, 4, data);
         let corners = self.corners.map(|c| frame.point(c));

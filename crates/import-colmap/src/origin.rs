@@ -1,6 +1,7 @@
 //! Moving the world origin near the cameras.
 
 use glam::DVec3;
+use motes_math::median::upper_median;
 
 /// Offsets are subtracted when the cameras are farther from the origin than this many times
 /// their own extent: single precision then has fewer than 5 digits left for the scene. A ratio, so
@@ -18,8 +19,7 @@ pub(crate) fn choose(centers: &[DVec3]) -> DVec3 {
     }
     let median = DVec3::from_array(std::array::from_fn(|axis| {
         let mut values: Vec<f64> = centers.iter().map(|c| c[axis]).collect();
-        values.sort_by(f64::total_cmp);
-        values[values.len() / 2]
+        upper_median(&mut values, f64::total_cmp).unwrap_or(0.0)
     }));
     let extent = centers.iter().map(|c| c.distance(median)).fold(0.0, f64::max);
     let distance = median.length();

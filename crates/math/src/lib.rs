@@ -2,8 +2,10 @@
 
 pub mod adam;
 pub mod codebook;
+pub mod disjoint_sets;
 pub mod kmeans;
 pub mod knn;
+pub mod luminance;
 pub mod median;
 pub mod metrics;
 pub mod resample;

@@ -1,7 +1,7 @@
 //! The middle of values and other shares of them, by one rule everywhere.
 
 /// The median: the value in the middle, the mean of the two in the middle of an even count. Values that are not finite are left
-/// out; none of nothing.
+/// out; `None` if none is left.
 pub fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     let mut values: Vec<f64> = values.into_iter().filter(|v| v.is_finite()).collect();
     let middle = values.len() / 2;
@@ -16,8 +16,18 @@ pub fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     Some(lower.map_or(upper, |lower| 0.5 * lower + 0.5 * upper))
 }
 
+/// The upper median: the value in place `n / 2` from the smallest, which is a value of the list also
+/// where the count is even. Reorders; `None` if empty.
+pub fn upper_median<T: Copy>(
+    values: &mut [T],
+    compare: impl FnMut(&T, &T) -> std::cmp::Ordering,
+) -> Option<T> {
+    let middle = values.len() / 2;
+    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, compare).1)
+}
+
 /// The median of values with weights, `(value, weight)`: the smallest at which the weights of it and of what is below
-/// reach half of all. Values must be numbers and weights not negative; none without a weight.
+/// reach half of all. Values must be numbers and weights not negative; `None` without a weight.
 pub fn weighted_median(mut values: Vec<(f32, f32)>) -> Option<f32> {
     values.retain(|(_, weight)| *weight > 0.0);
     values.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -31,7 +41,7 @@ pub fn weighted_median(mut values: Vec<(f32, f32)>) -> Option<f32> {
 }
 
 /// The value that a share of all (0 to 1) lies below: the one in place `share (n - 1)` from the smallest, rounded down. Reorders;
-/// none of nothing.
+/// `None` if empty.
 pub fn quantile(values: &mut [f32], share: f32) -> Option<f32> {
     let last = values.len().checked_sub(1)?;
     let at = (last as f32 * share) as usize;
@@ -57,6 +67,13 @@ mod tests {
         assert_eq!(median([f64::NAN, 4.0, f64::INFINITY]), Some(4.0));
         assert_eq!(median([f64::MAX, f64::MAX]), Some(f64::MAX));
         assert_eq!(median([f64::NAN]), None);
+    }
+
+    #[test]
+    fn the_upper_median_is_a_value_of_the_list() {
+        assert_eq!(upper_median(&mut [3.0, 1.0, 2.0, 10.0], f64::total_cmp), Some(3.0));
+        assert_eq!(upper_median(&mut [3.0f32], f32::total_cmp), Some(3.0));
+        assert_eq!(upper_median(&mut [], f32::total_cmp), None);
     }
 
     #[test]

@@ -13,6 +13,7 @@
 //! the detail of the lobe: passes wider than it are left out.
 
 use glam::Vec3;
+use motes_math::luminance::luminance;
 use rayon::prelude::*;
 
 use crate::deferred::{Lit, Parts};
@@ -21,7 +22,6 @@ use crate::g_buffer::Sight;
 const SPLINE: [f32; 3] = [3.0 / 8.0, 1.0 / 4.0, 1.0 / 16.0];
 /// Offset from the tangent plane that halves a weight about, as a share of the depth.
 const PLANE_SHARE: f32 = 0.002;
-const LUMINANCE: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
 
 /// Light over a grid of pixels, without the material it fell on, and what guides its filter.
 pub(crate) struct Grid {
@@ -36,7 +36,7 @@ pub(crate) struct Grid {
 }
 
 pub(crate) fn luminances(parts: &Parts) -> [f32; 3] {
-    [parts.diffuse, parts.specular, parts.indirect].map(|v| v.dot(LUMINANCE))
+    [parts.diffuse, parts.specular, parts.indirect].map(luminance)
 }
 
 /// Filters in place; `strength` 0 leaves everything as it is, 1 averages differences of about one

@@ -1,6 +1,7 @@
 //! The new light: a picture or the sky, turned and exposed.
 
 use glam::{DMat3, DVec3, Vec3};
+use motes_math::luminance::luminance_f64;
 use motes_scene::ImageF32;
 use motes_shading::environment::{
     CleanUp, Convention, Environment, EnvironmentError, EnvironmentMap, MapOptions, Orientation,
@@ -76,7 +77,7 @@ impl LightSource {
                 let plain = self.exposed(rotate_deg, 1.0, up_in_world)?;
                 let of = |e: &Environment| {
                     let e = irradiance(&e.harmonics(), up_in_world.as_dvec3().normalize());
-                    e.dot(DVec3::new(0.2126, 0.7152, 0.0722))
+                    luminance_f64(e)
                 };
                 let wanted = own().map(|e| of(&e)).filter(|e| *e > 0.0);
                 let factor = wanted.unwrap_or(std::f64::consts::PI) / of(&plain.environment);
@@ -170,15 +171,13 @@ mod tests {
         for up in [Vec3::Z, Vec3::Y, Vec3::X, -Vec3::Z, Vec3::new(0.6, 0.0, 0.8)] {
             let light = sun(40.0, 30.0).light(0.0, Exposure::Auto, up, &own).unwrap();
             let got = irradiance(&light.environment.harmonics(), up.as_dvec3());
-            let luminance = got.dot(DVec3::new(0.2126, 0.7152, 0.0722));
+            let luminance = luminance_f64(got);
             let expected = std::f64::consts::PI * 0.3;
             assert!((luminance / expected - 1.0).abs() < 0.01, "{up}: {luminance} {expected}");
         }
         let light = sun(0.0, 30.0).light(0.0, Exposure::Auto, Vec3::Z, &|| None).unwrap();
         let got = irradiance(&light.environment.harmonics(), DVec3::Z);
-        assert!(
-            (got.dot(DVec3::new(0.2126, 0.7152, 0.0722)) / std::f64::consts::PI - 1.0).abs() < 0.01
-        );
+        assert!((luminance_f64(got) / std::f64::consts::PI - 1.0).abs() < 0.01);
     }
 
     #[test]

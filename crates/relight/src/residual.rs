@@ -11,6 +11,7 @@
 //! `r` is the correlation of the two lights over directions (harmonics of degree 4, luminance; negative counts as 0) and `s` the
 //! part that does not depend on light: errors of materials, of shapes, of ambient visibility. Under the own light `a` is 1.
 
+use motes_math::luminance::luminance_f64;
 use std::str::FromStr;
 
 use glam::{DVec3, Vec3};
@@ -77,7 +78,7 @@ impl Serialize for ResidualShare {
 
 /// Correlation of two lights over directions, 0 to 1.
 pub(crate) fn alike(a: &Harmonics, b: &Harmonics) -> f32 {
-    let luminance = |e: &DVec3| e.dot(DVec3::new(0.2126, 0.7152, 0.0722));
+    let luminance = |e: &DVec3| luminance_f64(*e);
     let product = |a: &Harmonics, b: &Harmonics| -> f64 {
         let bands = a.iter().zip(b).enumerate();
         bands

@@ -9,6 +9,7 @@
 //! and coarser than those last bits.
 
 use glam::{DVec3, Vec3};
+use motes_math::median::upper_median;
 
 use crate::{Gaussians, Pose};
 
@@ -39,11 +40,7 @@ impl UnitWorld {
         let radius = centers.iter().map(|c| c.distance(origin)).fold(0.0, f64::max);
         let mut distances: Vec<f64> =
             points.map(|p| p.distance(origin)).filter(|d| d.is_finite()).collect();
-        let middle = distances.len() / 2;
-        let median = match distances.is_empty() {
-            true => 0.0,
-            false => *distances.select_nth_unstable_by(middle, f64::total_cmp).1,
-        };
+        let median = upper_median(&mut distances, f64::total_cmp).unwrap_or(0.0);
         let length = if radius > ONE_PLACE * median { radius } else { median };
         let usable = origin.is_finite() && length > 0.0 && length.is_finite();
         if usable { Self { origin, length } } else { Self::IDENTITY }

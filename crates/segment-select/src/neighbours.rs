@@ -1,5 +1,6 @@
 //! Neighbours in space: what is connected, what is near, and what no view decides.
 
+use motes_math::median::upper_median;
 use std::num::NonZero;
 
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
@@ -86,8 +87,7 @@ pub(crate) fn connected(
         Some(d) => (d * d) as f32,
         None => {
             let mut usual = motes_math::knn::rms_neighbour_distance(&cloud.points, 3);
-            usual.sort_by(f32::total_cmp);
-            (3.0 * usual[usual.len() / 2]).powi(2)
+            (3.0 * upper_median(&mut usual, f32::total_cmp).unwrap_or(0.0)).powi(2)
         }
     };
     let lab: Vec<[f32; 3]> = match tolerance {

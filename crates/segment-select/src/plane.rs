@@ -3,6 +3,7 @@
 //! RANSAC (Fischler and Bolles 1981) over the middles of superpixels, then least squares on those near it.
 
 use glam::{DMat3, DVec3, Vec3};
+use motes_math::median::upper_median;
 use motes_math::rng::keyed_rng;
 use rand::RngExt as _;
 
@@ -84,13 +85,11 @@ impl SupportPlane {
             (normal, offset) = fit(&near)?;
             let height = |s: &&Segment| normal.dot(Vec3::from(s.point).as_dvec3()) - offset;
             let mut residuals: Vec<f64> = near.iter().map(|s| height(s).abs()).collect();
-            residuals.sort_by(f64::total_cmp);
-            noise = 1.4826 * residuals.get(residuals.len() / 2)?;
+            noise = 1.4826 * upper_median(&mut residuals, f64::total_cmp)?;
             let mut in_widths: Vec<f32> =
                 near.iter().map(|s| height(s).abs() as f32 / s.width).collect();
-            in_widths.sort_by(f32::total_cmp);
             // Closer in, down to what the plane itself scatters.
-            let scatter = 1.4826 * in_widths[in_widths.len() / 2];
+            let scatter = 1.4826 * upper_median(&mut in_widths, f32::total_cmp)?;
             widths = (0.7 * widths).max(3.0 * scatter).clamp(LEAST_NEAR, NEAR);
         }
         let near = valid.iter().filter(|s| deviation(s, normal, offset, NEAR) < 1.0);

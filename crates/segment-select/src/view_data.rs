@@ -2,6 +2,7 @@
 //! them and the Gaussians that they are made of.
 
 use glam::{DVec3, Vec3};
+use motes_math::median::upper_median;
 use motes_raster::{LabelVotes, RenderOptions, label_votes, render};
 use motes_scene::{Gaussians, ImageF32, Pinhole, Pose};
 
@@ -221,8 +222,7 @@ fn segments(
             let center_px = center.map(|v| v / n);
             let mut segment =
                 Segment { center_px, area_px: n, lab: lab.map(|v| v / n), ..Segment::default() };
-            depths.sort_by(f32::total_cmp);
-            let median = depths.get(depths.len() / 2).copied().unwrap_or(0.0);
+            let median = upper_median(&mut depths, f32::total_cmp).unwrap_or(0.0);
             if !(median > 0.0) {
                 return segment;
             }

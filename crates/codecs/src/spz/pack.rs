@@ -1,5 +1,6 @@
 //! Gaussians to the bytes of spz.
 
+use motes_math::median::upper_median;
 use std::path::Path;
 
 use motes_scene::Gaussians;
@@ -102,12 +103,7 @@ fn fractional_bits(gaussians: &Gaussians, given: Option<u8>, path: &Path) -> Res
         }
         return Ok(bits);
     }
-    let middle = sizes.len() / 2;
-    let typical = if sizes.is_empty() {
-        1.0
-    } else {
-        f64::from(*sizes.select_nth_unstable_by(middle, f32::total_cmp).1)
-    };
+    let typical = upper_median(&mut sizes, f32::total_cmp).map_or(1.0, f64::from);
     let finer = if typical < USUAL_SIZE { (-typical.log2()).ceil().min(23.0) as u8 } else { 0 };
     Ok((USUAL_FRACTIONAL_BITS + finer).min(most))
 }

@@ -1,5 +1,7 @@
 //! The largest cluster of Gaussians that touch.
 
+use motes_math::disjoint_sets::DisjointSets;
+use motes_math::median::upper_median;
 use std::collections::BTreeMap;
 
 use glam::DVec3;
@@ -17,12 +19,10 @@ pub fn outside_largest(state: &EditState, rows: &[u32], reach: f64) -> Vec<u32> 
     let means: Vec<[f32; 3]> = rows.iter().map(|r| state.gaussians.means[*r as usize]).collect();
     let mut distances = rms_neighbour_distance(&means, NEIGHBOURS);
     distances.retain(|d| d.is_finite());
-    if distances.is_empty() {
+    let Some(usual) = upper_median(&mut distances, f32::total_cmp) else {
         return Vec::new();
-    }
-    let middle = distances.len() / 2;
-    let usual = f64::from(*distances.select_nth_unstable_by(middle, f32::total_cmp).1);
-    let link = (reach * usual).max(f64::MIN_POSITIVE);
+    };
+    let link = (reach * f64::from(usual)).max(f64::MIN_POSITIVE);
     let cluster = clusters(&means, link);
     let mut weights: BTreeMap<u32, f64> = BTreeMap::new();
     for (row, c) in rows.iter().zip(&cluster) {
@@ -50,9 +50,9 @@ fn clusters(points: &[[f32; 3]], link: f64) -> Vec<u32> {
                 .push(i);
         }
     }
-    let mut parent: Vec<u32> = (0..points.len() as u32).collect();
+    let mut sets = DisjointSets::new(points.len());
     for members in cells.values() {
-        members.iter().for_each(|i| join(&mut parent, members[0], *i));
+        members.iter().for_each(|i| sets.join(members[0], *i));
     }
     for (cell, members) in &cells {
         // One of two neighbours looks at the other.
@@ -60,32 +60,18 @@ fn clusters(points: &[[f32; 3]], link: f64) -> Vec<u32> {
             let step = [k / 25 - 2, k / 5 % 5 - 2, k % 5 - 2];
             let near = [0, 1, 2].map(|a| cell[a].saturating_add(step[a]));
             let Some(others) = cells.get(&near) else { continue };
-            if root(&mut parent, members[0]) == root(&mut parent, others[0]) {
+            if sets.root(members[0]) == sets.root(others[0]) {
                 continue;
             }
             let touch = |i: &u32| {
                 others.iter().any(|k| point(*k).distance_squared(point(*i)) <= link * link)
             };
             if members.iter().any(touch) {
-                join(&mut parent, members[0], others[0]);
+                sets.join(members[0], others[0]);
             }
         }
     }
-    (0..points.len() as u32).map(|i| root(&mut parent, i)).collect()
-}
-
-fn root(parent: &mut [u32], mut i: u32) -> u32 {
-    while parent[i as usize] != i {
-        parent[i as usize] = parent[parent[i as usize] as usize];
-        i = parent[i as usize];
-    }
-    i
-}
-
-fn join(parent: &mut [u32], a: u32, b: u32) {
-    let (a, b) = (root(parent, a), root(parent, b));
-    let (low, high) = (a.min(b), a.max(b));
-    parent[high as usize] = low;
+    sets.labels()
 }
 
 #[cfg(test)]

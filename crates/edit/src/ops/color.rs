@@ -4,6 +4,7 @@
 //! per channel, band 0 takes the new encoded mean, and the higher bands are scaled by the ratio of the encoded means: to
 //! first order that is what the sRGB curve, nearly a power law, does to their variation.
 
+use motes_math::luminance::luminance;
 use motes_math::sh::SH_C0;
 use motes_math::srgb;
 
@@ -51,11 +52,6 @@ impl ColorChange {
 /// 1 where the divisor says nothing.
 fn ratio(a: f32, b: f32) -> f32 {
     if b > 0.0 { a / b } else { 1.0 }
-}
-
-/// Relative luminance of linear Rec. 709.
-pub fn luminance([r, g, b]: [f32; 3]) -> f32 {
-    0.2126 * r + 0.7152 * g + 0.0722 * b
 }
 
 /// Mean shown colour of coefficients, linear, 0 to 1.

@@ -3,9 +3,10 @@
 //! On Gaussians with material columns the columns change, and the rows are noted for the light to follow. On a plain splat the
 //! shown colour stands for the base color: light and reflectance are not told apart, so only the colour changes.
 
+use motes_math::luminance::luminance;
 use motes_scene::{Materials, Residual};
 
-use super::color::{ColorChange, ColorMode, luminance, show_linear, shown_linear};
+use super::color::{ColorChange, ColorMode, show_linear, shown_linear};
 use crate::EditState;
 
 /// A change of material; `None` leaves a property as it is.

@@ -16,9 +16,10 @@
 
 use glam::DVec3;
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
+use motes_math::luminance::luminance;
 use motes_scene::Gaussians;
 
-use super::color::{luminance, scale_shown, shown_linear};
+use super::color::{scale_shown, shown_linear};
 use super::ground::{Ground, find_ground, rows_on};
 use super::measure::Extent;
 use crate::EditState;

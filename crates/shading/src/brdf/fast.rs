@@ -1,6 +1,7 @@
 //! The BRDF in f32 for one viewer and one surface point: what does not depend on `w_i` is
 //! computed once, an evaluation is a handful of products and one table look-up.
 
+use motes_math::luminance::luminance;
 use std::f32::consts::{FRAC_1_PI, TAU};
 
 use glam::{Vec2, Vec3};
@@ -200,10 +201,4 @@ pub(super) fn burley(roughness: f32, cos: f32, mu_i: f32, mu_o: f32) -> [f32; 4]
     let (fi, fo) = (1.0 + rise * i4 * ci, 1.0 + rise * o4 * co);
     let by_roughness = 2.0 * cos * cos * (i4 * ci * fo + o4 * co * fi);
     [fi * fo, by_roughness, -5.0 * rise * i4 * fo, -5.0 * rise * o4 * fi]
-}
-
-/// Relative luminance of linear Rec. 709 colour.
-#[inline]
-pub(crate) fn luminance(c: Vec3) -> f32 {
-    c.dot(Vec3::new(0.2126, 0.7152, 0.0722))
 }

@@ -1,5 +1,6 @@
 //! The BRDF in f64, one expression per equation of the parent module.
 
+use motes_math::luminance::luminance_f64;
 use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
@@ -103,9 +104,9 @@ impl Material {
         // The specular albedo is S at F_0 = 0.04 and 1 at F_0 = 1, nearly linear between.
         // The share E of it is the microfacet lobe, the rest is flat enough for the cosine lobe.
         let [e, s] = albedo_table().at(mu.max(0.0), self.roughness);
-        let f0 = luminance(self.f0());
+        let f0 = luminance_f64(self.f0());
         let specular = s + (1.0 - s) * (f0 - DIELECTRIC_F0) / (1.0 - DIELECTRIC_F0);
-        let diffuse = (1.0 - self.metallic) * luminance(self.base_color_linear) * (1.0 - s);
+        let diffuse = (1.0 - self.metallic) * luminance_f64(self.base_color_linear) * (1.0 - s);
         // Neither lobe starves: the light between them would be noise.
         (specular * e / (specular + diffuse).max(1e-6)).clamp(0.1, 0.9)
     }
@@ -139,9 +140,4 @@ impl Material {
         };
         (w_i.z > 0.0).then(|| frame.world_from_local(w_i))
     }
-}
-
-/// Relative luminance of linear Rec. 709 colour.
-pub fn luminance(c: DVec3) -> f64 {
-    c.dot(DVec3::new(0.2126, 0.7152, 0.0722))
 }

@@ -67,13 +67,15 @@ fn observer(nm: f64) -> DVec3 {
 
 #[cfg(test)]
 mod tests {
+    use motes_math::luminance::luminance_f64;
+
     use super::*;
 
     #[test]
     fn illuminance_is_that_of_a_clear_day() {
         // Above the atmosphere 133 klx (solar constant of illuminance, within the black body's 5 %).
         let solid_angle = 6.8e-5;
-        let luminance = |c: DVec3| 683.0 * c.dot(DVec3::new(0.2126, 0.7152, 0.0722));
+        let luminance = |c: DVec3| 683.0 * luminance_f64(c);
         let clear = luminance(sun_radiance(1.2, 2.0)) * solid_angle;
         assert!((80_000.0..115_000.0).contains(&clear), "{clear} lx at 69 degrees");
         // Published luminance of the solar disc at noon: 1.6e9 cd / m².

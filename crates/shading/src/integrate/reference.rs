@@ -1,11 +1,12 @@
 //! The oracle: independent random numbers, f64, one loop per equation of the parent module.
 
 use glam::DVec3;
+use motes_math::luminance::luminance_f64;
 use motes_math::rng::keyed_rng;
 use rand::RngExt;
 
 use super::{IndirectRadiance, IntegrationOptions, SurfacePoint};
-use crate::brdf::reference::{Material, luminance};
+use crate::brdf::reference::Material;
 use crate::environment::{Environment, reference as light_reference};
 use crate::tracing::{Ray, Tracer, offset_origin};
 
@@ -134,8 +135,8 @@ pub fn outgoing_radiance(
         by_brdf.add(contribution);
     }
 
-    let reachable = luminance(unblocked);
-    let direct = luminance(out.diffuse + out.specular);
+    let reachable = luminance_f64(unblocked);
+    let direct = luminance_f64(out.diffuse + out.specular);
     out.visibility = if reachable > 0.0 { direct / reachable } else { 1.0 };
     out.variance = by_light.variance() + by_brdf.variance();
     out
