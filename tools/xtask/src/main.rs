@@ -1,4 +1,4 @@
-//! Checks and generators of this repository: `cargo xtask tidy|schemas|licenses|man|completions|manuals|site`.
+//! Checks and generators of this repository; `USAGE` lists them.
 
 mod generate;
 mod licenses;
@@ -23,6 +23,7 @@ cargo xtask TASK
   man          write the manual pages of the built stages to target/man/
   completions  write the shell completions of the built stages to target/completions/
   manuals      check that the flags in docs/stages are those of the built stages
+  help-words   check that the help of the built stages has no word that the glossary refuses
   site         check the links of the site that `make docs` rendered
 ";
 
@@ -42,6 +43,7 @@ fn main() -> ExitCode {
             "completions" => generate::completions(&root),
             "site" => site::run(&root),
             "manuals" => manuals::run(&root),
+            "help-words" => manuals::help_words(&root),
             _ => {
                 say(&format!("xtask: no task \"{task}\"\n{USAGE}"));
                 return ExitCode::from(2);

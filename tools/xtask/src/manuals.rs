@@ -1,4 +1,5 @@
-//! Flags that the manuals name exist in the help of the built stages.
+//! The help of the built stages: flags that the manuals name exist, and words that the glossary
+//! refuses are absent.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -7,7 +8,7 @@ use std::process::Command;
 use anyhow::{bail, ensure};
 
 use crate::generate::built_stages;
-use crate::tidy::sources;
+use crate::tidy::{prose, sources, vocabulary};
 
 const MANUALS: &str = "docs/stages/";
 /// Programs of one stage that have a help of their own.
@@ -15,15 +16,8 @@ const SUBJECTS: [(&str, &[&str]); 1] = [("report", &["lab", "relight"])];
 
 pub(crate) fn run(root: &Path) -> anyhow::Result<()> {
     let mut known = BTreeSet::new();
-    for stage in built_stages(root)? {
-        let name = stage.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        let subjects = SUBJECTS.iter().find(|(stage, _)| *stage == name).map(|(_, s)| *s);
-        let calls = subjects.map_or(vec![vec![]], |s| s.iter().map(|s| vec![*s]).collect());
-        for words in calls {
-            let output = Command::new(&stage).args(&words).arg("--help").output()?;
-            ensure!(output.status.success(), "no help from {} {}", name, words.join(" "));
-            known.extend(flags(&String::from_utf8_lossy(&output.stdout)).map(str::to_owned));
-        }
+    for (_, help) in helps(root)? {
+        known.extend(flags(&help).map(str::to_owned));
     }
     let mut problems = 0;
     for page in sources(root)?.iter().filter(|s| s.path.starts_with(MANUALS)) {
@@ -37,6 +31,44 @@ pub(crate) fn run(root: &Path) -> anyhow::Result<()> {
     }
     crate::say(&format!("manuals: all flags are among the {} of the stages", known.len()));
     Ok(())
+}
+
+/// Words in the help of the built stages that the glossary refuses.
+pub(crate) fn help_words(root: &Path) -> anyhow::Result<()> {
+    let glossary = std::fs::read_to_string(root.join(vocabulary::FILE))?;
+    let rules = match vocabulary::rules(&glossary) {
+        Ok(rules) => rules,
+        Err(problem) => bail!("{problem}"),
+    };
+    let mut problems = 0;
+    for (stage, help) in helps(root)? {
+        for (line, rule) in vocabulary::find(&prose::words(&help), &rules) {
+            crate::say(&format!("{stage} --help, line {line}: {rule}"));
+            problems += 1;
+        }
+    }
+    if problems > 0 {
+        bail!("{problems} problems");
+    }
+    crate::say("help: no word that the glossary refuses");
+    Ok(())
+}
+
+/// Words that call a program, and its help.
+fn helps(root: &Path) -> anyhow::Result<Vec<(String, String)>> {
+    let mut helps = Vec::new();
+    for stage in built_stages(root)? {
+        let name = stage.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let subjects = SUBJECTS.iter().find(|(stage, _)| *stage == name).map(|(_, s)| *s);
+        let calls = subjects.map_or(vec![vec![]], |s| s.iter().map(|s| vec![*s]).collect());
+        for words in calls {
+            let shown = [&[name.as_str()], words.as_slice()].concat().join(" ");
+            let output = Command::new(&stage).args(&words).arg("--help").output()?;
+            ensure!(output.status.success(), "no help from {shown}");
+            helps.push((shown, String::from_utf8_lossy(&output.stdout).into_owned()));
+        }
+    }
+    Ok(helps)
 }
 
 /// Flags of a manual that no stage has, with their lines. `--lr-*` stands for some that begin so;

@@ -12,6 +12,7 @@ mod placeholders;
 pub(crate) mod prose;
 mod shell;
 mod stage_words;
+mod tables;
 pub(crate) mod vocabulary;
 
 use std::fmt;
@@ -83,6 +84,7 @@ pub(crate) fn run(root: &Path) -> anyhow::Result<()> {
     for source in &sources {
         problems.extend(vocabulary::check(source, &words));
         problems.extend(measurements::check(source));
+        problems.extend(tables::check(source));
         problems.extend(length::check(source));
         problems.extend(placeholders::check(source));
         problems.extend(machine_paths::check(source));

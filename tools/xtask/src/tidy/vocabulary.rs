@@ -1,6 +1,8 @@
 //! The words that the glossary refuses. The table of `docs/GLOSSARY.md` is the list; `check` reads
 //! pages, `find` any text, such as the help of a program.
 
+use std::fmt;
+
 use super::prose::{Word, words_of_markdown};
 use super::{Problem, Source};
 
@@ -15,6 +17,12 @@ pub(crate) struct Rule {
     phrase: Vec<String>,
     shown: String,
     instead: String,
+}
+
+impl fmt::Display for Rule {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "\"{}\" is not a word of ours, write: {}", self.shown, self.instead)
+    }
 }
 
 /// The rules of the glossary's table.
@@ -49,10 +57,7 @@ pub(super) fn check(source: &Source, rules: &[Rule]) -> Vec<Problem> {
     };
     find(&words_of_markdown(&text), rules)
         .into_iter()
-        .map(|(line, rule)| {
-            let text = format!("\"{}\" is not a word of ours, write: {}", rule.shown, rule.instead);
-            Problem::error(&source.path, line, text)
-        })
+        .map(|(line, rule)| Problem::error(&source.path, line, rule.to_string()))
         .collect()
 }
 
