@@ -82,14 +82,14 @@ relight: $(if $(SCENE)$(INPUT),,setup) build $(if $(SCENE),truth) ## photos to t
 	    INPUT="$$input" SCENE='$(SCENE)' PRESET='$(PRESET)'
 
 relight-ci: build truth
-	$(MAKE) -C pipelines/relight BIN='$(BIN)' OUT='$(CURDIR)/out/relight-ci' SCENE=studio WIDTH=160 VIEWS=12 \
+	$(MAKE) -C pipelines/relight BIN='$(BIN)' OUT='$(or $(OUT),$(CURDIR)/out/relight-ci)' SCENE=studio WIDTH=160 VIEWS=12 \
 	    PRESET=draft QUALITY=preview DECOMPOSE='--samples 2000'
 
 edit: build truth ## a made scene: one object clicked and made matte black, another swapped, three lights, one page
 	$(MAKE) -C pipelines/edit BIN='$(BIN)' PRESET='$(PRESET)'
 
 edit-ci: build truth
-	$(MAKE) -C pipelines/edit BIN='$(BIN)' OUT='$(CURDIR)/out/edit-ci' WIDTH=160 VIEWS=12 PRESET=draft \
+	$(MAKE) -C pipelines/edit BIN='$(BIN)' OUT='$(or $(OUT),$(CURDIR)/out/edit-ci)' WIDTH=160 VIEWS=12 PRESET=draft \
 	    QUALITY=preview DECOMPOSE='--samples 2000'
 
 truth: ## build the maker and the judge of ground-truth scenes

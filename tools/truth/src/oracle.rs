@@ -117,6 +117,7 @@ pub fn write_oracle(
         },
         source_gaussians: None,
         seconds: None,
+        step_times: Vec::new(),
     };
     Ok(write_decomposition(output, &document)?)
 }
