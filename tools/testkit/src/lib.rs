@@ -4,6 +4,7 @@ mod chi_square;
 mod consumers;
 mod extremes;
 mod gradients;
+pub mod made_photos;
 mod programs;
 mod property;
 mod scenes;
