@@ -15,6 +15,9 @@ use crate::target::TrainingImage;
 
 /// Stream number of the random start, see [`keyed_rng`].
 const STREAM: u64 = 0x1217;
+/// Depths of random Gaussians when the cameras look at no common point, in extents of the cameras.
+const NEAR: f64 = 0.3;
+const FAR: f64 = 30.0;
 
 /// One Gaussian per point: its colour, a ball as wide as the distance to its three neighbours
 /// (Kerbl et al. 2023).
@@ -77,26 +80,35 @@ pub(crate) fn with_dense_points(
     all
 }
 
-/// Random Gaussians in the space that the cameras look at, coloured by the photo they were drawn from.
+/// Random Gaussians in the space that the cameras look at, colored by the photo they were drawn from.
 ///
-/// Each lies on the ray of a random pixel of a random photo, at a depth between a tenth and twice
-/// the distance to the point that all optical axes pass nearest to.
+/// Each lies on the ray of a random pixel of a random photo. Depths are between a third and three
+/// times that of the point that all optical axes pass nearest to, evenly spread over their inverses;
+/// without such a point between [`NEAR`] and [`FAR`] extents of the cameras.
+///
+/// All of them together let a third of the light through: opaque ones would hide each other from
+/// the gradients and settle as a fog before every camera.
 pub(crate) fn random(
     images: &[TrainingImage],
     seed: u64,
     extent: f64,
     options: &FitOptions,
 ) -> Gaussians {
-    let focus = axes_focus(images);
+    let poses: Vec<Pose> = images.iter().map(|image| image.camera_from_world).collect();
+    let focus = common_point(&poses).ok();
     let mut rng = keyed_rng(seed, STREAM, 0);
-    let mut g = Gaussians::empty(0);
+    let mut points = SparsePoints::default();
     for _ in 0..options.init_random {
         let image = &images[rng.random_range(0..images.len())];
         let camera = &image.camera;
         let (u, v) = (rng.random::<f64>(), rng.random::<f64>());
-        let distance =
-            (focus - image.camera_from_world.center_in_world()).length().max(0.1 * extent);
-        let z = distance * (0.1 + 1.9 * rng.random::<f64>());
+        let depth = focus.map(|f| image.camera_from_world.transform_point(f).z);
+        let (near, far) = match depth.filter(|z| *z > 0.0) {
+            Some(z) => (z / 3.0, z * 3.0),
+            None => (NEAR * extent, FAR * extent),
+        };
+        let t = rng.random::<f64>();
+        let z = 1.0 / ((1.0 - t) / near + t / far);
         let (px, py) = (u * camera.width as f64, v * camera.height as f64);
         let in_camera =
             DVec3::new((px - camera.cx) / camera.fx * z, (py - camera.cy) / camera.fy * z, z);
@@ -105,13 +117,15 @@ pub(crate) fn random(
             (px as usize).min(image.image.width - 1),
             (py as usize).min(image.image.height - 1),
         );
-        let color = std::array::from_fn(|c| f32::from(pixel[c]) / 255.0);
-        let spacing = (z * camera.width as f64 / camera.fx)
-            / (options.init_random as f64 / images.len() as f64).sqrt().max(1.0);
-        push(&mut g, in_world.as_vec3().to_array(), color, spacing as f32);
+        points.positions.push(in_world.as_vec3().to_array());
+        points.colors.push(std::array::from_fn(|c| pixel[c.min(pixel.len() - 1)]));
     }
-    g.opacity_logits.fill(logit(options.init_opacity));
-    g
+    // About the cube root of their number stands behind one another, each of which covers its
+    // share of a layer about twice: the circles of one standard deviation touch.
+    let layers = (points.len() as f32).cbrt().max(1.0);
+    let opacity = options.init_opacity.min(0.5 / layers).max(2.0 * options.prune_opacity);
+    let thin = FitOptions { init_opacity: opacity, ..options.clone() };
+    from_points(&points, extent, &thin)
 }
 
 fn push(g: &mut Gaussians, mean: [f32; 3], color: [f32; 3], scale: f32) {

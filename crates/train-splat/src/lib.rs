@@ -23,12 +23,15 @@ mod priors;
 mod profile;
 mod refine;
 mod skip;
+mod start;
 mod state;
 mod target;
 mod trainer;
+mod watch;
 
 pub use auto::{
     BackgroundModel, Candidate, Decision, ExposureModel, ModelChoice, ModelState, ProbeCost,
+    StartState,
 };
 pub use background::BackgroundColor;
 pub use dense::dense_points;
@@ -42,6 +45,8 @@ pub use plan::{Plan, Stage};
 pub use profile::{Lap, PHASES, Phase, PhaseTime, Profile, UnitTimes, WorkCounts};
 pub use refine::{RefineCounts, RefineStats};
 pub use skip::SkipState;
-pub use state::{FitState, StepReport};
+pub use start::{PoseCheck, StartFrom};
+pub use state::{FitState, ScenePlace, StepReport};
 pub use target::{AlphaMode, LazyTarget, Target, TrainingImage, TrainingView};
 pub use trainer::{TimeBudget, Trainer};
+pub use watch::{Baseline, Failure, Health, LONG_RUN, SHORTEST_RUN};

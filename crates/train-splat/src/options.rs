@@ -5,6 +5,7 @@ use motes_raster::RasterDials;
 use serde::{Deserialize, Serialize};
 
 use crate::auto::{BackgroundModel, ExposureModel, ModelChoice};
+use crate::start::StartFrom;
 use crate::target::AlphaMode;
 
 /// A point on the measured front of time against quality.
@@ -260,6 +261,9 @@ pub struct FitOptions {
     /// preset; a short run cannot afford to slow down]
     #[arg(long, help_heading = "Learning rates", value_name = "SHARE")]
     pub lr_final: Option<f64>,
+    /// Where the first Gaussians come from
+    #[arg(long, value_enum, default_value_t, help_heading = "Start", value_name = "SOURCE")]
+    pub start: StartFrom,
     /// Opacity of the first Gaussians
     #[arg(
         long,
@@ -269,8 +273,9 @@ pub struct FitOptions {
         value_name = "OPACITY"
     )]
     pub init_opacity: f32,
-    /// Spacing in pixels (at a long side of 512) of the start points matched between photos; 0: only
-    /// the capture's points [default: from the preset]
+    /// Spacing in pixels (at a long side of 512) of the start points matched between photos; 0: none
+    /// [default: from the preset; without points in the capture, so that a few pixels are looked at
+    /// per point that is wanted]
     #[arg(long, help_heading = "Start", value_name = "PIXELS")]
     pub dense_step: Option<usize>,
     /// Share of the largest number of Gaussians that the start points may take

@@ -84,7 +84,7 @@ pub struct RefineCounts {
 
 impl RefineLimits {
     /// Whether a Gaussian is neither too faint nor too large; false for NaN.
-    fn keeps(&self, gaussians: &Gaussians, i: usize) -> bool {
+    pub(crate) fn keeps(&self, gaussians: &Gaussians, i: usize) -> bool {
         let largest = gaussians.log_scales[i].iter().copied().fold(f32::MIN, f32::max).exp();
         sigmoid(gaussians.opacity_logits[i]) >= self.prune_opacity && largest <= self.max_scale
     }

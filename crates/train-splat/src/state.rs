@@ -1,5 +1,6 @@
 //! What changes from step to step, and what one step says.
 
+use glam::DVec3;
 use motes_scene::Gaussians;
 
 use crate::auto::ModelState;
@@ -10,7 +11,18 @@ use crate::moments::Moments;
 use crate::refine::{RefineCounts, RefineStats};
 use crate::skip::SkipState;
 
-/// Everything that changes from step to step: what a checkpoint holds.
+/// How large the scene is: decided by the start, which a resumed fit does not see.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ScenePlace {
+    /// Length that learning rates and size limits refer to, world units.
+    pub extent: f64,
+    /// Center of the far shell, were there one, world units.
+    pub shell_center: DVec3,
+    /// Its radius, world units.
+    pub shell_radius: f64,
+}
+
+/// Everything that changes from step to step, and what the start decided: what a checkpoint holds.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FitState {
     /// Steps done.
@@ -35,6 +47,8 @@ pub struct FitState {
     pub skip: SkipState,
     /// Number of Gaussians at the start, from which the budget curve rises.
     pub initial_gaussians: usize,
+    /// How large the scene is.
+    pub scene: ScenePlace,
 }
 
 /// What one step did.

@@ -7,6 +7,7 @@
 mod budget;
 mod construction;
 mod finish;
+mod health;
 mod model;
 mod probes;
 mod refinement;
@@ -16,7 +17,6 @@ mod step;
 
 use std::sync::Arc;
 
-use glam::DVec3;
 use motes_raster::{Frame, GaussianGradients, Planes, RasterDials};
 use motes_scene::Gaussians;
 
@@ -37,7 +37,6 @@ pub struct Trainer {
     options: FitOptions,
     plan: Plan,
     seed: u64,
-    extent: f64,
     views: Arc<Vec<TrainingView>>,
     random_background: bool,
     /// The state; a checkpoint is a copy of it.
@@ -52,8 +51,6 @@ pub struct Trainer {
     batch: GaussianGradients,
     order: (u64, Vec<u32>),
     clock: Option<Clock>,
-    /// Centre and radius of the far shell, were there one.
-    shell_place: (DVec3, f64),
     /// Set in a probe: the progress that it stands still at.
     probe: Option<f64>,
     /// What probes took.
@@ -68,7 +65,7 @@ impl Trainer {
 
     /// Length that learning rates refer to, world units.
     pub fn extent(&self) -> f64 {
-        self.extent
+        self.state.scene.extent
     }
 
     /// Counts the work of the kernels from now on, which costs a few percent.
@@ -81,8 +78,9 @@ impl Trainer {
         let mut gaussians = self.state.gaussians.clone();
         filter3d::bake(&mut gaussians, &self.state.filter_3d);
         if self.state.model.background == BackgroundModel::Color {
-            let (centre, radius) = self.shell_place;
-            let dome = background::dome(self.state.background.value, centre, radius);
+            let place = self.state.scene;
+            let color = self.state.background.value;
+            let dome = background::dome(color, place.shell_center, place.shell_radius);
             background::append(&mut gaussians, &dome);
         }
         gaussians

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
+use motes_testkit::made_photos::{self, MadePhoto};
 use serde_json::Value;
 
 const TRAIN: &str = "train-splat";
@@ -253,4 +254,43 @@ fn bad_input_is_one_clear_error() {
         assert!(text.contains(word), "{line:?}: {text}");
         assert!(!folder.path().join("x.ply").exists(), "{line:?}");
     }
+}
+
+/// A folder with `cap/capture.json` of these photos.
+fn made(photos: &[MadePhoto]) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    fs::create_dir(folder.path().join("cap")).unwrap();
+    made_photos::write(&folder.path().join("cap"), photos).unwrap();
+    folder
+}
+
+/// The report of a run, with its exit code and what it said.
+fn judged(photos: &[MadePhoto], extra: &[&str]) -> (Value, Option<i32>, String) {
+    let folder = made(photos);
+    let output = train(folder.path(), &[&["-o", "g.ply", "--metrics", "m.json"], extra].concat());
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(folder.path().join("g.ply").exists(), "the model is there to be looked at: {said}");
+    let report = fs::read(folder.path().join("m.json")).unwrap();
+    (serde_json::from_slice(&report).unwrap(), output.status.code(), said)
+}
+
+#[test]
+fn a_fit_that_fails_says_why_and_ends_with_4() {
+    let photos = made_photos::ring_around_object(32);
+    let (report, code, said) = judged(&photos, &["-n=300"]);
+    assert_eq!(code, Some(0), "{said}");
+    assert_eq!(report["verdict"]["start"], "photos");
+    assert_eq!(report["verdict"]["failure"], Value::Null);
+    assert!(report["verdict"]["poses"]["agreeing"].as_u64().unwrap() > 100);
+
+    let (report, code, said) = judged(&made_photos::shuffled(photos.clone()), &["-n=300"]);
+    assert_eq!(code, Some(4), "{said}");
+    assert!(said.contains("the poses contradict the photos"), "{said}");
+    assert!(report["verdict"]["failure"].is_string(), "{}", report["verdict"]);
+
+    let (report, code, said) = judged(&made_photos::blank(photos), &["-n=300"]);
+    assert_eq!(code, Some(4), "{said}");
+    assert!(said.contains("blank photos"), "{said}");
+    // The photos said nothing, and random Gaussians did not help either.
+    assert_eq!(report["verdict"]["failed_starts"], serde_json::json!(["photos"]));
 }

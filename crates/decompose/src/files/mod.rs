@@ -1,18 +1,14 @@
-//! Files and flags of `decompose`: photos and what is known beforehand, work folder, scene folder, report.
+//! Files of `decompose`: photos and what is known beforehand, the scene folder, the report.
 
 mod command;
-mod errors;
-mod known;
-mod photos;
-mod previews;
+mod inputs;
+mod outputs;
 mod priors;
 mod report;
 mod request;
-mod scene_folder;
-mod work;
+mod residual;
 
 pub use command::{Args, run};
-pub use known::{KnownArgs, LightConvention};
+pub use inputs::{KnownArgs, LightConvention};
 pub use report::DecomposeReport;
 pub use request::Request;
-pub use work::StepArgs;

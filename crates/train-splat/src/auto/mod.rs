@@ -15,6 +15,8 @@ use serde::{Deserialize, Serialize};
 
 pub use report::{Candidate, Decision, ProbeCost};
 
+use crate::start::{PoseCheck, StartFrom};
+
 /// How much of the model is used.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -114,4 +116,18 @@ pub struct ModelState {
     pub background: BackgroundModel,
     /// What was decided, in order.
     pub decisions: Vec<Decision>,
+    /// Where the first Gaussians came from.
+    #[serde(default)]
+    pub start: StartState,
+}
+
+/// Where the first Gaussians of a fit came from, and what it said about the poses.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct StartState {
+    /// The start in effect; never `Auto` once a fit has begun.
+    pub from: StartFrom,
+    /// Starts that came to nothing, in order.
+    pub failed: Vec<StartFrom>,
+    /// Whether matches agree with the poses, where it was looked at.
+    pub poses: Option<PoseCheck>,
 }

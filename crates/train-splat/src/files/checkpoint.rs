@@ -3,23 +3,24 @@
 //! Tensors: the Gaussians in stored space (`means`, `rotations`, `log_scales`, `opacity_logits`,
 //! `sh`), Adam's moments under `first/` and `second/`, `refine/pull`, `refine/seen`, `filter_3d`,
 //! `exposure/values`, `exposure/first`, `exposure/second`, `exposure/steps`, `skip/baseline`, `background` (value
-//! and moments of a learned colour, then its steps). Metadata: model (the components in effect and why), format,
-//! version, step, seed, options, capture hash. Lengths are those of the unit world. There is no
-//! generator state: random numbers are keyed by seed and step.
+//! and moments of a learned colour, then its steps), `scene` (extent, center and radius of the far
+//! shell). Metadata: model (the components in effect and why), format, version, step, seed, options,
+//! capture hash. Lengths are those of the unit world. There is no generator state: random numbers
+//! are keyed by seed and step.
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
 use crate::{
     BackgroundColor, Exposures, FitOptions, FitState, MomentColumns, Moments, RefineStats,
-    SkipState,
+    ScenePlace, SkipState,
 };
 use motes_formats::tensors::{TensorData, read_tensors, write_tensors};
 use motes_formats::{FormatError, Result};
 use motes_scene::Gaussians;
 
 const FORMAT: &str = "motes/fit-checkpoint";
-const VERSION: &str = "2.0";
+const VERSION: &str = "3.0";
 
 /// A checkpoint and what it belongs to.
 #[derive(Clone, Debug)]
@@ -73,6 +74,7 @@ pub(super) fn write_checkpoint(path: &Path, checkpoint: &Checkpoint) -> Result<(
     let colors = [b.value, b.first, b.second].as_flattened().to_vec();
     put("background/values".into(), TensorData::F32(vec![3, 3], colors));
     put("background/steps".into(), TensorData::U64(vec![1], vec![b.steps]));
+    put("scene".into(), TensorData::U64(vec![5], scene_bits(&s.scene).to_vec()));
     let model = serde_json::to_string(&s.model).unwrap_or_default();
     let options = serde_json::to_string(&checkpoint.options).unwrap_or_default();
     let metadata = [
@@ -92,6 +94,12 @@ pub(super) fn write_checkpoint(path: &Path, checkpoint: &Checkpoint) -> Result<(
     let metadata: BTreeMap<String, String> =
         metadata.into_iter().map(|(key, value)| (key.to_owned(), value)).collect();
     write_tensors(path, &tensors, &metadata)
+}
+
+/// Extent, center and radius of the shell, bit for bit.
+fn scene_bits(scene: &ScenePlace) -> [u64; 5] {
+    let [x, y, z] = scene.shell_center.to_array();
+    [scene.extent, x, y, z, scene.shell_radius].map(f64::to_bits)
 }
 
 fn columns_of(g: &Gaussians) -> MomentColumns {
@@ -163,6 +171,7 @@ pub(super) fn read_checkpoint(path: &Path) -> Result<Checkpoint> {
         background: file.background()?,
         gain_spread: f64::from_bits(file.number("gain_spread_bits")?),
         initial_gaussians: file.number("initial_gaussians")?,
+        scene: file.scene()?,
         gaussians,
     };
     if !belongs_together(&state) {
@@ -246,6 +255,17 @@ impl File<'_> {
         match self.take(name)? {
             TensorData::U64(_, values) => Ok(values),
             _ => Err(self.invalid(name, "expected 64-bit integers")),
+        }
+    }
+
+    fn scene(&mut self) -> Result<ScenePlace> {
+        match self.u64s("scene")?[..] {
+            [extent, x, y, z, radius] => Ok(ScenePlace {
+                extent: f64::from_bits(extent),
+                shell_center: [x, y, z].map(f64::from_bits).into(),
+                shell_radius: f64::from_bits(radius),
+            }),
+            _ => Err(self.invalid("scene", "expected five numbers")),
         }
     }
 

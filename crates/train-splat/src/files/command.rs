@@ -2,7 +2,9 @@
 
 use std::path::PathBuf;
 
-use super::{SessionEnd, StartRequest, Target, TrainReport, default_checkpoint, parse_seconds};
+use super::{
+    SessionEnd, StartRequest, Target, TrainReport, Verdict, default_checkpoint, parse_seconds,
+};
 use crate::{FitOptions, Lap, Phase};
 use motes_formats::documents::to_pretty_json;
 use motes_formats::ply::{PlyWriteOptions, write_gaussians};
@@ -20,8 +22,8 @@ Examples:
     train-splat --capture capture/capture.json -o refit.ply --init-ply gaussians.ply --freeze geometry
 
 Then: evaluate --capture capture/capture.json --gaussians gaussians.ply
-Exit codes: 0 done, 1 failed, 2 usage or output exists, 3 bad input data,
-130 interrupted with a checkpoint saved";
+Exit codes: 0 done, 1 failed, 2 usage or output exists, 3 bad input data, 4 the fit
+has failed, 130 interrupted with a checkpoint saved";
 
 /// Fit 3D Gaussians to the photos of a capture
 #[derive(clap::Parser, Serialize)]
@@ -146,7 +148,8 @@ pub fn run(args: &Args, context: &Context) -> anyhow::Result<TrainReport> {
     write_gaussians(&output, &model, &ply)?;
     session.trainer.profile.add(Phase::Write, lap);
     let scores = session.final_scores(&start);
-    let mut report = TrainReport::new(&session, scores, context);
+    let verdict = Verdict::new(&mut session, &start, scores[1], context);
+    let mut report = TrainReport::new(&session, scores, verdict, context);
     report.extent *= start.world.length;
     if args.profile {
         report = report.with_profile(&session, context);

@@ -9,6 +9,7 @@ mod report;
 mod scores;
 mod session;
 mod start;
+mod verdict;
 mod world;
 
 pub use command::{Args, run};
@@ -19,3 +20,4 @@ pub use report::{HistoryRow, TrainReport};
 pub use scores::{Held, Target, TargetOutcome};
 pub use session::{Session, SessionEnd, default_checkpoint};
 pub use start::{Start, StartRequest, parse_seconds};
+pub use verdict::Verdict;

@@ -12,6 +12,7 @@ use super::model_report::ModelReport;
 use super::profile::ProfileReport;
 use super::scores::{Held, TargetOutcome};
 use super::session::Session;
+use super::verdict::Verdict;
 
 /// One row of the training curve.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -66,6 +67,8 @@ pub struct TrainReport {
     pub exposure: bool,
     /// Spread of the photos' log gains; 0 where it was not measured.
     pub exposure_gain_spread: f64,
+    /// Whether the fit is usable, and what it is judged by.
+    pub verdict: Verdict,
     /// Which components are in, and the evidence.
     pub model: ModelReport,
     /// Length that learning rates refer to, world units.
@@ -86,7 +89,12 @@ pub struct TrainReport {
 
 impl TrainReport {
     /// The report of a finished session; `scores` are those of the training and held-out photos.
-    pub fn new(session: &Session<'_>, scores: [Option<Held>; 2], context: &Context) -> Self {
+    pub fn new(
+        session: &Session<'_>,
+        scores: [Option<Held>; 2],
+        verdict: Verdict,
+        context: &Context,
+    ) -> Self {
         let trainer = &session.trainer;
         let [train_scored, test_scored] = scores.map(|held| held.map_or(0, |h| h.views));
         let [train, test] = scores.map(|held| held.map(|h| h.psnr));
@@ -108,6 +116,7 @@ impl TrainReport {
             peak_memory_bytes: context.peak_memory_bytes(),
             exposure: trainer.fits_exposure(),
             exposure_gain_spread: trainer.state.gain_spread,
+            verdict,
             model: ModelReport::new(trainer, context.cpu_seconds()),
             extent: trainer.extent(),
             plan: trainer.plan().clone(),

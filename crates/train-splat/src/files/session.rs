@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::{FitOptions, Lap, Phase, Trainer, TrainingImage};
+use crate::{Failure, FitOptions, Lap, Phase, Trainer, TrainingImage};
 use motes_raster::RenderOptions;
 use motes_stage::{Context, StageError};
 use serde_json::json;
@@ -11,6 +11,7 @@ use super::checkpoint::{Checkpoint, write_checkpoint};
 use super::report::HistoryRow;
 use super::scores::{Held, Target, TargetOutcome};
 use super::start::Start;
+use super::verdict::{contradiction, what_is_wrong};
 
 /// Rows of the training curve at least this many steps apart.
 const HISTORY_EVERY: u32 = 50;
@@ -48,6 +49,8 @@ pub struct Session<'a> {
     pub outcome: Option<TargetOutcome>,
     /// The curve so far.
     pub history: Vec<HistoryRow>,
+    /// What the fit was made from, for another beginning.
+    pub(super) start: &'a Start,
 }
 
 /// Why a session ended.
@@ -65,6 +68,11 @@ impl Session<'_> {
     /// # Errors
     /// When a checkpoint cannot be written.
     pub fn run(&mut self, context: &Context) -> anyhow::Result<SessionEnd> {
+        if let Some(poses) = &self.trainer.state.model.start.poses
+            && poses.is_contradiction()
+        {
+            context.warn(contradiction(poses));
+        }
         let by_time = self.trainer.is_timed();
         let total = if by_time { 1000 } else { u64::from(self.trainer.plan().iterations) };
         let progress = context.progress("training", total);
@@ -119,9 +127,31 @@ impl Session<'_> {
             if reached {
                 break;
             }
+            if let Some(failure) = self.trainer.failure_on_the_way() {
+                self.begin_again(&failure, context)?;
+                progress.set(u64::from(self.trainer.state.step));
+            }
         }
         self.trainer.finish();
         Ok(SessionEnd::Done)
+    }
+
+    /// Begins again from the next start, where there is one.
+    fn begin_again(&mut self, failure: &Failure, context: &Context) -> anyhow::Result<()> {
+        let Some(next) = self.trainer.next_start() else { return Ok(()) };
+        let now = &self.trainer.state.model.start;
+        context.warn(format!(
+            "after {} steps from the start \"{}\" {}; beginning again from \"{}\"",
+            self.trainer.state.step,
+            now.from.name(),
+            what_is_wrong(failure),
+            next.name()
+        ));
+        let mut failed = now.failed.clone();
+        failed.push(now.from);
+        self.trainer = self.start.another_trainer(&failed)?;
+        self.history.clear();
+        Ok(())
     }
 
     /// Scores of the training and of the held-out photos: all, or as many as a time budget leaves

@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use crate::{
-    FitError, FitOptions, FitState, Lap, Phase, Plan, Switch, TimeBudget, Trainer, TrainingImage,
+    FitError, FitOptions, FitState, Lap, Phase, Plan, StartFrom, Switch, TimeBudget, Trainer,
+    TrainingImage,
 };
 use motes_codecs::read_gaussians;
 use motes_formats::capture::read_capture;
@@ -185,6 +186,7 @@ impl Start {
             target: None,
             outcome: None,
             history: Vec::new(),
+            start: self,
         })
     }
 
@@ -205,6 +207,16 @@ impl Start {
             trainer.set_time_budget(&TimeBudget { end, scored_views }).map_err(to_stage)?;
         }
         Ok(trainer)
+    }
+}
+
+impl Start {
+    /// A fit of the same photos after those that began with `failed` came to nothing.
+    pub(super) fn another_trainer(&self, failed: &[StartFrom]) -> anyhow::Result<Trainer> {
+        let (options, seed) = (&self.options, self.seed);
+        let trainer =
+            Trainer::starting_from(&self.train, &self.points, None, failed, options, seed);
+        Ok(trainer.map_err(to_stage)?)
     }
 }
 

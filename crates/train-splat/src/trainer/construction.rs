@@ -18,7 +18,8 @@ use crate::plan::Plan;
 use crate::profile::{Lap, Phase, Profile};
 use crate::refine::RefineStats;
 use crate::skip::SkipState;
-use crate::state::FitState;
+use crate::start::{self, Start, StartFrom};
+use crate::state::{FitState, ScenePlace};
 use crate::target::{AlphaMode, TrainingImage, TrainingView};
 
 impl Trainer {
@@ -30,23 +31,37 @@ impl Trainer {
         options: &FitOptions,
         seed: u64,
     ) -> Result<Self, FitError> {
+        Self::starting_from(images, points, start, &[], options, seed)
+    }
+
+    /// The same after fits that began with `failed` came to nothing.
+    pub fn starting_from(
+        images: &[TrainingImage],
+        points: &SparsePoints,
+        start: Option<Gaussians>,
+        failed: &[StartFrom],
+        options: &FitOptions,
+        seed: u64,
+    ) -> Result<Self, FitError> {
         if images.is_empty() {
             return Err(FitError::NoViews);
         }
         let lap = Lap::start();
         let mut plan = Plan::new(options, images.len())?;
-        let model = ModelState::new(options, &mut plan, images, start.as_ref());
+        let mut model = ModelState::new(options, &mut plan, images, start.as_ref());
+        let from = match failed.last() {
+            Some(&last) => options.start.after(last).unwrap_or(last),
+            None => options.start.first(points.len()),
+        };
+        model.start.failed = failed.to_vec();
+        let start = match start {
+            Some(given) => Start::given(given, points),
+            None => start::first_gaussians(images, points, from, &plan, options, seed),
+        };
+        model.note_start(from, &start);
+        let Start { mut gaussians, points, .. } = start;
         let poses = images.iter().map(|image| &image.camera_from_world);
         let extent = init::scene_extent(poses, &points.positions);
-        let mut gaussians = match start {
-            Some(gaussians) => init::usable(gaussians),
-            None if points.is_empty() => init::random(images, seed, extent, options),
-            None => {
-                let wanted = (options.dense_share * plan.max_gaussians as f64) as usize;
-                let all = init::with_dense_points(images, points, plan.dense_step, wanted);
-                init::from_points(&all, extent, options)
-            }
-        };
         gaussians = gaussians.with_sh_degree(plan.sh_degree);
         if gaussians.len() > plan.max_gaussians {
             // Evenly spread rows, not the first ones: points often come in spatial order.
@@ -61,7 +76,7 @@ impl Trainer {
             .iter()
             .map(|image| TrainingView::new(image, &scales, options.alpha_mode))
             .collect();
-        let shell_place = background::place(&views, points, extent);
+        let (shell_center, shell_radius) = background::place(&views, &points, extent);
         let has_alpha = options.alpha_mode == AlphaMode::Transparent
             && images.iter().any(|image| image.image.channels == 4);
         let random_background = match options.background {
@@ -80,13 +95,13 @@ impl Trainer {
             gain_spread: 0.0,
             skip: SkipState::new(images.len()),
             initial_gaussians: gaussians.len(),
+            scene: ScenePlace { extent, shell_center, shell_radius },
             gaussians,
         };
         let mut trainer = Self {
             options: options.clone(),
             plan,
             seed,
-            extent,
             views: Arc::new(views),
             random_background,
             state,
@@ -98,7 +113,6 @@ impl Trainer {
             batch: GaussianGradients::default(),
             order: (u64::MAX, Vec::new()),
             clock: None,
-            shell_place,
             probe: None,
             probe_costs: Vec::new(),
         };

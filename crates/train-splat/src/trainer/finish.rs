@@ -4,7 +4,8 @@
 //! training photos. Those that add up to a small share of the whole are removed, and the higher SH
 //! bands of Gaussians whose view dependence is invisible are set to zero. Each step is taken only as far
 //! as the training error says it is free: from the largest share down, the first that changes the
-//! mean PSNR of the training photos by at most [`TOLERANCE_DB`].
+//! mean PSNR of the training photos by at most [`TOLERANCE_DB`] and that of no photo by more than
+//! [`PHOTO_TOLERANCE_DB`]. Nothing is taken from a fit that has failed.
 
 use motes_math::sh::SH_C0;
 use motes_raster::{Modifiers, Planes, RenderOptions};
@@ -15,6 +16,8 @@ use crate::auto::{Decision, ModelChoice};
 
 /// Change of the training PSNR that removing what carries nothing may cost, dB.
 const TOLERANCE_DB: f64 = 0.01;
+/// Change of the PSNR of a single photo that it may cost, dB.
+const PHOTO_TOLERANCE_DB: f64 = 0.1;
 /// Shares of the summed contribution that are tried.
 const SHARES: [f64; 5] = [1e-2, 3e-3, 1e-3, 3e-4, 0.0];
 /// Root mean square of view dependence over directions below which it is tried to be left out, in
@@ -22,9 +25,24 @@ const SHARES: [f64; 5] = [1e-2, 3e-3, 1e-3, 3e-4, 0.0];
 const STEPS_8BIT: [f32; 3] = [2.0, 1.0, 0.5];
 /// The error is measured on at most so many photos, evenly chosen: a change of 0.01 dB shows in any of
 /// them, since the same photos are compared before and after.
-const JUDGES: usize = 6;
+pub(super) const JUDGES: usize = 12;
 /// Contributions are summed over at most so many photos, evenly chosen.
 const WITNESSES: usize = 64;
+
+/// PSNR of each photo looked at, dB.
+pub(super) struct Scores(Vec<f64>);
+
+impl Scores {
+    pub(super) fn mean(&self) -> f64 {
+        self.0.iter().sum::<f64>() / self.0.len().max(1) as f64
+    }
+
+    /// Whether these are worse than `before` by at most `mean` on average, and on no photo by much.
+    pub(super) fn is_within(&self, before: &Self, mean: f64) -> bool {
+        let worst = self.0.iter().zip(&before.0).map(|(a, b)| a - b).fold(0.0, f64::min);
+        self.mean() - before.mean() >= -mean && worst >= -PHOTO_TOLERANCE_DB.max(mean)
+    }
+}
 
 impl Trainer {
     /// Removes what carries no information; once, after the last step. Does nothing but with
@@ -35,15 +53,22 @@ impl Trainer {
         if !auto || self.is_timed() {
             return;
         }
+        let failed = self.health().failure(self.state.gaussians.len(), self.plan.iterations);
+        if failed.is_some() {
+            let n = self.state.gaussians.len();
+            let reason = "the fit has failed: no part of it can be told useless".to_owned();
+            self.state.model.decisions.push(Decision::new("pruning", n, "measured", reason));
+            return;
+        }
         let before = self.training_psnr();
-        self.prune_useless(before);
-        self.zero_invisible_bands(before);
+        self.prune_useless(&before);
+        self.zero_invisible_bands(&before);
         let model = &mut self.state.model;
         model.sh_degree = self.state.gaussians.sh_degree;
         self.plan.sh_degree = model.sh_degree;
     }
 
-    fn prune_useless(&mut self, before: f64) {
+    fn prune_useless(&mut self, before: &Scores) {
         let contribution = self.contributions();
         let total: f64 = contribution.iter().sum();
         let mut order: Vec<u32> = (0..contribution.len() as u32).collect();
@@ -69,8 +94,9 @@ impl Trainer {
             let mut rows = order[useless..].to_vec();
             rows.sort_unstable();
             self.keep_rows(&whole, &filter, &rows);
-            let change = self.training_psnr() - before;
-            if change >= -TOLERANCE_DB {
+            let after = self.training_psnr();
+            let change = after.mean() - before.mean();
+            if after.is_within(before, TOLERANCE_DB) {
                 let sh_row = 3 * whole.sh_coefficients();
                 let state = &mut self.state;
                 state.moments.gather(&rows, &vec![false; rows.len()], sh_row);
@@ -95,7 +121,7 @@ impl Trainer {
         self.state.model.decisions.push(decision);
     }
 
-    fn keep_rows(&mut self, whole: &Gaussians, filter: &[f32], rows: &[u32]) {
+    pub(super) fn keep_rows(&mut self, whole: &Gaussians, filter: &[f32], rows: &[u32]) {
         self.state.gaussians = whole.clone();
         self.state.gaussians.gather(rows);
         if !filter.is_empty() {
@@ -103,7 +129,7 @@ impl Trainer {
         }
     }
 
-    fn zero_invisible_bands(&mut self, before: f64) {
+    fn zero_invisible_bands(&mut self, before: &Scores) {
         let degree = self.state.gaussians.sh_degree;
         if degree == 0 {
             return;
@@ -131,8 +157,9 @@ impl Trainer {
                     zeroed += 1;
                 }
             }
-            let change = self.training_psnr() - before;
-            if zeroed > 0 && change >= -2.0 * TOLERANCE_DB {
+            let after = self.training_psnr();
+            let change = after.mean() - before.mean();
+            if zeroed > 0 && after.is_within(before, 2.0 * TOLERANCE_DB) {
                 let n = strength.len();
                 decision.kept = format!("degree 0 for {zeroed} of {n}");
                 decision.reason = format!(
@@ -184,9 +211,13 @@ impl Trainer {
         sums
     }
 
-    /// Mean PSNR of training photos at the finest resolution, with their exposures.
-    fn training_psnr(&mut self) -> f64 {
-        let level = self.plan.stages.len() - 1;
+    /// PSNR of training photos at the finest resolution, with their exposures.
+    fn training_psnr(&mut self) -> Scores {
+        self.training_psnr_at(self.plan.stages.len() - 1)
+    }
+
+    /// The same at any resolution.
+    pub(super) fn training_psnr_at(&mut self, level: usize) -> Scores {
         let n = self.views.len();
         let take = n.min(JUDGES);
         let background = self.color_behind();
@@ -194,7 +225,7 @@ impl Trainer {
         let options =
             RenderOptions { background, dials: self.options.raster, ..RenderOptions::default() };
         let mut gradient: Option<Planes> = None;
-        let mut sum = 0.0;
+        let mut scores = Vec::with_capacity(take);
         for i in 0..take {
             let view = i * n / take;
             let color = self.color_transform(view);
@@ -206,8 +237,8 @@ impl Trainer {
                 .unwrap_or_else(|| Planes::new(target.width, target.height, 4));
             let scratch = gradient.insert(scratch);
             let value = self.loss.evaluate(image, target, background, color, 0.0, scratch);
-            sum += -10.0 * value.mse.max(1e-12).log10();
+            scores.push(-10.0 * value.mse.max(1e-12).log10());
         }
-        sum / take.max(1) as f64
+        Scores(scores)
     }
 }

@@ -14,6 +14,7 @@ use crate::exposure::{NEEDED_SPREAD, gain_spread};
 use crate::loss::ColorTransform;
 use crate::options::{Background, FitOptions};
 use crate::plan::Plan;
+use crate::start::{Start, StartFrom};
 use crate::target::TrainingImage;
 
 /// Share of the Gaussians that a shell may take.
@@ -116,6 +117,14 @@ impl ModelState {
         }
     }
 
+    /// Notes what the fit starts with.
+    pub(super) fn note_start(&mut self, from: StartFrom, start: &Start) {
+        self.start.from = from;
+        self.start.poses.clone_from(&start.poses);
+        let reason = start.reason.clone();
+        self.decisions.push(Decision::new("start", from.name(), "rule", reason));
+    }
+
     /// Whether views are held out for decisions to come.
     pub(super) fn awaits_evidence(&self) -> bool {
         self.probing && !self.is_decided()
@@ -212,7 +221,9 @@ impl Trainer {
             BackgroundModel::Color => self.state.background = BackgroundColor::new(sky.mean),
             BackgroundModel::Shell => {
                 let most = (SHELL_SHARE * self.plan.max_gaussians as f64) as usize;
-                let more = shell(sky, &self.views, 0, self.shell_place, most);
+                let place = self.state.scene;
+                let place = (place.shell_center, place.shell_radius);
+                let more = shell(sky, &self.views, 0, place, most);
                 let state = &mut self.state;
                 append(&mut state.gaussians, &more);
                 let n = state.gaussians.len();

@@ -247,7 +247,6 @@ impl Trainer {
             options: self.options.clone(),
             plan: self.plan.clone(),
             seed: self.seed,
-            extent: self.extent,
             views: Arc::clone(&self.views),
             random_background: self.random_background,
             state: self.state.clone(),
@@ -259,7 +258,6 @@ impl Trainer {
             batch: GaussianGradients::default(),
             order: (u64::MAX, Vec::new()),
             clock: None,
-            shell_place: self.shell_place,
             probe: Some(progress),
             probe_costs: Vec::new(),
         }

@@ -12,6 +12,11 @@ use crate::state::FitState;
 /// per step would grow with the number of views. The last update looks at all.
 const FILTER_VIEWS: usize = 64;
 
+/// Share of the Gaussians above which removing the faint and the large is measured first.
+const MOST_PRUNED: f64 = 0.5;
+/// Change of the mean training PSNR that it may cost then, dB.
+const PRUNED_DB: f64 = 0.1;
+
 impl Trainer {
     pub(super) fn update_filter(&mut self) {
         if !self.plan.filter_3d {
@@ -26,6 +31,26 @@ impl Trainer {
         self.state.filter_3d = filter3d::filter_widths(&self.state.gaussians, &views);
         self.profile.counts.filtered_gaussians += self.state.gaussians.len() as u64;
         self.profile.add(Phase::Filter, lap);
+    }
+
+    /// The limits, or such that remove nothing when these would remove most of the model and the
+    /// photos say that it is missed: a fit that is fading is not to be thinned on top.
+    fn harmless(&mut self, limits: RefineLimits, level: usize) -> RefineLimits {
+        let n = self.state.gaussians.len();
+        let kept: Vec<u32> =
+            (0..n as u32).filter(|&i| limits.keeps(&self.state.gaussians, i as usize)).collect();
+        if (n - kept.len()) as f64 <= MOST_PRUNED * n as f64 {
+            return limits;
+        }
+        let before = self.training_psnr_at(level);
+        let (whole, filter) = (self.state.gaussians.clone(), self.state.filter_3d.clone());
+        self.keep_rows(&whole, &filter, &kept);
+        let after = self.training_psnr_at(level);
+        (self.state.gaussians, self.state.filter_3d) = (whole, filter);
+        match !kept.is_empty() && after.is_within(&before, PRUNED_DB) {
+            true => limits,
+            false => RefineLimits { prune_opacity: 0.0, max_scale: f32::INFINITY, ..limits },
+        }
     }
 
     pub(super) fn refine_if_due(&mut self) -> Option<RefineCounts> {
@@ -47,9 +72,10 @@ impl Trainer {
         let limits = RefineLimits {
             target: (target as usize).min(self.plan.max_gaussians),
             prune_opacity: self.options.prune_opacity,
-            max_scale: (self.extent * 5.0) as f32,
+            max_scale: (self.state.scene.extent * 5.0) as f32,
             min_pull: 0.0,
         };
+        let limits = self.harmless(limits, self.plan.stage_at(progress));
         let (seed, strategy) = (self.seed, self.options.densify);
         let looked = match strategy {
             Densify::Error => self.options.score_views.max(self.options.prune_views),

@@ -87,6 +87,6 @@ impl Trainer {
         // The root of the number of views keeps the variance of a step (Zhao et al. 2024).
         let batch = f64::from(self.plan.batch_views).sqrt();
         let late = self.plan.lr_final.powf(progress) * batch;
-        Rates::at(&self.options, self.extent * batch, late, progress)
+        Rates::at(&self.options, self.state.scene.extent * batch, late, progress)
     }
 }

@@ -173,7 +173,12 @@ impl Trainer {
     /// Adam on the gradients of this step.
     fn update(&mut self, progress: f64) {
         let lap = Lap::start();
-        priors::add_gradients(&self.plan, self.extent, &self.state.gaussians, &mut self.gradients);
+        priors::add_gradients(
+            &self.plan,
+            self.state.scene.extent,
+            &self.state.gaussians,
+            &mut self.gradients,
+        );
         let rates = self.rates(progress);
         let update = Update {
             step: u64::from(self.state.step),
@@ -187,7 +192,7 @@ impl Trainer {
             add_noise(&mut state.gaussians, rates.means, self.seed, state.step);
         }
         if !self.options.is_frozen(FreezeGroup::Scales) {
-            priors::limit_shapes(&self.plan, self.extent, &mut self.state.gaussians);
+            priors::limit_shapes(&self.plan, self.state.scene.extent, &mut self.state.gaussians);
         }
         self.profile.add(Phase::Optimise, lap);
     }

@@ -1,0 +1,51 @@
+//! Views under the light that was found, against the photos.
+
+use motes_math::srgb::{decode, encode_clipped};
+use motes_raster::RenderOptions;
+use motes_scene::{Gaussians, ImageF32};
+
+use crate::decompose::RenderedView;
+use crate::pixels::PixelShading;
+use crate::samples::SeenView;
+
+/// Renders base colours (degree 0, sRGB-encoded) and puts them under the shading of every view.
+pub(crate) fn rendered<'a>(
+    model: &Gaussians,
+    render: &RenderOptions,
+    views: impl Iterator<Item = &'a SeenView<'a>>,
+    shadings: &[PixelShading],
+) -> Vec<RenderedView> {
+    views
+        .zip(shadings)
+        .enumerate()
+        .map(|(photo, (view, shading))| {
+            let r = motes_raster::render(
+                model,
+                &view.photo.camera,
+                &view.photo.camera_from_world,
+                render,
+            );
+            let mut base = r.color;
+            for (pixel, alpha) in base.data.chunks_exact_mut(3).zip(&r.alpha.data) {
+                pixel.iter_mut().for_each(|v| *v = decode((*v / alpha.max(0.05)).min(1.0)));
+            }
+            let radiance = shading.relit(&base);
+            let psnr_db = psnr(&radiance, view);
+            RenderedView { photo, radiance_linear: radiance, base_color_linear: base, psnr_db }
+        })
+        .collect()
+}
+
+fn psnr(radiance: &ImageF32, view: &SeenView<'_>) -> f64 {
+    let (mut sum, mut count) = (0.0, 0usize);
+    let pixels = radiance.data.chunks_exact(3).zip(view.photo.radiance_linear.data.chunks_exact(3));
+    for ((ours, photo), hit) in pixels.zip(&view.hits) {
+        if hit.is_hit() {
+            for (a, b) in ours.iter().zip(photo) {
+                sum += f64::from(encode_clipped(*a) - encode_clipped(*b)).powi(2);
+                count += 1;
+            }
+        }
+    }
+    if count == 0 { f64::NAN } else { -10.0 * (sum / count as f64).max(1e-12).log10() }
+}
