@@ -1,41 +1,37 @@
 //! Inverse rendering: from a capture and its Gaussians to a surface, its material and the light.
+//!
+//! [`pipeline`] lists the steps, [`steps`] holds them, [`State`] is what they work on.
 
-mod attributes;
-mod buffers;
-mod cavities;
-mod conjugate_gradients;
-mod decompose;
-mod evidence;
+mod appearance;
+mod error;
 pub mod files;
-pub mod geometry;
 mod illumination;
-pub mod light;
-pub mod materials;
-mod normal_priors;
-mod observed;
+mod image_gradient;
+mod mesh;
+mod observation;
 mod options;
-mod photo;
-mod photo_fit;
-pub mod pixels;
-mod reflection;
-mod relief;
-mod rendered;
-mod residual;
-pub mod samples;
-mod sheets;
-mod slopes;
-pub mod splat_colors;
+mod parabola;
+pub mod pipeline;
+mod progress;
+mod report;
+mod state;
+pub mod steps;
 #[cfg(test)]
 mod toy_ball;
 
-pub use buffers::{PixelHit, TracedSurface, ViewRays};
-pub use decompose::{
-    Anchor, DecomposeError, Decomposition, Known, Observer, RenderedView, decompose,
+pub use appearance::{
+    FoundMaterials, Kind, LobesChoice, ModelOptions, PartMaterial, PixelShading, ScaleEvidence,
+    TermChoice,
 };
-pub use illumination::ReflectedLight;
-pub use options::{DecomposeOptions, LobesChoice, TermChoice};
-pub use photo::Photo;
-pub use reflection::MirrorRound;
-pub use relief::ReliefReport;
-pub use residual::{ResidualOptions, ResidualView, fit_residual};
-pub use sheets::up_in_world;
+pub use error::DecomposeError;
+pub use illumination::{Cell, CellLight, environment};
+pub use observation::{
+    Observation, Observed, Photo, PixelHit, Sample, SeenView, TracedSurface, ViewRays, up_in_world,
+};
+pub use options::DecomposeOptions;
+pub use pipeline::{Pipeline, Progress, Report, StepRecord};
+pub use progress::Tick;
+pub use report::Term;
+pub use state::{
+    Anchor, BaseColorAnchor, BaseColored, Illumination, Inputs, Known, RenderedView, State,
+};

@@ -4,7 +4,7 @@ use glam::Vec3;
 use motes_scene::{ImageF32, Surface};
 use motes_shading::environment::{Environment, EnvironmentMap, MapOptions, direction_from_uv};
 
-use crate::geometry::mesh::Mesh;
+use crate::mesh::Mesh;
 
 /// Rows of twice as many vertices, whose distance from the centre is that of their direction.
 pub(crate) fn ball(rows: u32, radius: impl Fn(Vec3) -> f32) -> Surface {

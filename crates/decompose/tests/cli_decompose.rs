@@ -1,7 +1,11 @@
 //! The stage `decompose` as a program: the scene folder, known lights, exit codes.
 #![expect(clippy::unwrap_used, reason = "a test that cannot prepare its files has failed")]
 
+use std::collections::BTreeMap;
+use std::path::Path;
 use std::process::Output;
+
+use decompose::pipeline::STEPS;
 
 use motes_formats::decomposition::{ScaleAnchorKind, read_decomposition};
 use motes_formats::environment::write_environment;
@@ -135,4 +139,123 @@ fn wrong_requests_say_what_is_wrong_and_write_nothing() {
         assert!(stderr(&done).contains(word), "{word}: {}", stderr(&done));
         assert!(!toy.path("scene/decomposition.json").exists());
     }
+}
+
+/// Bytes of all files of a folder, by name.
+fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let mut all = BTreeMap::new();
+    let mut open = vec![folder.to_owned()];
+    while let Some(next) = open.pop() {
+        for entry in std::fs::read_dir(next).unwrap().map(|entry| entry.unwrap().path()) {
+            if entry.is_dir() {
+                open.push(entry);
+            } else {
+                let name = entry.strip_prefix(folder).unwrap().to_string_lossy().into_owned();
+                all.insert(name, std::fs::read(&entry).unwrap());
+            }
+        }
+    }
+    all
+}
+
+const QUICK: [&str; 4] = ["--residual-steps", "5", "--previews", "1"];
+
+#[test]
+fn a_run_that_stops_after_every_step_gives_the_bytes_of_one_that_does_not() {
+    let toy = prepared();
+    assert_code(&decompose(&toy, &[&["-o", "whole"], &QUICK[..]].concat()), 0);
+    let steps = STEPS.map(|step| step.name);
+    let (last, others) = steps.split_last().unwrap();
+    for step in others {
+        let arguments = ["--work", "work", "--from", *step, "--until", *step];
+        assert_code(&decompose(&toy, &[&arguments, &QUICK[..]].concat()), 0);
+    }
+    let arguments = ["--work", "work", "--from", *last, "-o", "scene"];
+    assert_code(&decompose(&toy, &[&arguments, &QUICK[..]].concat()), 0);
+    let (whole, scene) = (files(&toy.path("whole")), files(&toy.path("scene")));
+    assert!(whole.len() > 8, "{:?}", whole.keys());
+    assert_eq!(whole.keys().collect::<Vec<_>>(), scene.keys().collect::<Vec<_>>());
+    for (name, bytes) in &whole {
+        assert!(*bytes == scene[name], "{name}");
+    }
+    // Each step has a folder, and each folder says what it is.
+    let document = std::fs::read_to_string(toy.path("work/03-light/step.json")).unwrap();
+    assert!(document.contains("\"motes/decompose-step\"") && document.contains("\"light\""));
+}
+
+#[test]
+fn what_another_program_put_in_place_of_a_step_is_gone_on_from() {
+    let toy = prepared();
+    let until = ["--work", "work", "--until", "light"];
+    let done = decompose(&toy, &until);
+    assert_code(&done, 0);
+    let said = String::from_utf8_lossy(&[&done.stdout[..], &done.stderr].concat()).into_owned();
+    assert!(said.contains("--from materials"), "{said}");
+    let go_on = |to: &str| {
+        let arguments = ["--work", "work", "--from", "materials", "-o", to, "-w"];
+        decompose(&toy, &[&arguments, &QUICK[..]].concat())
+    };
+    assert_code(&go_on("plain"), 0);
+    // Blue light, as another program might have found it.
+    let path = toy.path("work/03-light/light.json");
+    let mut light: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap();
+    for cell in light["radiance"][0].as_array_mut().unwrap() {
+        *cell = serde_json::json!([0.1, 0.1, 0.9]);
+    }
+    std::fs::write(&path, light.to_string()).unwrap();
+    assert_code(&go_on("blue"), 0);
+    let mean = |scene: &str| {
+        let surface = read_surface(&toy.path(scene).join("surface.ply")).unwrap();
+        let sum =
+            surface.base_color_linear.iter().fold([0.0; 2], |s, b| [s[0] + b[0], s[1] + b[2]]);
+        sum[0] / sum[1]
+    };
+    assert!(mean("blue") > 2.0 * mean("plain"), "{} {}", mean("blue"), mean("plain"));
+    // Not a light at all.
+    light["radiance"] = serde_json::json!([[[1.0, 1.0, 1.0]]]);
+    std::fs::write(&path, light.to_string()).unwrap();
+    let done = go_on("none");
+    assert_code(&done, 3);
+    assert!(stderr(&done).contains("light.json"), "{}", stderr(&done));
+}
+
+#[test]
+fn a_work_folder_that_does_not_fit_is_refused_and_kept() {
+    let toy = prepared();
+    let until = |step| decompose(&toy, &["--work", "work", "--until", step]);
+    assert_code(&until("materials"), 0);
+    let before = files(&toy.path("work"));
+    std::fs::copy(toy.path("true.ply"), toy.path("other.ply")).unwrap();
+    let mut bytes = std::fs::read(toy.path("other.ply")).unwrap();
+    *bytes.last_mut().unwrap() ^= 1;
+    std::fs::write(toy.path("other.ply"), bytes).unwrap();
+    for (arguments, code, word) in [
+        (&["--until", "light"][..], 2, "--work"),
+        (&["--work", "work", "--until", "nothing"], 2, "surface"),
+        (&["--work", "work", "--until", "light", "-o", "scene"], 2, "--output"),
+        (&["--work", "work", "--from", "light", "--until", "samples"], 2, "comes after"),
+        (&["--work", "work", "--until", "light"], 2, "exists already"),
+        (&["--work", "work", "--from", "light", "-o", "scene"], 2, "exists already"),
+        (&["--work", "work", "--from", "shading", "-o", "scene"], 3, "no such step"),
+        (&["--work", "none", "--from", "light", "-o", "scene"], 3, "no such step"),
+    ] {
+        let done = decompose(&toy, arguments);
+        assert_code(&done, code);
+        assert!(stderr(&done).contains(word), "{word}: {}", stderr(&done));
+    }
+    let other = ["--capture", "capture.json", "--gaussians", "other.ply", "--surface", "sheet.ply"];
+    let arguments =
+        ["--work", "work", "--from", "reflected-light", "-o", "scene", "--no-provenance"];
+    let all = [&other[..], &arguments].concat();
+    let done = run(env!("CARGO_BIN_EXE_decompose"), toy.folder.path(), &all);
+    assert_code(&done, 3);
+    assert!(stderr(&done).contains("another file as --gaussians"), "{}", stderr(&done));
+    assert!(before == files(&toy.path("work")), "nothing in the work folder was touched");
+    // A step that was run again takes what rested on it away.
+    assert_code(
+        &decompose(&toy, &["--work", "work", "--from", "light", "--until", "light", "-w"]),
+        0,
+    );
+    assert!(!toy.path("work/04-materials").exists() && toy.path("work/03-light").exists());
 }

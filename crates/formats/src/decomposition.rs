@@ -60,12 +60,24 @@ pub struct DecompositionDocument {
     /// Elapsed seconds of the decomposition; null when they were not taken.
     #[serde(default)]
     pub seconds: Option<f64>,
+    /// Elapsed seconds of every step, in the order in which they ran. Absent when they were not taken.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub step_times: Vec<StepTimeDocument>,
 }
 
 impl Document for DecompositionDocument {
     const FORMAT: &'static str = "motes/decomposition";
     const MAJOR: u32 = 1;
-    const MINOR: u32 = 1;
+    const MINOR: u32 = 2;
+}
+
+/// Time of a step.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct StepTimeDocument {
+    /// Name of the step, as `decompose --until` takes it.
+    pub step: String,
+    /// Elapsed seconds.
+    pub seconds: f64,
 }
 
 /// Axes of a lat-long map, see `docs/methods/shading.md`.

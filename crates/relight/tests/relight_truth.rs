@@ -205,6 +205,7 @@ fn write_scene(folder: &Path, root: &Path, views: &[View]) {
         },
         source_gaussians: None,
         seconds: None,
+        step_times: Vec::new(),
     };
     write_decomposition(folder, &document).unwrap();
 }

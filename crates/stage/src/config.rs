@@ -49,10 +49,10 @@ pub(crate) fn merged(
     for (key, value) in &options {
         let argument = command
             .get_arguments()
-            .find(|a| a.get_id() == key.as_str())
+            .find(|a| is_called(a, key))
             .filter(|_| !NOT_IN_CONFIG.contains(&key.as_str()))
             .ok_or_else(|| unknown_key(command, key, path))?;
-        if !given.as_ref().is_some_and(|matches| is_explicit(matches, key)) {
+        if !given.as_ref().is_some_and(|matches| is_explicit(matches, argument.get_id().as_str())) {
             append(&mut extra, argument, value, path)?;
         }
     }
@@ -68,6 +68,12 @@ pub(crate) fn merged(
         line.extend_from_slice(user.get(end + 1..).unwrap_or_default());
     }
     Ok(line)
+}
+
+/// Whether a key names an argument: by its name, or by one that it had before.
+fn is_called(argument: &Arg, key: &str) -> bool {
+    let aliases = argument.get_all_aliases().unwrap_or_default();
+    argument.get_id() == key || aliases.iter().any(|alias| alias.replace('-', "_") == key)
 }
 
 fn is_explicit(matches: &ArgMatches, key: &str) -> bool {

@@ -151,6 +151,7 @@ fn write_document(scene: &Path, gaussians: usize, surface: &Surface) {
         },
         source_gaussians: None,
         seconds: None,
+        step_times: Vec::new(),
     };
     write_decomposition(scene, &document).unwrap();
 }

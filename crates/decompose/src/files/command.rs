@@ -2,12 +2,15 @@
 
 use std::path::PathBuf;
 
-use super::{DecomposeReport, KnownArgs, Request};
-use crate::DecomposeOptions;
-use crate::geometry::GeometryOptions;
 use clap::Parser;
 use motes_stage::{CommonArgs, Context, HasCommon};
 use serde::Serialize;
+
+use super::known::KnownArgs;
+use super::report::DecomposeReport;
+use super::request::Request;
+use super::work::StepArgs;
+use crate::options::DecomposeOptions;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -18,6 +21,9 @@ Examples:
     decompose --capture OUT/capture.json --gaussians gaussians.ply --environment light.exr --env-convention blender -o scene/
   Two captures of one scene under different light tell base colour and light apart:
     decompose --capture day/capture.json --capture evening/capture.json --gaussians gaussians.ply -o scene/
+  Up to the light, which may be looked at or replaced, then on from the materials:
+    decompose --capture OUT/capture.json --gaussians gaussians.ply --work work/ --until light
+    decompose --capture OUT/capture.json --gaussians gaussians.ply --work work/ --from materials -o scene/
 
 Exit codes: 0 done, 1 failed, 2 usage or output exists, 3 bad input data, 130 interrupted";
 
@@ -34,8 +40,8 @@ pub struct Args {
     gaussians: PathBuf,
 
     /// Scene folder to write
-    #[arg(short, long, value_name = "DIR")]
-    output: PathBuf,
+    #[arg(short, long, value_name = "DIR", required_unless_present = "until")]
+    output: Option<PathBuf>,
 
     /// Surface to use instead of extracting one (PLY mesh in the capture's world, with normals)
     #[arg(long, value_name = "FILE", help_heading = "Known")]
@@ -55,7 +61,7 @@ pub struct Args {
 
     #[command(flatten)]
     #[serde(flatten)]
-    geometry: GeometryOptions,
+    steps: StepArgs,
 
     #[command(flatten)]
     #[serde(flatten)]
@@ -90,16 +96,16 @@ impl HasCommon for Args {
 /// # Errors
 /// Whatever ends it: bad input, a gate that is not met, a product that cannot be written.
 pub fn run(args: &Args, context: &Context) -> anyhow::Result<DecomposeReport> {
-    let output = context.output(&args.output)?;
     let request = Request {
         captures: &args.capture,
         gaussians: &args.gaussians,
         surface: args.surface.as_deref(),
         known: &args.known,
-        geometry: &args.geometry,
         options: &args.options,
+        steps: &args.steps,
         seed: args.seed,
         previews: args.previews,
+        output: args.output.as_deref(),
     };
-    request.run(&output, context)
+    request.run(context)
 }

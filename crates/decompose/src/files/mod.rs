@@ -1,14 +1,18 @@
-//! Files of `decompose`: photos and what is known beforehand, the scene folder, the report.
+//! Files and flags of `decompose`: photos and what is known beforehand, work folder, scene folder, report.
 
 mod command;
-mod inputs;
-mod outputs;
+mod errors;
+mod known;
+mod photos;
+mod previews;
 mod priors;
 mod report;
 mod request;
-mod residual;
+mod scene_folder;
+mod work;
 
 pub use command::{Args, run};
-pub use inputs::{KnownArgs, LightConvention};
+pub use known::{KnownArgs, LightConvention};
 pub use report::DecomposeReport;
 pub use request::Request;
+pub use work::StepArgs;

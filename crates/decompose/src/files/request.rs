@@ -1,23 +1,25 @@
 //! From files to a scene folder.
 
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
-use crate::geometry::{GeometryError, GeometryOptions, GeometryReport, extract};
-use crate::{DecomposeError, DecomposeOptions, Known, Photo, RenderedView, decompose, up_in_world};
+use crate::pipeline::STEPS;
+use crate::{
+    DecomposeError, DecomposeOptions, Inputs, Known, Photo, Pipeline, Progress, RenderedView,
+};
 use motes_codecs::open_gaussians;
-use motes_formats::ply::{PlyWriteOptions, RenderMode, read_surface};
+use motes_formats::decomposition::StepTimeDocument;
+use motes_formats::ply::{GaussianFile, PlyWriteOptions, RenderMode};
 use motes_formats::selection::BoundGaussians;
 use motes_raster::{Antialias, RenderOptions};
 use motes_scene::Split;
-use motes_shading::brdf::Lobes;
-use motes_shading::environment::{Convention, Orientation};
-use motes_stage::{Context, StageError};
+use motes_stage::Context;
 
-use super::inputs::{KnownArgs, load_capture, load_known, load_photos};
-use super::outputs::{SceneFolder, maps_of, write_scene};
-use super::report::DecomposeReport;
-use super::residual::Found;
+use super::errors::explained;
+use super::known::{KnownArgs, load_known};
+use super::photos::{load_capture, load_photos};
+use super::report::{DecomposeReport, SceneReport, StepsReport};
+use super::scene_folder::{SceneFolder, write_scene};
+use super::work::{StepArgs, WorkFolder};
 
 /// What a run of `decompose` was asked for.
 #[derive(Debug)]
@@ -30,27 +32,99 @@ pub struct Request<'a> {
     pub surface: Option<&'a Path>,
     /// What is known.
     pub known: &'a KnownArgs,
-    /// Dials of the surface.
-    pub geometry: &'a GeometryOptions,
-    /// Dials of light and material.
+    /// Options of the steps.
     pub options: &'a DecomposeOptions,
+    /// Which steps are run, and where they are kept.
+    pub steps: &'a StepArgs,
     /// Key of all random numbers.
     pub seed: u64,
     /// Views with previews.
     pub previews: usize,
+    /// The scene folder; none when the run ends before the last step.
+    pub output: Option<&'a Path>,
 }
 
-/// Steps of the progress line.
-const STEPS: u64 = 100;
+const MADE_BY: &str = concat!("motes decompose ", env!("CARGO_PKG_VERSION"));
+/// Steps of the line of progress.
+const PERCENT: f32 = 100.0;
+
+/// What was read.
+struct Loaded {
+    photos: Vec<Photo>,
+    held_out: Vec<Photo>,
+    known: Known,
+    file: GaussianFile,
+}
 
 impl Request<'_> {
     /// Runs it.
     ///
     /// # Errors
     /// What reading, inverse rendering or writing say.
-    pub fn run(&self, output: &Path, context: &Context) -> anyhow::Result<DecomposeReport> {
+    pub fn run(&self, context: &Context) -> anyhow::Result<DecomposeReport> {
         let cpu_before = context.cpu_seconds();
-        let (mut photos, mut score): (Vec<Photo>, Vec<Photo>) = (Vec::new(), Vec::new());
+        let work = self.steps.work.as_deref().map(|path| WorkFolder {
+            path,
+            steps: self.steps.range(),
+            captures: self.captures,
+            gaussians: self.gaussians,
+            made_by: MADE_BY,
+            hashes: Default::default(),
+        });
+        let output = self.output.map(|path| context.output(path)).transpose()?;
+        if let Some(work) = &work {
+            work.claim(context)?;
+        }
+        let loaded = self.load(context)?;
+        context.stop_if_dry_run()?;
+        let inputs = Inputs {
+            gaussians: &loaded.file.gaussians,
+            photos: &loaded.photos,
+            held_out: &loaded.held_out,
+            known: &loaded.known,
+            render: render_options(&loaded.file),
+            model: &self.options.model,
+            seed: self.seed,
+        };
+        let mut pipeline = match &work {
+            Some(work) => work.restore(&inputs)?,
+            None => Pipeline::new(&inputs).map_err(|e| explained(&e))?,
+        };
+        self.run_steps(&mut pipeline, work.as_ref(), context)?;
+        let Some(output) = output else {
+            return Ok(DecomposeReport::Steps(self.steps_report(&pipeline)));
+        };
+        let folder = SceneFolder {
+            path: &output,
+            ply: PlyWriteOptions {
+                render_mode: loaded.file.render_mode,
+                exposure_response: loaded.file.exposure_response,
+                ..PlyWriteOptions::default()
+            },
+            previews: self.previews,
+            source: BoundGaussians::of_file(self.gaussians, inputs.gaussians.len())?,
+            seconds: (!context.skips_provenance()).then(|| context.elapsed_seconds()),
+            made_by: MADE_BY,
+        };
+        let decomposition = write_scene(&folder, &pipeline)?;
+        let Pipeline { state, report } = pipeline;
+        let (train, test) = state.views.split_at(inputs.photos.len());
+        let scene = SceneReport {
+            output,
+            geometry: report.geometry,
+            samples: state.observed.samples.len(),
+            light_cells: state.light_cells,
+            cpu_seconds: context.cpu_seconds().zip(cpu_before).map(|(a, b)| a - b),
+            train_psnr_db: mean_psnr_db(train),
+            test_psnr_db: mean_psnr_db(test),
+            decomposition,
+        };
+        warn_of_unobserved(&scene, context);
+        Ok(DecomposeReport::Scene(Box::new(scene)))
+    }
+
+    fn load(&self, context: &Context) -> anyhow::Result<Loaded> {
+        let (mut photos, mut held_out): (Vec<Photo>, Vec<Photo>) = (Vec::new(), Vec::new());
         let mut origin = None;
         for (light, path) in self.captures.iter().enumerate() {
             context.input("capture", path)?;
@@ -58,151 +132,69 @@ impl Request<'_> {
             origin = Some(capture.world_origin);
             photos.extend(load_photos(path, &capture, Split::Train, light)?);
             if light == 0 {
-                score = load_photos(path, &capture, Split::Test, light)?;
+                held_out = load_photos(path, &capture, Split::Test, light)?;
             }
         }
         context.input("gaussians", self.gaussians)?;
         let file = open_gaussians(self.gaussians)?;
-        let mut gaussians = file.gaussians;
-        context.stop_if_dry_run()?;
+        let known = load_known(self.known, self.surface, self.captures.len(), &photos, context)?;
+        Ok(Loaded { photos, held_out, known, file })
+    }
 
-        let progress = context.progress("decomposing", STEPS);
-        let tick = |done: f32, reached: &mut u64| {
-            let now = (done * STEPS as f32) as u64;
-            progress.inc(now.saturating_sub(*reached));
-            *reached = now.max(*reached);
-            if context.interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    /// Runs the steps that were asked for, and keeps each in the work folder as soon as it is done.
+    fn run_steps(
+        &self,
+        pipeline: &mut Pipeline<'_>,
+        work: Option<&WorkFolder<'_>>,
+        context: &Context,
+    ) -> anyhow::Result<()> {
+        let line = context.progress("decomposing", PERCENT as u64);
+        let mut shown = |progress: Progress| {
+            let Progress { doing, step, of, done } = progress;
+            line.message(format!("{doing}, {step} of {of}"));
+            line.set((PERCENT * done) as u64);
+            if context.interrupted() { Err(DecomposeError::Cancelled) } else { Ok(()) }
         };
-        let mut reached = 0;
-        let (surface, geometry) = match self.surface {
-            Some(path) => {
-                context.input("surface", path)?;
-                (read_surface(path)?, GeometryReport::default())
+        for step in self.steps.range() {
+            pipeline.run(step, self.options, &mut shown).map_err(|e| explained(&e))?;
+            if let Some(work) = work {
+                work.save(step, pipeline)?;
             }
-            None => extract(&gaussians, &photos_of(&photos, 0), self.geometry, &mut |_, done| {
-                tick(0.4 * done, &mut reached)
-            })
-            .map_err(|GeometryError::Cancelled| interrupted())?,
-        };
-        if surface.triangles.is_empty() {
-            let text = "the Gaussians show no surface that several photos agree about";
-            return Err(StageError::bad_input(text)
-                .help("train with more photos, or pass --surface")
-                .into());
         }
-        let known: Known = load_known(self.known, self.captures.len(), &photos, &surface)?;
-        for path in &self.known.environment {
-            context.input("environment", path)?;
-        }
-        let up = up_in_world(&surface, &photos);
-        let convention =
-            if up.z.abs() >= up.y.abs() { Convention::Blender } else { Convention::OpenExr };
-        let render = RenderOptions {
-            antialias: if file.render_mode == Some(RenderMode::Mip) {
-                Antialias::Mip
-            } else {
-                Antialias::Classic
-            },
-            ..RenderOptions::default()
-        };
-        let result = decompose(
-            surface,
-            &gaussians,
-            &photos,
-            &score,
-            &known,
-            &render,
-            Orientation::new(convention),
-            self.options,
-            self.seed,
-            &mut |_, done| tick(0.4 + 0.5 * done, &mut reached),
-        )
-        .map_err(|error| match error {
-            DecomposeError::Cancelled => interrupted(),
-            DecomposeError::NothingSeen(_) => StageError::bad_input(error.to_string()).help(
-                "check that capture and Gaussians belong together, and that masks leave something",
-            ),
-            DecomposeError::Mesh(_) => StageError::bad_input(error.to_string()),
-        })?;
-        let maps = maps_of(known.lights.first(), convention, &result);
-        if let Some(refined) = &result.refined {
-            gaussians.clone_from(refined);
-        }
-        result.materials.attach(&mut gaussians);
-        let mut residual = None;
-        if let Some(light) = maps.first().filter(|_| self.options.residual_steps > 0) {
-            let found = Found {
-                gaussians: &gaussians,
-                surface: &result.surface,
-                lobes: if result.specular { self.options.lobes.into() } else { Lobes::Lambert },
-                indirect: result.indirect,
-                up_in_world: up,
-                antialias: render.antialias,
-                light: light.clone(),
-                convention,
-                photos: photos.iter().filter(|photo| photo.light == 0).collect(),
-            };
-            let options = self.options.residual(self.seed);
-            let unexplained =
-                found.unexplained(&options, |done| match tick(0.9 + 0.1 * done, &mut reached) {
-                    ControlFlow::Continue(()) => Ok(()),
-                    ControlFlow::Break(()) => Err(interrupted()),
-                })?;
-            unexplained.residual.attach(&mut gaussians);
-            residual = Some(unexplained.term);
-        }
-        drop(progress);
+        Ok(())
+    }
 
-        let trained = photos.len();
-        let folder = SceneFolder {
-            path: output,
-            convention,
-            up_in_world: up,
-            lobes: self.options.lobes,
-            residual,
-            ply: PlyWriteOptions {
-                render_mode: file.render_mode,
-                exposure_response: file.exposure_response,
-                ..PlyWriteOptions::default()
-            },
-            photos: photos.iter().chain(&score).collect(),
-            trained,
-            previews: self.previews,
-            source: BoundGaussians::of_file(self.gaussians, gaussians.len())?,
-            seconds: context.elapsed_seconds(),
-            made_by: concat!("motes decompose ", env!("CARGO_PKG_VERSION")).into(),
-        };
-        let document = write_scene(&folder, &gaussians, &result, &maps)?;
-        let unobserved = document.counts.unobserved_gaussians;
-        if unobserved > 0 {
-            context.warn(format!(
-                "{unobserved} of {} Gaussians are seen by no photo: their material is a guess (column observations is 0)",
-                document.counts.gaussians
-            ));
+    fn steps_report(&self, pipeline: &Pipeline<'_>) -> StepsReport {
+        let range = self.steps.range();
+        let ran = pipeline.report.steps.iter().skip(*range.start());
+        StepsReport {
+            work: self.steps.work.clone().unwrap_or_default(),
+            step_times: ran
+                .map(|step| StepTimeDocument { step: step.name.clone(), seconds: step.seconds })
+                .collect(),
+            next: STEPS.get(range.end() + 1).map(|step| step.name.into()),
         }
-        let mean = |views: &[RenderedView]| {
-            let finite: Vec<f64> =
-                views.iter().map(|v| v.psnr_db).filter(|v| v.is_finite()).collect();
-            (!finite.is_empty()).then(|| finite.iter().sum::<f64>() / finite.len() as f64)
-        };
-        Ok(DecomposeReport {
-            output: output.to_owned(),
-            geometry,
-            samples: result.samples,
-            light_cells: result.light_rounds.iter().map(|r| r.0).collect(),
-            cpu_seconds: context.cpu_seconds().zip(cpu_before).map(|(a, b)| a - b),
-            train_psnr_db: mean(&result.views[..trained]),
-            test_psnr_db: mean(&result.views[trained..]),
-            decomposition: document,
-        })
     }
 }
 
-/// The photos of the first capture: the Gaussians were fitted to them.
-fn photos_of(photos: &[Photo], light: usize) -> Vec<Photo> {
-    photos.iter().filter(|p| p.light == light).cloned().collect()
+fn render_options(file: &GaussianFile) -> RenderOptions {
+    let is_mip = file.render_mode == Some(RenderMode::Mip);
+    let antialias = if is_mip { Antialias::Mip } else { Antialias::Classic };
+    RenderOptions { antialias, ..RenderOptions::default() }
 }
 
-fn interrupted() -> StageError {
-    StageError::interrupted("interrupted: no scene was written")
+fn mean_psnr_db(views: &[RenderedView]) -> Option<f64> {
+    let finite: Vec<f64> = views.iter().map(|v| v.psnr_db).filter(|v| v.is_finite()).collect();
+    (!finite.is_empty()).then(|| finite.iter().sum::<f64>() / finite.len() as f64)
+}
+
+fn warn_of_unobserved(scene: &SceneReport, context: &Context) {
+    let counts = &scene.decomposition.counts;
+    let unobserved = counts.unobserved_gaussians;
+    if unobserved > 0 {
+        context.warn(format!(
+            "{unobserved} of {} Gaussians are seen by no photo: their material is a guess (column observations is 0)",
+            counts.gaussians
+        ));
+    }
 }

@@ -3,54 +3,93 @@
 mod scene;
 
 use decompose::{
-    DecomposeOptions, Decomposition, Known, Photo, TermChoice, TracedSurface, ViewRays, decompose,
+    DecomposeError, DecomposeOptions, Inputs, Known, Photo, Pipeline, RenderedView, Report, State,
+    Term, TermChoice, TracedSurface, ViewRays,
 };
 use glam::Vec3;
 use motes_raster::RenderOptions;
-use motes_scene::{ImageF32, Surface};
+use motes_scene::{Gaussians, ImageF32, Materials, Surface};
 use motes_shading::brdf::{Lobes, Material};
-use motes_shading::environment::{Convention, Environment, Orientation};
+use motes_shading::environment::Environment;
 use motes_shading::integrate::{IntegrationOptions, Shader, SurfacePoint};
-use std::ops::ControlFlow;
 
 use scene::{base_color, boxes, gaussians, is_floor, light, photos, surface};
 
-fn options() -> DecomposeOptions {
-    DecomposeOptions {
-        samples: 1500,
-        material_rays: 48,
-        pixel_rays: 24,
-        color_passes: 4,
-        photo_steps: 100,
-        // The photos here are made without a second surface.
-        indirect: TermChoice::Off,
-        ..DecomposeOptions::default()
+/// What a run came to.
+struct Found {
+    materials: Materials,
+    refined: Option<Gaussians>,
+    surface: Surface,
+    lights: Vec<decompose::CellLight>,
+    views: Vec<RenderedView>,
+    is_specular: bool,
+    terms: Vec<Term>,
+}
+
+impl Found {
+    fn of(state: State<'_>, report: Report) -> Self {
+        let terms = report.terms(&state);
+        Self {
+            materials: state.attributes.clone(),
+            refined: state.refined.clone(),
+            surface: state.surface().clone(),
+            is_specular: state.is_specular(),
+            lights: state.illumination.cells,
+            views: state.views,
+            terms,
+        }
+    }
+
+    fn term(&self, name: &str) -> Option<&Term> {
+        self.terms.iter().find(|term| term.name == name)
     }
 }
 
-fn run(photos: &[Photo], known: &Known) -> Decomposition {
+fn options() -> DecomposeOptions {
+    let mut options = DecomposeOptions::default();
+    options.samples.samples = 1500;
+    options.materials.material_rays = 48;
+    options.shading.pixel_rays = 24;
+    options.base_color.color_passes = 4;
+    options.refinement.photo_steps = 100;
+    // The residual has a test of its own, and relighting its own tests.
+    options.appearance_residual.residual_steps = 0;
+    // The photos here are made without a second surface.
+    options.model.indirect = TermChoice::Off;
+    options
+}
+
+fn run(photos: &[Photo], known: Known) -> Found {
     run_on(surface(), photos, known)
 }
 
-fn run_on(surface: Surface, photos: &[Photo], known: &Known) -> Decomposition {
-    run_with(&options(), surface, photos, known)
+fn run_on(surface: Surface, photos: &[Photo], known: Known) -> Found {
+    run_with(&options(), surface, photos, known).expect("a decomposition")
 }
 
 fn run_with(
     options: &DecomposeOptions,
     surface: Surface,
     photos: &[Photo],
-    known: &Known,
-) -> Decomposition {
+    known: Known,
+) -> Result<Found, DecomposeError> {
     let gaussians = gaussians(&surface);
-    let orientation = Orientation::new(Convention::Blender);
-    let render = RenderOptions::default();
-    let mut go_on = |_: &'static str, _: f32| ControlFlow::Continue(());
-    decompose(surface, &gaussians, photos, &[], known, &render, orientation, options, 0, &mut go_on)
-        .expect("a decomposition")
+    let known = Known { surface: Some(surface), ..known };
+    let inputs = Inputs {
+        gaussians: &gaussians,
+        photos,
+        held_out: &[],
+        known: &known,
+        render: RenderOptions::default(),
+        model: &options.model,
+        seed: 0,
+    };
+    let mut pipeline = Pipeline::new(&inputs)?;
+    pipeline.run_all(options, &mut |_| Ok(()))?;
+    Ok(Found::of(pipeline.state, pipeline.report))
 }
 
-fn assert_sound(d: &Decomposition) {
+fn assert_sound(d: &Found) {
     let m = &d.materials;
     let unit = |v: &f32| v.is_finite() && (0.0..=1.0).contains(v);
     assert!(m.base_color_linear.iter().flatten().all(unit), "base colours");
@@ -63,7 +102,7 @@ fn assert_sound(d: &Decomposition) {
 }
 
 /// Largest ratio of the mean base colours of floor tiles of one grey, in the shadow and out of it.
-fn shadow_ratio(d: &Decomposition, scene: &TracedSurface, light: &Environment) -> f32 {
+fn shadow_ratio(d: &Found, scene: &TracedSurface, light: &Environment) -> f32 {
     let options = IntegrationOptions {
         light_samples: 64,
         brdf_samples: 8,
@@ -111,19 +150,20 @@ fn a_matte_scene_in_the_sun_loses_its_shadow_and_needs_no_highlight() {
     let scene = TracedSurface::new(surface()).expect("a mesh");
     let light = light(0.3, 60.0);
     let photos = photos(&scene, &light, |p| Material::lambert(Vec3::splat(base_color(p))));
-    let d = run(&photos, &Known::default());
+    let d = run(&photos, Known::default());
     assert_sound(&d);
-    assert!(!d.specular, "{:?}", d.parts);
-    assert!(d.reflected_light.is_none(), "nothing reflects");
+    assert!(!d.is_specular, "{:?}", d.terms);
+    assert!(d.term("light by reflections").is_none(), "nothing reflects");
     let ratio = shadow_ratio(&d, &scene, &light);
-    println!("base colour lit over shadowed: {ratio:.3}; light of {:?} cells", d.light_rounds);
+    println!("base colour lit over shadowed: {ratio:.3}; {:?}", d.term("sharp light"));
     // In the photos the ratio is above 2.
     assert!(ratio < 1.25, "{ratio}");
     assert_eq!(d.materials.observations.last(), Some(&0), "no camera looks there");
     let psnr: f64 = d.views.iter().map(|v| v.psnr_db).sum::<f64>() / d.views.len() as f64;
     // Without another look at the photos, the edges of tiles are as blurred as the shapes that came.
-    let options = DecomposeOptions { photo_steps: 0, ..options() };
-    let plain = run_with(&options, surface(), &photos, &Known::default());
+    let mut options = options();
+    options.refinement.photo_steps = 0;
+    let plain = run_with(&options, surface(), &photos, Known::default()).expect("a decomposition");
     let before: f64 = plain.views.iter().map(|v| v.psnr_db).sum::<f64>() / d.views.len() as f64;
     println!("re-rendered {before:.2} dB, shapes fitted to the photos {psnr:.2} dB");
     assert!(plain.refined.is_none() && psnr > before + 0.3, "{before} {psnr}");
@@ -132,7 +172,7 @@ fn a_matte_scene_in_the_sun_loses_its_shadow_and_needs_no_highlight() {
 
     // Bits do not depend on the number of threads.
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a pool");
-    let single = pool.install(|| run(&photos, &Known::default()));
+    let single = pool.install(|| run(&photos, Known::default()));
     assert_eq!(single.materials, d.materials);
     assert_eq!(single.refined, d.refined);
     assert_eq!(single.surface, d.surface);
@@ -151,7 +191,7 @@ fn with_the_light_given_roughness_metal_and_base_color_come_out() {
         Material { lobes: Lobes::Burley, ..Material::principled(base, roughness, metallic) }
     };
     let photos = photos(&scene, &light, of);
-    let d = run(&photos, &Known { lights: vec![light], ..Known::default() });
+    let d = run(&photos, Known { lights: vec![light], ..Known::default() });
     assert_sound(&d);
     let mut ball = (0.0f32, 0.0f32, Vec3::ZERO, 0.0f32);
     for (v, p) in d.surface.vertices.iter().enumerate().filter(|(_, p)| p[2] > 0.3) {
@@ -194,17 +234,20 @@ fn what_is_reflected_tells_a_soft_light() {
         Material { lobes: Lobes::Burley, ..Material::principled(Vec3::splat(base), roughness, 0.0) }
     };
     let photos = photos(&scene, &light, of);
-    let [fitted, shading] = [2, 0].map(|reflected_light_rounds| {
-        let options = DecomposeOptions { reflected_light_rounds, photo_steps: 0, ..options() };
-        let d = run_with(&options, surface(), &photos, &Known::default());
+    let [fitted, shading] = [2, 0].map(|rounds| {
+        let mut options = options();
+        options.reflected_light.reflected_light_rounds = rounds;
+        options.refinement.photo_steps = 0;
+        let d = run_with(&options, surface(), &photos, Known::default()).expect("a decomposition");
         assert_sound(&d);
         d
     });
-    assert!(shading.reflected_light.is_none());
-    let report = fitted.reflected_light.expect("the ball reflects");
-    assert!(report.kept && report.cost[1] < report.cost[0], "{report:?}");
+    let name = "light by reflections";
+    assert!(shading.term(name).is_none());
+    let report = fitted.term(name).expect("the ball reflects").clone();
+    assert!(report.kept && report.numbers["cost"] < report.numbers["cost_before"], "{report:?}");
     let [fitted, shading] = [fitted, shading].map(|d| {
-        let found = decompose::materials::find::environment(&d.lights[0]);
+        let found = decompose::environment(&d.lights[0]);
         errors_of_irradiance(&found, &light)
     });
     println!(
@@ -268,7 +311,7 @@ fn predicted_normals_mend_wrong_ones_and_what_contradicts_the_surface_is_left_al
         let normal_priors =
             sign.map_or_else(Vec::new, |s| photos.iter().map(|p| predicted(p, s)).collect());
         let known = Known { lights: vec![light.clone()], normal_priors, ..Known::default() };
-        let found = run_on(wrong.clone(), &photos, &known).surface.normals;
+        let found = run_on(wrong.clone(), &photos, known).surface.normals;
         // What some photo sees: the upper half of the ball.
         let upper = |v: &usize| truth.vertices[*v][2] > 0.6;
         let angles: Vec<f32> = (0..found.len())
@@ -293,27 +336,13 @@ fn photos_that_tell_nothing_give_something_finite() {
     let mut bright = flat.clone();
     bright.iter_mut().for_each(|p| p.radiance_linear.data.fill(1e6));
     for photos in [&flat, &black, &bright] {
-        assert_sound(&run(photos, &Known::default()));
+        assert_sound(&run(photos, Known::default()));
     }
     let dark = Known { lights: vec![Environment::default()], ..Known::default() };
-    assert_sound(&run(&flat, &dark));
+    assert_sound(&run(&flat, dark));
     let mut masked = flat;
     masked.iter_mut().for_each(|p| p.weight.data.fill(0.0));
-    let surface = surface();
-    let gaussians = gaussians(&surface);
-    let mut go_on = |_: &'static str, _: f32| ControlFlow::Continue(());
-    let nothing = decompose(
-        surface,
-        &gaussians,
-        &masked,
-        &[],
-        &Known::default(),
-        &RenderOptions::default(),
-        Orientation::new(Convention::Blender),
-        &options(),
-        0,
-        &mut go_on,
-    );
+    let nothing = run_with(&options(), surface(), &masked, Known::default()).map(|_| ());
     assert!(nothing.is_err_and(|e| e.to_string().contains("no point of the surface")));
 }
 
@@ -324,7 +353,7 @@ fn two_captures_under_different_light_have_one_base_color() {
     let lambert = |p: Vec3| Material::lambert(Vec3::splat(base_color(p)));
     let mut both = photos(&scene, &sunny, lambert);
     both.extend(photos(&scene, &even, lambert).into_iter().map(|p| Photo { light: 1, ..p }));
-    let d = run(&both, &Known::default());
+    let d = run(&both, Known::default());
     assert_sound(&d);
     assert_eq!(d.lights.len(), 2);
     let ratio = shadow_ratio(&d, &scene, &sunny);

@@ -1,0 +1,13 @@
+//! How a surface looks under a light: the model's options, its terms as linear functions of base color, its materials.
+
+pub(crate) mod basis;
+pub(crate) mod material;
+pub(crate) mod options;
+pub(crate) mod pixel_shading;
+pub(crate) mod vertex_materials;
+
+pub(crate) use basis::BasisScene;
+pub use material::{FoundMaterials, Kind, PartMaterial, ScaleEvidence};
+pub use options::{LobesChoice, ModelOptions, TermChoice};
+pub use pixel_shading::PixelShading;
+pub(crate) use vertex_materials::VertexMaterials;

@@ -1,0 +1,196 @@
+//! What is known beforehand, as flags and files.
+
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+use crate::{BaseColorAnchor, Known, Photo};
+use clap::{Args, ValueEnum};
+use motes_formats::environment::read_environment;
+use motes_formats::ply::read_surface;
+use motes_shading::environment::{
+    Convention, Environment, EnvironmentMap, MapOptions, Orientation,
+};
+use motes_stage::{Context, StageError};
+use serde::{Deserialize, Serialize, Serializer};
+
+use super::priors::{NormalFrame, Priors};
+
+/// Axes of an environment map.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum LightConvention {
+    /// OpenEXR, USD, Mitsuba: +y up, centre +z
+    #[default]
+    Openexr,
+    /// Blender: +z up, centre +x
+    Blender,
+    /// Three.js: +y up, centre +x
+    Threejs,
+}
+
+impl From<LightConvention> for Convention {
+    fn from(convention: LightConvention) -> Self {
+        match convention {
+            LightConvention::Openexr => Self::OpenExr,
+            LightConvention::Blender => Self::Blender,
+            LightConvention::Threejs => Self::ThreeJs,
+        }
+    }
+}
+
+/// `VIEW,X,Y=R,G,B`: the base colour at a pixel of a view.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AlbedoAnchor {
+    view: String,
+    x: f32,
+    y: f32,
+    base_color_linear: [f32; 3],
+}
+
+impl Serialize for AlbedoAnchor {
+    /// As it is typed: a dumped configuration can be read again.
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let Self { view, x, y, base_color_linear: [r, g, b] } = self;
+        serializer.collect_str(&format_args!("{view},{x},{y}={r},{g},{b}"))
+    }
+}
+
+impl FromStr for AlbedoAnchor {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let form = "expected VIEW,X,Y=V or VIEW,X,Y=R,G,B with linear values from 0 to 1";
+        let (place, values) = text.split_once('=').ok_or(form)?;
+        let mut parts = place.rsplitn(3, ',');
+        let mut number = || parts.next()?.trim().parse::<f32>().ok().filter(|v| v.is_finite());
+        let (y, x) = (number().ok_or(form)?, number().ok_or(form)?);
+        let view = parts.next().ok_or(form)?.to_owned();
+        let values: Vec<f32> = values
+            .split(',')
+            .map(|v| v.trim().parse().map_err(|_| form))
+            .collect::<Result<_, _>>()?;
+        let base_color_linear = match values[..] {
+            [v] => [v; 3],
+            [r, g, b] => [r, g, b],
+            _ => return Err(form.into()),
+        };
+        if !base_color_linear.iter().all(|v| *v > 0.0 && *v <= 1.0) {
+            return Err(format!("base colours are above 0 and at most 1: {form}"));
+        }
+        Ok(Self { view, x, y, base_color_linear })
+    }
+}
+
+/// What is known beforehand, as flags.
+#[derive(Clone, Debug, Args, Serialize)]
+pub struct KnownArgs {
+    /// The light of the capture, when it is known (EXR or HDR, lat-long); once per --capture. It breaks the
+    /// ambiguity of light and base colour
+    #[arg(long, value_name = "FILE", help_heading = "Known")]
+    pub environment: Vec<PathBuf>,
+
+    /// Axes of --environment
+    #[arg(long, value_enum, default_value_t, help_heading = "Known")]
+    pub env_convention: LightConvention,
+
+    /// Degrees by which --environment is turned about its up axis, counter-clockwise from above
+    #[arg(
+        long,
+        default_value_t = 0.0,
+        value_name = "DEGREES",
+        allow_negative_numbers = true,
+        help_heading = "Known"
+    )]
+    pub env_rotate: f64,
+
+    /// Linear photo value per radiance of --environment
+    #[arg(long, default_value_t = 1.0, value_name = "FACTOR", help_heading = "Known")]
+    pub env_exposure: f32,
+
+    /// Base colour at a pixel, VIEW,X,Y=R,G,B (linear): sets the scale of light against base colour; repeatable
+    #[arg(long, value_name = "ANCHOR", conflicts_with = "environment", help_heading = "Known")]
+    pub albedo_anchor: Vec<AlbedoAnchor>,
+
+    /// Folder of predictions by other tools: VIEW_albedo.png or .exr, of which only ratios within a photo are used, and
+    /// VIEW_normal.png (0 to 255 for -1 to 1) or .exr; VIEW is the name of a photo without its suffix
+    #[arg(long, value_name = "DIR", help_heading = "Known")]
+    pub prior_images: Option<PathBuf>,
+
+    /// Axes of the normals in --prior-images
+    #[arg(long, value_enum, default_value_t, help_heading = "Known")]
+    pub prior_normal_frame: NormalFrame,
+}
+
+/// Reads what the flags name.
+///
+/// # Errors
+/// When a file cannot be read, the numbers of captures and lights differ, or an anchor names no view.
+pub(super) fn load_known(
+    args: &KnownArgs,
+    surface: Option<&Path>,
+    captures: usize,
+    photos: &[Photo],
+    context: &Context,
+) -> anyhow::Result<Known> {
+    let mut known = Known::default();
+    if let Some(path) = surface {
+        context.input("surface", path)?;
+        known.surface = Some(read_surface(path)?);
+    }
+    if !args.environment.is_empty() && args.environment.len() != captures {
+        let text = format!("{} captures and {} lights", captures, args.environment.len());
+        return Err(StageError::usage(text)
+            .help("give --environment once per --capture, or not at all")
+            .into());
+    }
+    for path in &args.environment {
+        context.input("environment", path)?;
+        let image = read_environment(path)?;
+        let orientation = Orientation::new(args.env_convention.into()).rotated(args.env_rotate);
+        let options = MapOptions { exposure: args.env_exposure, orientation };
+        let map =
+            EnvironmentMap::new(&image, &options).map_err(|e| StageError::usage(e.to_string()))?;
+        known.lights.push(Environment::new(Some(map), None));
+    }
+    for anchor in &args.albedo_anchor {
+        known.anchors.push(anchor.among(photos)?);
+    }
+    if let Some(folder) = &args.prior_images {
+        let priors = Priors::load(folder, photos, args.prior_normal_frame)?;
+        known.base_color_priors = priors.base_color;
+        known.normal_priors = priors.normals;
+    }
+    Ok(known)
+}
+
+impl AlbedoAnchor {
+    fn among(&self, photos: &[Photo]) -> Result<BaseColorAnchor, StageError> {
+        let Self { view, x, y, base_color_linear } = self;
+        let Some(photo) = photos.iter().position(|p| p.name == *view) else {
+            let text =
+                format!("--albedo-anchor names the view \"{view}\", which is no training photo");
+            return Err(StageError::usage(text));
+        };
+        Ok(BaseColorAnchor {
+            label: format!("--albedo-anchor {view},{x},{y}"),
+            photo,
+            pixel: [*x, *y],
+            base_color_linear: (*base_color_linear).into(),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn anchors_are_parsed() {
+        let anchor: AlbedoAnchor = "a,b.png,10,20.5=0.5".parse().expect("an anchor");
+        assert_eq!((anchor.view.as_str(), anchor.x, anchor.y), ("a,b.png", 10.0, 20.5));
+        assert_eq!(anchor.base_color_linear, [0.5; 3]);
+        for bad in ["a.png,1,2", "a.png,1=0.5", "a,1,2=0", "a,1,2=1,2", "a,1,x=0.5", "a,1,2=1.5"] {
+            assert!(bad.parse::<AlbedoAnchor>().is_err(), "{bad}");
+        }
+    }
+}

@@ -1,0 +1,96 @@
+//! The photos that `decompose` reads.
+
+use std::path::Path;
+
+use crate::Photo;
+use glam::DVec3;
+use motes_formats::capture::{read_capture, resolve};
+use motes_formats::images::{read_image, read_mask};
+use motes_formats::{FormatError, Result};
+use motes_math::srgb;
+use motes_scene::{Capture, ImageF32, ImageU8, Split};
+use rayon::prelude::*;
+
+/// A channel from here on is clipped.
+const CLIPPED: u8 = 254;
+
+/// Photos of one split of a capture, brought to the exposure of the model; `light` names their light.
+///
+/// # Errors
+/// When a file cannot be read, its size is not that of its camera, or a camera is distorted.
+pub(super) fn load_photos(
+    document: &Path,
+    capture: &Capture,
+    split: Split,
+    light: usize,
+) -> Result<Vec<Photo>> {
+    let views = capture.views_of(split);
+    views.par_iter().map(|&view| load(document, capture, view, light)).collect()
+}
+
+fn load(document: &Path, capture: &Capture, view: usize, light: usize) -> Result<Photo> {
+    let record = &capture.views[view];
+    let camera = capture.cameras[record.camera].as_pinhole().ok_or_else(|| {
+        let cause = format!("view \"{}\" has a distorted camera", record.name);
+        FormatError::not_supported(document, "cameras", cause)
+            .with_remedy("import the photos with import-colmap, which undistorts them")
+    })?;
+    let read = |path: &Path, image: Result<ImageU8>| {
+        let image = image?;
+        if (image.width, image.height) == (camera.width, camera.height) {
+            return Ok(image);
+        }
+        let (w, h) = (image.width, image.height);
+        let cause = format!(
+            "the picture has {w}x{h} pixels and its camera {}x{}",
+            camera.width, camera.height
+        );
+        Err(FormatError::invalid(path, "", cause).with_remedy("import the photos again"))
+    };
+    let path = resolve(document, &record.image);
+    let image = read(&path, read_image(&path))?;
+    let mask = match &record.mask {
+        Some(mask) => {
+            let path = resolve(document, mask);
+            Some(read(&path, read_mask(&path))?)
+        }
+        None => None,
+    };
+    let gain = capture.exposure_gain(view).max(1e-3);
+    let table: Vec<f32> = (0..=255u8).map(|v| srgb::decode(f32::from(v) / 255.0 / gain)).collect();
+    // A fourth channel is alpha: what is transparent there tells nothing.
+    let usable = |(i, pixel): (usize, &[u8])| {
+        let masked = mask.as_ref().is_some_and(|mask| mask.data[i] < 128);
+        let transparent = pixel.get(3).is_some_and(|alpha| *alpha < 128);
+        f32::from(u8::from(!masked && !transparent && pixel[..3].iter().all(|v| *v < CLIPPED)))
+    };
+    let pixels = || image.data.chunks_exact(image.channels);
+    let weight = pixels().enumerate().map(usable).collect();
+    let radiance =
+        pixels().flat_map(|p| [p[0], p[1], p[2]]).map(|v| table[usize::from(v)]).collect();
+    Ok(Photo {
+        name: record.name.clone(),
+        camera,
+        camera_from_world: record.camera_from_world,
+        radiance_linear: ImageF32::from_data(camera.width, camera.height, 3, radiance),
+        light,
+        weight: ImageF32::from_data(camera.width, camera.height, 1, weight),
+    })
+}
+
+/// Reads a capture whose world must be that of the first.
+///
+/// # Errors
+/// When it cannot be read, or its origin differs.
+pub(super) fn load_capture(path: &Path, origin: Option<DVec3>) -> anyhow::Result<Capture> {
+    let capture = read_capture(path)?;
+    if origin.is_some_and(|origin| {
+        (origin - capture.world_origin).length() > 1e-9 * origin.length().max(1.0)
+    }) {
+        let cause = "its origin is not that of the first capture";
+        return Err(FormatError::invalid(path, "world_origin", cause)
+            .with_remedy("import both captures into one world, with one --origin")
+            .into());
+    }
+    Ok(capture)
+}

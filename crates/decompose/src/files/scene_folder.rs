@@ -1,0 +1,146 @@
+//! The scene folder that `decompose` writes.
+
+use std::path::Path;
+
+use crate::{Anchor, LobesChoice, Pipeline, RenderedView, State, Term};
+use anyhow::Context as _;
+use motes_formats::capture::SplitDocument;
+use motes_formats::decomposition::{
+    ConventionDocument, DecomposedViewDocument, DecompositionCounts, DecompositionDocument,
+    LobesDocument, ScaleAnchorDocument, ScaleAnchorKind, StepTimeDocument, TermDocument,
+    write_decomposition,
+};
+use motes_formats::documents::Document as _;
+use motes_formats::environment::write_environment;
+use motes_formats::ply::{PlyWriteOptions, write_gaussians, write_surface};
+use motes_formats::selection::BoundGaussians;
+use motes_scene::{Gaussians, ImageF32};
+use motes_shading::environment::Convention;
+
+use super::previews::previews;
+
+/// What is written beside the decomposition itself.
+#[derive(Debug)]
+pub(super) struct SceneFolder<'a> {
+    /// The folder.
+    pub path: &'a Path,
+    /// How the Gaussians are written.
+    pub ply: PlyWriteOptions,
+    /// How many views get previews.
+    pub previews: usize,
+    /// The Gaussians that were taken apart.
+    pub source: BoundGaussians,
+    /// Elapsed seconds; none leaves all times out, so that equal scenes have equal bytes.
+    pub seconds: Option<f64>,
+    /// Program and version.
+    pub made_by: &'a str,
+}
+
+/// Writes everything; `decomposition.json` last, so that a folder with it is whole.
+///
+/// # Errors
+/// When a file cannot be written.
+pub(super) fn write_scene(
+    folder: &SceneFolder<'_>,
+    pipeline: &Pipeline<'_>,
+) -> anyhow::Result<DecompositionDocument> {
+    let (path, state) = (folder.path, &pipeline.state);
+    std::fs::create_dir_all(path).with_context(|| format!("cannot make {}", path.display()))?;
+    let gaussians = gaussians_of(state);
+    write_gaussians(&path.join("gaussians.ply"), &gaussians, &folder.ply)?;
+    write_surface(&path.join("surface.ply"), state.surface())?;
+    let attributes = [("motes made by".to_owned(), folder.made_by.to_owned())];
+    let maps: Vec<ImageF32> = (0..).map_while(|light| state.light_map(light)).collect();
+    for (k, map) in maps.iter().enumerate() {
+        let name = if k == 0 { "environment.exr".into() } else { format!("environment_{k}.exr") };
+        write_environment(&path.join(name), map, &attributes)?;
+    }
+    previews(path, folder.previews, state, &gaussians, maps.first())?;
+    let document = document(folder, pipeline);
+    write_decomposition(path, &document)?;
+    Ok(document)
+}
+
+/// The Gaussians with their materials and their residual.
+fn gaussians_of(state: &State<'_>) -> Gaussians {
+    let mut gaussians = state.gaussians().clone();
+    state.attributes.attach(&mut gaussians);
+    if let Some(residual) = &state.residual {
+        residual.attach(&mut gaussians);
+    }
+    gaussians
+}
+
+fn document(folder: &SceneFolder<'_>, pipeline: &Pipeline<'_>) -> DecompositionDocument {
+    let (state, report) = (&pipeline.state, &pipeline.report);
+    let unobserved = state.attributes.observations.iter().filter(|&&n| n == 0).count();
+    let time = |step: &crate::StepRecord| StepTimeDocument {
+        step: step.name.clone(),
+        seconds: step.seconds,
+    };
+    DecompositionDocument {
+        format: DecompositionDocument::FORMAT.into(),
+        version: DecompositionDocument::version(),
+        made_by: folder.made_by.into(),
+        gaussians: "gaussians.ply".into(),
+        surface: "surface.ply".into(),
+        environment: "environment.exr".into(),
+        environment_convention: match state.convention() {
+            Convention::OpenExr => ConventionDocument::Openexr,
+            Convention::Blender => ConventionDocument::Blender,
+            Convention::ThreeJs => ConventionDocument::Threejs,
+        },
+        up_in_world: state.up_in_world.as_dvec3().to_array(),
+        lobes: match state.inputs.model.lobes {
+            LobesChoice::Lambert => LobesDocument::Lambert,
+            _ if !state.is_specular() => LobesDocument::Lambert,
+            LobesChoice::Principled => LobesDocument::Principled,
+            LobesChoice::Burley => LobesDocument::Burley,
+        },
+        indirect: state.has_indirect(),
+        scale_anchor: scale_anchor(state),
+        terms: report.terms(state).into_iter().map(term_document).collect(),
+        views: state.views.iter().map(|view| view_document(state, view)).collect(),
+        counts: DecompositionCounts {
+            gaussians: state.gaussians().len() as u64,
+            unobserved_gaussians: unobserved as u64,
+            vertices: state.surface().vertices.len() as u64,
+            triangles: state.surface().triangles.len() as u64,
+        },
+        source_gaussians: Some(folder.source.clone()),
+        seconds: folder.seconds,
+        step_times: match folder.seconds {
+            Some(_) => report.steps.iter().map(time).collect(),
+            None => Vec::new(),
+        },
+    }
+}
+
+fn view_document(state: &State<'_>, view: &RenderedView) -> DecomposedViewDocument {
+    let inputs = state.inputs;
+    let held_out = view.photo.checked_sub(inputs.photos.len()).map(|k| &inputs.held_out[k]);
+    DecomposedViewDocument {
+        name: held_out.unwrap_or_else(|| &inputs.photos[view.photo]).name.clone(),
+        split: if held_out.is_some() { SplitDocument::Test } else { SplitDocument::Train },
+        psnr_db: Some(view.psnr_db).filter(|v| v.is_finite()),
+    }
+}
+
+fn term_document(term: Term) -> TermDocument {
+    let Term { name, kept, evidence, numbers } = term;
+    TermDocument { name, kept, evidence, numbers }
+}
+
+fn scale_anchor(state: &State<'_>) -> ScaleAnchorDocument {
+    let kind = match state.illumination.anchor {
+        Anchor::Environment => ScaleAnchorKind::Environment,
+        Anchor::BaseColor => ScaleAnchorKind::AlbedoAnchor,
+        Anchor::Specular => ScaleAnchorKind::Specular,
+        Anchor::Prior => ScaleAnchorKind::Prior,
+    };
+    ScaleAnchorDocument {
+        kind,
+        explanation: crate::steps::materials::scale_explanation(&state.illumination),
+        factor_rgb: state.illumination.base_color_factor.as_dvec3().to_array(),
+    }
+}

@@ -1,0 +1,168 @@
+//! What every pixel of a photo sees of the surface.
+
+use glam::{DVec3, Vec3};
+use motes_scene::Surface;
+use motes_shading::tracing::{BuildQuality, MeshError, MeshTracer, Ray, Tracer, TriangleMesh};
+use rayon::prelude::*;
+
+use super::flat_pieces::sheet_of_triangles;
+use super::photo::Photo;
+
+/// Where the ray of a pixel meets the surface.
+#[derive(Clone, Copy, Debug)]
+pub struct PixelHit {
+    /// Triangle, or [`PixelHit::MISS`].
+    pub triangle: u32,
+    /// Weights of its second and third corner.
+    pub barycentrics: [f32; 2],
+    /// Camera z, world units; infinite for a miss.
+    pub depth: f32,
+}
+
+impl PixelHit {
+    /// The value of [`Self::triangle`] where nothing is met.
+    pub const MISS: u32 = u32::MAX;
+
+    /// Whether the ray met the surface.
+    pub fn is_hit(&self) -> bool {
+        self.triangle != Self::MISS
+    }
+}
+
+/// A surface that rays can meet.
+#[derive(Debug)]
+pub struct TracedSurface {
+    /// The mesh with its attributes.
+    pub surface: Surface,
+    /// Its tree.
+    pub tracer: MeshTracer,
+    /// Per triangle: the flat piece it belongs to, 0 for none.
+    pub sheets: Vec<u32>,
+    /// Length of the diagonal of its box, world units; 1 when empty.
+    pub extent: f32,
+}
+
+impl TracedSurface {
+    /// Builds the tree.
+    ///
+    /// # Errors
+    /// A triangle refers to a vertex that does not exist.
+    pub fn new(surface: Surface) -> Result<Self, MeshError> {
+        let mesh = TriangleMesh {
+            vertices: surface.vertices.iter().map(|&v| Vec3::from(v)).collect(),
+            triangles: surface.triangles.clone(),
+        };
+        let tracer = MeshTracer::new(&mesh, BuildQuality::High)?;
+        let finite = mesh.vertices.iter().filter(|v| v.is_finite());
+        let (low, high) =
+            finite.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+        let diagonal = (high - low).length();
+        let extent = if diagonal > 0.0 && diagonal.is_finite() { diagonal } else { 1.0 };
+        let sheets = sheet_of_triangles(&surface);
+        Ok(Self { surface, tracer, sheets, extent })
+    }
+
+    /// Whether vertices of which this holds lie on no flat piece: there normals are exact.
+    pub(crate) fn off_sheets(&self, holds: impl Fn(usize) -> bool) -> Vec<bool> {
+        let mut off: Vec<bool> = (0..self.surface.vertices.len()).map(holds).collect();
+        for (t, _) in self.surface.triangles.iter().zip(&self.sheets).filter(|(_, s)| **s != 0) {
+            t.iter().for_each(|&v| off[v as usize] = false);
+        }
+        off
+    }
+
+    /// Mean of a vertex attribute at a point of a triangle.
+    #[inline]
+    pub fn interpolate(&self, triangle: u32, [b, c]: [f32; 2], of: &[Vec3]) -> Vec3 {
+        let [i, j, k] = self.surface.triangles[triangle as usize];
+        of[i as usize] * (1.0 - b - c) + of[j as usize] * b + of[k as usize] * c
+    }
+
+    /// Position, shading normal and geometric normal at a point of a triangle, facing `to_viewer`.
+    pub fn frame(&self, hit: &PixelHit, to_viewer: Vec3) -> (Vec3, Vec3, Vec3) {
+        let corners = self.surface.triangles[hit.triangle as usize];
+        let at = |of: &[[f32; 3]]| {
+            let [p, q, r] = corners.map(|i| Vec3::from(of[i as usize]));
+            p * (1.0 - hit.barycentrics[0] - hit.barycentrics[1])
+                + q * hit.barycentrics[0]
+                + r * hit.barycentrics[1]
+        };
+        let [p, q, r] = corners.map(|i| Vec3::from(self.surface.vertices[i as usize]));
+        let geometric = (q - p).as_dvec3().cross((r - p).as_dvec3()).normalize_or_zero().as_vec3();
+        let geometric = if geometric.dot(to_viewer) < 0.0 { -geometric } else { geometric };
+        let shading = at(&self.surface.normals).normalize_or(geometric);
+        let shading = if shading.dot(geometric) < 0.0 { -shading } else { shading };
+        (at(&self.surface.vertices), shading, geometric)
+    }
+}
+
+/// The rays of a photo's pixels.
+#[derive(Clone, Debug)]
+pub struct ViewRays {
+    /// Centre of projection in world.
+    pub eye: Vec3,
+    /// Axes of the camera in world, as columns: x right, y down, z forward.
+    axes: [Vec3; 3],
+    photo_camera: motes_scene::Pinhole,
+    camera_from_world: motes_scene::Pose,
+}
+
+impl ViewRays {
+    /// Rays of `photo`.
+    pub fn new(photo: &Photo) -> Self {
+        let world_from_camera = photo.camera_from_world.inverse();
+        let m = world_from_camera.rotation_matrix();
+        Self {
+            eye: world_from_camera.translation.as_vec3(),
+            axes: [m.x_axis.as_vec3(), m.y_axis.as_vec3(), m.z_axis.as_vec3()],
+            photo_camera: photo.camera,
+            camera_from_world: photo.camera_from_world,
+        }
+    }
+
+    /// Unit direction of the ray through image point (`x`, `y`), pixels.
+    #[inline]
+    pub fn direction(&self, x: f32, y: f32) -> Vec3 {
+        let c = &self.photo_camera;
+        let u = (x - c.cx as f32) / c.fx as f32;
+        let v = (y - c.cy as f32) / c.fy as f32;
+        (self.axes[0] * u + self.axes[1] * v + self.axes[2]).normalize()
+    }
+
+    /// Camera z of a world point, and its image point when it is in front.
+    pub fn project(&self, point: Vec3) -> Option<(f32, f32, f32)> {
+        let p: DVec3 = self.camera_from_world.transform_point(point.as_dvec3());
+        let c = &self.photo_camera;
+        (p.z > 0.0).then(|| {
+            ((p.x / p.z * c.fx + c.cx) as f32, (p.y / p.z * c.fy + c.cy) as f32, p.z as f32)
+        })
+    }
+
+    /// The forward axis.
+    pub fn forward(&self) -> Vec3 {
+        self.axes[2]
+    }
+
+    /// First hits of all pixel centres, row by row.
+    pub fn hits(&self, scene: &TracedSurface) -> Vec<PixelHit> {
+        let (w, h) = (self.photo_camera.width, self.photo_camera.height);
+        let mut out =
+            vec![
+                PixelHit { triangle: PixelHit::MISS, barycentrics: [0.0; 2], depth: f32::INFINITY };
+                w * h
+            ];
+        out.par_chunks_mut(w.max(1)).enumerate().for_each(|(y, row)| {
+            for (x, pixel) in row.iter_mut().enumerate() {
+                let d = self.direction(x as f32 + 0.5, y as f32 + 0.5);
+                if let Some(hit) = scene.tracer.closest_hit(&Ray::new(self.eye, d)) {
+                    *pixel = PixelHit {
+                        triangle: hit.primitive,
+                        barycentrics: hit.barycentrics,
+                        depth: hit.distance * d.dot(self.axes[2]),
+                    };
+                }
+            }
+        });
+        out
+    }
+}

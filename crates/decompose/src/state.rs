@@ -1,0 +1,273 @@
+//! What the steps of a decomposition work on: the inputs, which stay, and the state, which each step changes a part of.
+
+use glam::Vec3;
+use motes_raster::RenderOptions;
+use motes_scene::{Gaussians, ImageF32, Materials, Residual, Surface};
+use motes_shading::environment::{Convention, Environment, Orientation, direction_from_uv};
+use motes_shading::tracing::{Ray, Tracer};
+
+use crate::appearance::{FoundMaterials, ModelOptions, PixelShading};
+use crate::error::DecomposeError;
+use crate::illumination::{CellLight, environment};
+use crate::observation::{Observed, Photo, TracedSurface, ViewRays};
+
+/// Distance at which rays leave the surface, as a share of the distance between camera and point: some pixels.
+const RAY_BIAS: f32 = 3e-3;
+
+/// The base color at a pixel of a photo, linear.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BaseColorAnchor {
+    /// What errors call it.
+    pub label: String,
+    /// Index of the photo.
+    pub photo: usize,
+    /// Image point, pixels.
+    pub pixel: [f32; 2],
+    /// Linear, 0 to 1.
+    pub base_color_linear: Vec3,
+}
+
+impl BaseColorAnchor {
+    /// The point of a surface that the pixel shows, world.
+    ///
+    /// # Errors
+    /// When it shows none.
+    pub fn position(
+        &self,
+        photos: &[Photo],
+        scene: &TracedSurface,
+    ) -> Result<Vec3, DecomposeError> {
+        let rays = ViewRays::new(&photos[self.photo]);
+        let [x, y] = self.pixel;
+        let ray = Ray::new(rays.eye, rays.direction(x, y));
+        let hit = scene.tracer.closest_hit(&ray);
+        let hit = hit.ok_or_else(|| DecomposeError::AnchorMissesSurface(self.label.clone()))?;
+        Ok(ray.at(hit.distance))
+    }
+}
+
+/// What is known beforehand.
+#[derive(Debug, Default)]
+pub struct Known {
+    /// The surface; extracted from the Gaussians when there is none.
+    pub surface: Option<Surface>,
+    /// Light of every capture, photo units; empty when it is to be found.
+    pub lights: Vec<Environment>,
+    /// The scale of light against base color is set so that these come out.
+    pub anchors: Vec<BaseColorAnchor>,
+    /// Base colors that another program predicted, per photo, `[h, w, 3]`, linear, up to a factor per photo.
+    pub base_color_priors: Vec<Option<ImageF32>>,
+    /// Normals that another program predicted, per photo, `[h, w, 3]`, unit vectors in world; shorter than 1/2 where there is none.
+    pub normal_priors: Vec<Option<ImageF32>>,
+}
+
+/// What a decomposition is made from.
+#[derive(Debug)]
+pub struct Inputs<'a> {
+    /// The Gaussians, fitted to the photos of light 0.
+    pub gaussians: &'a Gaussians,
+    /// The photos that everything is fitted to.
+    pub photos: &'a [Photo],
+    /// Further photos, which results are only compared with.
+    pub held_out: &'a [Photo],
+    /// What is known beforehand.
+    pub known: &'a Known,
+    /// How the Gaussians are drawn.
+    pub render: RenderOptions,
+    /// The model.
+    pub model: &'a ModelOptions,
+    /// Key of all random numbers.
+    pub seed: u64,
+}
+
+impl Inputs<'_> {
+    /// Number of lights that the photos were taken under.
+    pub fn light_count(&self) -> usize {
+        self.photos.iter().map(|p| p.light + 1).max().unwrap_or(1)
+    }
+}
+
+/// What the scale of light against base color rests on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Anchor {
+    /// The light was given.
+    #[default]
+    Environment,
+    /// A base color was given.
+    BaseColor,
+    /// Highlights.
+    Specular,
+    /// What base colors usually are.
+    Prior,
+}
+
+/// The light with the materials that go with it, and the scale between the two.
+#[derive(Debug)]
+pub struct Illumination {
+    /// Cells per capture; empty when the light is known.
+    pub cells: Vec<CellLight>,
+    /// The same as something that can be sampled, or the light that is known.
+    pub lights: Vec<Environment>,
+    /// Materials under that light.
+    pub materials: FoundMaterials,
+    /// Factor that the anchor put on base colors.
+    pub base_color_factor: Vec3,
+    /// What the scale rests on.
+    pub anchor: Anchor,
+}
+
+impl Illumination {
+    /// Light that is known.
+    pub fn known(lights: Vec<Environment>) -> Self {
+        Self {
+            cells: Vec::new(),
+            lights,
+            materials: FoundMaterials::default(),
+            base_color_factor: Vec3::ONE,
+            anchor: Anchor::Environment,
+        }
+    }
+
+    /// Light that was found.
+    pub fn of_cells(cells: Vec<CellLight>) -> Self {
+        let lights = cells.iter().map(environment).collect();
+        Self { cells, ..Self::known(lights) }
+    }
+}
+
+/// The Gaussians with one base color each.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct BaseColored {
+    /// Degree 0, colors sRGB-encoded; the rows of the input.
+    pub gaussians: Gaussians,
+    /// Views in which a Gaussian is responsible for more than a thousandth of a pixel.
+    pub observations: Vec<u16>,
+}
+
+/// A view under the light that was found.
+#[derive(Clone, Debug)]
+pub struct RenderedView {
+    /// Index of the photo: training photos, then those held out.
+    pub photo: usize,
+    /// Linear, photo units, `[h, w, 3]`; 0 where the surface is missed.
+    pub radiance_linear: ImageF32,
+    /// Base color as the Gaussians show it, `[h, w, 3]`.
+    pub base_color_linear: ImageF32,
+    /// PSNR of the sRGB-encoded picture where the surface is hit, dB.
+    pub psnr_db: f64,
+}
+
+/// What the steps know and change. Before the step that fills it, a field is empty.
+#[derive(Debug)]
+pub struct State<'a> {
+    /// What stays.
+    pub inputs: &'a Inputs<'a>,
+    /// The surface and what the photos show of it. `surface`, `samples`, `shape-from-shading`, `shape-from-reflection`
+    /// change it, and `base-color` gives it a material.
+    pub observed: Observed<'a>,
+    /// Unit vector away from the ground, of `surface`.
+    pub up_in_world: Vec3,
+    /// Median distance between cameras and points of the first surface, world units, of `samples`.
+    pub camera_distance: f32,
+    /// Cells of the light after every round, of `light`.
+    pub light_cells: Vec<usize>,
+    /// Light, materials and scale: `light`, `materials`, `reflected-light`; materials also after the surface has moved.
+    pub illumination: Illumination,
+    /// Shading of every pixel of the photos, those held out last, of `shading`.
+    pub shading: Vec<PixelShading>,
+    /// Of `base-color` and `refinement`.
+    pub base_colored: BaseColored,
+    /// The Gaussians with shapes, opacities and captured colors as the photos have them under one base color each, of
+    /// `refinement`; same rows.
+    pub refined: Option<Gaussians>,
+    /// Materials of the Gaussians, of `attributes`.
+    pub attributes: Materials,
+    /// What the model leaves unexplained, of `appearance-residual`.
+    pub residual: Option<Residual>,
+    /// Views under the light, of `evaluation`.
+    pub views: Vec<RenderedView>,
+}
+
+impl<'a> State<'a> {
+    /// Before the first step.
+    ///
+    /// # Errors
+    /// Never with an empty surface; the type is that of all surfaces.
+    pub fn new(inputs: &'a Inputs<'a>) -> Result<Self, DecomposeError> {
+        Ok(Self {
+            inputs,
+            observed: Observed::unseen(TracedSurface::new(Surface::default())?),
+            up_in_world: Vec3::Z,
+            camera_distance: 1.0,
+            light_cells: Vec::new(),
+            illumination: Illumination::known(inputs.known.lights.clone()),
+            shading: Vec::new(),
+            base_colored: BaseColored::default(),
+            refined: None,
+            attributes: Materials::default(),
+            residual: None,
+            views: Vec::new(),
+        })
+    }
+
+    /// The surface as it is.
+    pub fn surface(&self) -> &Surface {
+        &self.observed.scene.surface
+    }
+
+    /// Axes of the light's map: up is where it is in the world.
+    pub fn convention(&self) -> Convention {
+        let up = self.up_in_world;
+        if up.z.abs() >= up.y.abs() { Convention::Blender } else { Convention::OpenExr }
+    }
+
+    /// The same with its rotation, which is none.
+    pub fn orientation(&self) -> Orientation {
+        Orientation::new(self.convention())
+    }
+
+    /// Distance at which rays leave the surface, world units.
+    pub fn ray_bias(&self) -> f32 {
+        RAY_BIAS * self.camera_distance
+    }
+
+    /// Whether one bounce of light belongs to the model.
+    pub fn has_indirect(&self) -> bool {
+        !self.observed.vertex_radiance.is_empty()
+    }
+
+    /// Whether any part has a specular lobe.
+    pub fn is_specular(&self) -> bool {
+        self.illumination.materials.reflects()
+    }
+
+    /// The light of a capture as a lat-long map, photo units, of [`Self::convention`]; of a light that is known only the first.
+    pub fn light_map(&self, light: usize) -> Option<ImageF32> {
+        match self.inputs.known.lights.first() {
+            Some(known) => (light == 0).then(|| map_of(known, self.convention())),
+            None => Some(self.illumination.cells.get(light)?.image(MAP_WIDTH)),
+        }
+    }
+
+    /// The Gaussians with shapes as they are by now.
+    pub fn gaussians(&self) -> &Gaussians {
+        self.refined.as_ref().unwrap_or(self.inputs.gaussians)
+    }
+}
+
+/// Width of the map of a light that was found; that of one that is known is twice as wide.
+const MAP_WIDTH: usize = 256;
+
+fn map_of(light: &Environment, convention: Convention) -> ImageF32 {
+    let mut image = ImageF32::filled(2 * MAP_WIDTH, MAP_WIDTH, 3, 0.0);
+    let orientation = Orientation::new(convention);
+    for y in 0..image.height {
+        for x in 0..image.width {
+            let (u, v) =
+                ((x as f64 + 0.5) / image.width as f64, (y as f64 + 0.5) / image.height as f64);
+            let d = orientation.world_from_map(direction_from_uv(u, v)).as_vec3();
+            image.pixel_mut(x, y).copy_from_slice(&light.radiance_pdf(d).0.to_array());
+        }
+    }
+    image
+}

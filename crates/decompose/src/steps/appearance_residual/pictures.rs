@@ -1,0 +1,74 @@
+//! The pictures that relighting makes of the scene under its own light.
+
+use motes_scene::{Gaussians, ImageF32};
+use motes_shading::brdf::Lobes;
+use relight::{
+    Background, Exposure, LightSource, Quality, QualityOptions, RelightScene, Relighter,
+    ResidualShare,
+};
+
+use super::fit::ResidualView;
+use crate::error::DecomposeError;
+use crate::observation::Photo;
+use crate::progress::Tick;
+use crate::state::State;
+
+/// Coverage from which a pixel shows the model more than what is behind.
+const COVERED: f32 = 0.5;
+
+/// A photo with what the model shows in its place.
+pub(super) struct Picture<'a> {
+    photo: &'a Photo,
+    color_linear: ImageF32,
+    weight: ImageF32,
+}
+
+impl Picture<'_> {
+    pub(super) fn view(&self) -> ResidualView<'_> {
+        ResidualView {
+            camera: self.photo.camera,
+            camera_from_world: self.photo.camera_from_world,
+            photo_linear: &self.photo.radiance_linear,
+            weight: &self.weight,
+            model_linear: &self.color_linear,
+        }
+    }
+}
+
+/// Pictures for the training photos under light 0, whose map is `light`.
+pub(super) fn pictures<'a>(
+    state: &State<'a>,
+    gaussians: &Gaussians,
+    light: ImageF32,
+    tick: &mut Tick<'_>,
+) -> Result<Vec<Picture<'a>>, DecomposeError> {
+    let inputs = state.inputs;
+    let failed = |error: &dyn std::error::Error| DecomposeError::Relight(error.to_string());
+    let lobes = if state.is_specular() { inputs.model.lobes.into() } else { Lobes::Lambert };
+    let (surface, up) = (state.surface().clone(), state.up_in_world);
+    let mut scene = RelightScene::new(gaussians.clone(), surface, lobes, state.has_indirect(), up)
+        .map_err(|e| failed(&e))?;
+    scene.antialias = inputs.render.antialias;
+    let light = LightSource::Map { image: light, convention: state.convention() };
+    let light = light.light(0.0, Exposure::Factor(1.0), up, &|| None).map_err(|e| failed(&e))?;
+    let mut quality = QualityOptions::of(Quality::Standard);
+    quality.residual = ResidualShare::OFF;
+    let relighter = Relighter::new(&scene, &light.environment, &quality, inputs.seed);
+    let photos: Vec<&Photo> = inputs.photos.iter().filter(|photo| photo.light == 0).collect();
+    let count = photos.len().max(1) as f32;
+    let mut pictures = Vec::with_capacity(photos.len());
+    for (k, photo) in photos.into_iter().enumerate() {
+        tick(k as f32 / count)?;
+        let (camera, pose) = (&photo.camera, &photo.camera_from_world);
+        let picture = relighter.picture(camera, pose, Background::Transparent, true);
+        let Some(components) = picture.components else { continue };
+        let mut weight = photo.weight.clone();
+        for (weight, alpha) in weight.data.iter_mut().zip(&components.alpha.data) {
+            if !(*alpha >= COVERED) {
+                *weight = 0.0;
+            }
+        }
+        pictures.push(Picture { photo, color_linear: components.color_linear, weight });
+    }
+    Ok(pictures)
+}

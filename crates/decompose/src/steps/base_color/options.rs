@@ -1,0 +1,20 @@
+//! Options of the base colors.
+
+use clap::Args;
+use serde::{Deserialize, Serialize};
+
+/// How base colors get into the Gaussians.
+#[derive(Clone, Debug, PartialEq, Args, Serialize, Deserialize)]
+#[serde(default)]
+#[group(skip)]
+pub struct Options {
+    /// Passes over the photos that bring base colours into the Gaussians
+    #[arg(long, default_value_t = 12, value_name = "COUNT", help_heading = "Fit")]
+    pub color_passes: u32,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        crate::appearance::options::defaults()
+    }
+}

@@ -1,0 +1,31 @@
+//! Weights of the cost of a light, and its robust norm.
+
+/// Weights and schedule.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SolveOptions {
+    /// `λ_smooth`.
+    pub smooth: f32,
+    /// `λ_white`.
+    pub white: f32,
+    /// `λ_scale`.
+    pub scale: f32,
+    /// `λ_tint`.
+    pub tint: f32,
+    /// `λ_glossy`.
+    pub glossy: f32,
+    /// `anchor`: typical base colour.
+    pub typical_base_color: f32,
+    /// `σ` of the likeness.
+    pub sigma: f32,
+    /// Steps.
+    pub steps: u32,
+    /// Rate of the first step, log units.
+    pub rate: f32,
+}
+
+/// `sqrt(x² + σ²) - σ` and its derivative.
+#[inline]
+pub(super) fn rho(x: f32, sigma: f32) -> (f32, f32) {
+    let root = (x * x + sigma * sigma).sqrt();
+    (root - sigma, x / root)
+}

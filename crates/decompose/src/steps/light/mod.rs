@@ -1,0 +1,69 @@
+//! The light that leaves the base colors of like points alike.
+
+pub(crate) mod cost;
+mod evidence;
+pub(crate) mod glossy;
+mod options;
+pub(crate) mod pairs;
+pub(crate) mod problem;
+pub(crate) mod solve;
+pub(crate) mod transport;
+
+use crate::appearance::TermChoice;
+use crate::report::{Term, numbers};
+use crate::state::{Illumination, State};
+
+pub use options::Options;
+
+/// Indirect light below this share of the irradiance is left out.
+const LEAST_INDIRECT: f32 = 0.005;
+
+/// Finds the light of every capture, unless it is known, and whether light from the surface itself counts.
+pub fn run(state: &mut State<'_>, options: &Options) -> Vec<Term> {
+    let mut sharp = None;
+    if state.inputs.known.lights.is_empty() {
+        let found = problem::LightProblem::of(state, options).solve();
+        sharp = sharp_light(&found);
+        state.light_cells = found.cells;
+        state.illumination = Illumination::of_cells(found.lights);
+    }
+    let mut share = 0.0;
+    if state.has_indirect() {
+        share = evidence::share_of_bounce(state);
+        if state.inputs.model.indirect == TermChoice::Auto && share < LEAST_INDIRECT {
+            state.observed.vertex_radiance.clear();
+        }
+    }
+    std::iter::once(indirect(state, share)).chain(sharp).collect()
+}
+
+fn indirect(state: &State<'_>, share: f32) -> Term {
+    let percent = 100.0 * share;
+    Term {
+        name: "indirect".into(),
+        kept: state.has_indirect(),
+        evidence: format!("{percent:.1} % of the irradiance comes from the surface itself"),
+        numbers: numbers([("share_of_irradiance", Some(f64::from(share)))]),
+    }
+}
+
+fn sharp_light(found: &problem::FoundLight) -> Option<Term> {
+    // The first round is solved twice.
+    let mut costs = found.costs.iter().skip(1).map(|(_, after)| *after);
+    let (first, smooth) = (*found.cells.first()?, costs.next()?);
+    let (last, cost) = (*found.cells.last()?, costs.next_back().unwrap_or(smooth));
+    let share = 100.0 * problem::SHARE;
+    let width = 360 / problem::COLUMNS;
+    Some(Term {
+        name: "sharp light".into(),
+        kept: last > first,
+        evidence: if last > first {
+            format!(
+                "{last} cells after dividing those that give more than {share:.0} % of the light"
+            )
+        } else {
+            format!("no cell of {width} degrees gives more than {share:.0} % of the light")
+        },
+        numbers: numbers([("cost_smooth", Some(smooth)), ("cost", Some(cost))]),
+    })
+}

@@ -1,0 +1,247 @@
+//! Rounds of tracing, solving and dividing cells.
+
+use glam::Vec3;
+use motes_shading::environment::Orientation;
+
+use super::cost::SolveOptions;
+use super::evidence::prior_log_base;
+use super::options::Options;
+use super::pairs::{Pair, PairOptions, choose_pairs};
+use super::solve::{LitPoints, solve};
+use super::transport::{Transport, TransportOptions, bounce};
+use crate::appearance::ModelOptions;
+use crate::illumination::{Cell, CellLight};
+use crate::observation::{Observed, Sample, TracedSurface};
+use crate::state::State;
+
+/// Cells of level 0: 11.25 degrees wide.
+pub(super) const COLUMNS: usize = 32;
+/// A cell is divided when more than this share of all received light comes from it.
+pub(super) const SHARE: f32 = 0.03;
+/// Neighbourhood of pairs, as a share of the distance between camera and point.
+const RADIUS: f32 = 0.05;
+/// Neighbours that pairs are drawn from: some shadow edges lie between.
+const AMONG: usize = 200;
+/// Difference of log chromaticity at which base colours are no longer alike. Sun and sky differ in colour, so points that look
+/// alike before the light is known are mostly lit alike: choosing by looks would hide every shadow from the fit.
+const CHROMA: f32 = 0.4;
+/// Weight of pairs that are not both on a flat piece: their normals err by degrees, which flattens the light.
+const UNSURE: f32 = 0.2;
+/// Weight of a pair of one point under two lights against a full pair.
+const SAME_POINT: f32 = 4.0;
+
+/// Points and the captures that show them.
+#[derive(Debug)]
+pub(crate) struct LightProblem<'a> {
+    /// Geometry.
+    pub scene: &'a TracedSurface,
+    /// Points with observations.
+    pub samples: &'a [Sample],
+    /// Radiance of the surface per capture and vertex; empty when indirect light is left out.
+    pub vertex_radiance: &'a [Vec<Vec3>],
+    /// Number of captures.
+    pub lights: usize,
+    /// Median distance between cameras and points, world units.
+    pub distance: f32,
+    /// Axes of the maps.
+    pub orientation: Orientation,
+    /// Per sample: logarithm of a base color that was predicted elsewhere, up to one factor per photo.
+    pub prior_log_base: Option<Vec<Vec3>>,
+    /// Rays and weights.
+    pub options: &'a Options,
+    /// The usual range of base colors, and whether there are shadows.
+    pub model: &'a ModelOptions,
+    /// Distance at which rays leave the surface, world units.
+    pub ray_bias: f32,
+    /// Key of the random numbers.
+    pub seed: u64,
+}
+
+/// The light found and what was measured on the way.
+#[derive(Debug)]
+pub(crate) struct FoundLight {
+    /// One per capture, with common cells.
+    pub lights: Vec<CellLight>,
+    /// Cells of every round.
+    pub cells: Vec<usize>,
+    /// Cost of every round, before and after.
+    pub costs: Vec<(f64, f64)>,
+}
+
+impl<'a> LightProblem<'a> {
+    /// What is known of the light of this state.
+    pub(crate) fn of(state: &'a State<'_>, options: &'a Options) -> Self {
+        let Observed { scene, samples, vertex_radiance, views, .. } = &state.observed;
+        Self {
+            scene,
+            samples,
+            vertex_radiance,
+            lights: state.inputs.light_count(),
+            distance: state.camera_distance,
+            orientation: state.orientation(),
+            prior_log_base: prior_log_base(samples, views, &state.inputs.known.base_color_priors),
+            options,
+            model: state.inputs.model,
+            ray_bias: state.ray_bias(),
+            seed: state.inputs.seed,
+        }
+    }
+
+    /// Finds the light of every capture, starting from an even white one.
+    pub(crate) fn solve(&self) -> FoundLight {
+        let even = CellLight::uniform(COLUMNS, COLUMNS / 2, Vec3::ONE, self.orientation);
+        let mut lights = vec![even; self.lights];
+        let bounces = self.bounces();
+        let mut found = FoundLight { lights: Vec::new(), cells: Vec::new(), costs: Vec::new() };
+        let mut base: Vec<Vec<Vec3>> = Vec::new();
+        let levels = self.options.light_levels;
+        for round in 0..=levels {
+            let (rows, lit) = self.lit_points(&lights[0], &bounces);
+            // The first pairs are near each other and may have any color; they are chosen again once the light is
+            // roughly known.
+            for pass in 0..if round == 0 { 2 } else { 1u64 } {
+                let pairs = self.pairs(&rows, &lit, &base, self.seed.wrapping_add(pass));
+                let cost = solve(&mut lights, &lit, &pairs, &mut [], &self.solve_options());
+                found.costs.push(cost);
+            }
+            base = lit.iter().zip(&lights).map(|(l, light)| base_colors(l, light)).collect();
+            found.cells.push(lights[0].cells.len());
+            if round < levels {
+                let hot = hot_cells(&lights, &lit);
+                let which = around(&lights[0].cells, &hot, levels);
+                lights.iter_mut().for_each(|light| light.divide(&which));
+            }
+        }
+        found.lights = lights;
+        found
+    }
+
+    fn transport_options(&self) -> TransportOptions {
+        TransportOptions {
+            rays_per_side: self.options.light_rays,
+            bounce_rays: 64,
+            bias: self.ray_bias,
+            visibility: self.model.visibility,
+            seed: self.seed,
+        }
+    }
+
+    /// Weights of the likeness of base colors under a light that only shading tells.
+    pub(crate) fn solve_options(&self) -> SolveOptions {
+        SolveOptions {
+            smooth: self.options.weight_smooth_light,
+            white: self.options.weight_white_light,
+            scale: self.model.weight_albedo_range,
+            tint: 0.0,
+            glossy: 0.0,
+            typical_base_color: self.model.typical_base_color,
+            sigma: 0.05,
+            steps: 200,
+            rate: 0.1,
+        }
+    }
+
+    /// What the surface itself sends to every sample, per capture.
+    pub(crate) fn bounces(&self) -> Vec<Vec<Vec3>> {
+        let options = self.transport_options();
+        (0..self.lights)
+            .map(|l| match self.vertex_radiance.get(l) {
+                Some(radiance) => bounce(self.scene, self.samples, radiance, &options),
+                None => vec![Vec3::ZERO; self.samples.len()],
+            })
+            .collect()
+    }
+
+    /// Samples per capture (those that its photos show), and their rows, with what they receive of the cells of `light`.
+    pub(crate) fn lit_points(
+        &self,
+        light: &CellLight,
+        bounces: &[Vec<Vec3>],
+    ) -> (Vec<Vec<u32>>, Vec<LitPoints>) {
+        let transport =
+            Transport::trace(self.scene, self.samples, light, &self.transport_options());
+        (0..self.lights)
+            .map(|l| {
+                let seen = self.samples.iter().enumerate();
+                let (rows, radiance): (Vec<u32>, Vec<Vec3>) =
+                    seen.filter_map(|(p, s)| Some((p as u32, s.body_radiance(l)?))).unzip();
+                let mut transport = transport.gather(&rows);
+                transport.bounce = rows.iter().map(|&p| bounces[l][p as usize]).collect();
+                (rows, LitPoints { transport, radiance })
+            })
+            .unzip()
+    }
+
+    /// Pairs of rows whose base colors are taken to be alike.
+    pub(crate) fn pairs(
+        &self,
+        rows: &[Vec<u32>],
+        lit: &[LitPoints],
+        base: &[Vec<Vec3>],
+        seed: u64,
+    ) -> Vec<Pair> {
+        let prior = self.prior_log_base.as_deref();
+        let mut all = Vec::new();
+        let mut start = 0;
+        let mut row_of = vec![u32::MAX; self.samples.len()];
+        for (l, (rows, lit)) in rows.iter().zip(lit).enumerate() {
+            let positions: Vec<Vec3> =
+                rows.iter().map(|&p| self.samples[p as usize].position).collect();
+            let (colors, chroma) =
+                base.get(l).map_or((&lit.radiance, f32::INFINITY), |base| (base, CHROMA));
+            let pair_options = PairOptions {
+                count: 8,
+                among: AMONG,
+                radius: RADIUS * self.distance,
+                chroma,
+                seed,
+            };
+            all.extend(choose_pairs(&positions, colors, &pair_options).into_iter().map(|pair| {
+                let [a, b] = [pair.a, pair.b].map(|row| rows[row as usize] as usize);
+                let sure = self.samples[a].sheet != 0 && self.samples[b].sheet != 0;
+                let weight = self.options.weight_base_color * if sure { 1.0 } else { UNSURE };
+                Pair {
+                    a: pair.a + start,
+                    b: pair.b + start,
+                    weight: weight * pair.weight,
+                    expected: prior.map_or(Vec3::ZERO, |prior| prior[a] - prior[b]),
+                }
+            }));
+            for (row, &p) in (start..).zip(rows) {
+                let other = std::mem::replace(&mut row_of[p as usize], row);
+                if other != u32::MAX {
+                    all.push(Pair { a: other, b: row, weight: SAME_POINT, expected: Vec3::ZERO });
+                }
+            }
+            start += rows.len() as u32;
+        }
+        all
+    }
+}
+
+/// Radiance over irradiance, per lit point.
+pub(crate) fn base_colors(lit: &LitPoints, light: &CellLight) -> Vec<Vec3> {
+    lit.radiance.iter().zip(lit.shading(&light.radiance)).map(|(l, s)| *l / s).collect()
+}
+
+/// Whether more than [`SHARE`] of what all points receive comes from a cell, under any light.
+fn hot_cells(lights: &[CellLight], lit: &[LitPoints]) -> Vec<bool> {
+    let mut hot = vec![false; lights[0].cells.len()];
+    for (light, lit) in lights.iter().zip(lit) {
+        let received = lit.transport.transposed(&vec![Vec3::ONE; lit.radiance.len()]);
+        let flux: Vec<f32> =
+            received.iter().zip(&light.radiance).map(|(t, e)| (*t * *e).element_sum()).collect();
+        let total: f32 = flux.iter().sum();
+        hot.iter_mut().zip(&flux).for_each(|(hot, f)| *hot |= *f > SHARE * total);
+    }
+    hot
+}
+
+/// Hot cells and those that touch one and are not finer: a bright spot may turn out to lie next door.
+fn around(cells: &[Cell], hot: &[bool], levels: u32) -> Vec<bool> {
+    let near_hot = |cell: &Cell| {
+        let mut others = cells.iter().zip(hot).filter(|(_, hot)| **hot);
+        others.any(|(other, _)| other.level >= cell.level && cell.touches(other))
+    };
+    cells.iter().map(|cell| cell.level < levels && near_hot(cell)).collect()
+}

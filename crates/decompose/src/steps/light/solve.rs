@@ -1,0 +1,346 @@
+//! The light that leaves the base colours of like points alike.
+//!
+//! Unknown: log radiance `θ` of every cell. With `S_p = Σ_j T_pj exp θ_j + I_p` (irradiance over π) and
+//! the photos' radiances `L_p`, base colour is `L_p / S_p`, and the cost is
+//!
+//! ```text
+//! F = mean_pairs w ρ(log (L_a / S_a) - log (L_b / S_b))  likeness of base colours
+//!   + λ_smooth mean ρ(θ_i - θ_j) over touching cells        smooth light, edges allowed
+//!   + λ_white  Σ_c (m_c - mean_c m)², m = mean_p log S_p    light is nearly white on the whole,
+//!   + λ_white / 100 mean (θ_c - mean_c θ)²                  and, much less, from everywhere
+//!   + λ_scale  (mean_p log (L_p / S_p) - log anchor)²       scale, which the photos do not tell
+//! ```
+//!
+//! Once materials are known, what glossy points reflect counts too (`super::glossy`), and colours of neighbouring cells:
+//!
+//! ```text
+//!   + λ_glossy mean_views w ρ((b S_p + Σ_j W_j exp θ_j + R - L) / mean L)   b is found anew every few steps
+//!   + λ_smooth λ_tint mean (d - mean_c d)², d = θ_i - θ_j
+//! ```
+//!
+//! With several captures the points of each are rows of their own under a light of their own, and pairs join
+//! a point with itself under another light, which tells base colour and light apart.
+//!
+//! All is per channel, with `ρ(x) = sqrt(x² + σ²) - σ`. Minimised by Adam (Kingma & Ba 2015).
+
+use glam::Vec3;
+use motes_math::adam::{AdamOptions, adam_step};
+use rayon::prelude::*;
+
+use super::cost::{SolveOptions, rho};
+use super::glossy::Glossy;
+use super::pairs::Pair;
+use super::transport::Transport;
+use crate::illumination::CellLight;
+
+/// Smallest irradiance over π that a logarithm is taken of, photo units.
+const FLOOR: f32 = 1e-4;
+
+/// Steps after which base colours of what reflects are found anew.
+const REFRESH: u32 = 5;
+
+/// Points under one light.
+#[derive(Debug)]
+pub(crate) struct LitPoints {
+    /// What they receive.
+    pub transport: Transport,
+    /// Radiance that the photos show, one per row of the transport.
+    pub radiance: Vec<Vec3>,
+}
+
+impl LitPoints {
+    /// Irradiance over π of every point under these radiances of the cells.
+    pub(crate) fn shading(&self, light: &[Vec3]) -> Vec<Vec3> {
+        let at = |p| {
+            (self.transport.direct(p, light) + self.transport.bounce[p]).max(Vec3::splat(FLOOR))
+        };
+        (0..self.radiance.len()).into_par_iter().map(at).collect()
+    }
+}
+
+fn radiances(theta: &[f32]) -> Vec<Vec3> {
+    theta.chunks_exact(3).map(|t| Vec3::new(t[0].exp(), t[1].exp(), t[2].exp())).collect()
+}
+
+/// Cost and gradient by `θ`, channels interleaved, one light after the other.
+pub(crate) fn cost_and_gradient(
+    theta: &[f32],
+    lit: &[LitPoints],
+    pairs: &[Pair],
+    neighbours: &[(u32, u32)],
+    glossy: &[Glossy],
+    options: &SolveOptions,
+) -> (f64, Vec<f32>) {
+    let columns = lit.first().map_or(0, |l| l.transport.columns);
+    let light = radiances(theta);
+    let lights: Vec<&[Vec3]> = light.chunks_exact(columns.max(1)).collect();
+    let shading: Vec<Vec3> =
+        lit.iter().zip(&lights).flat_map(|(l, light)| l.shading(light)).collect();
+    let radiance: Vec<Vec3> = lit.iter().flat_map(|l| l.radiance.iter().copied()).collect();
+    let log_base: Vec<Vec3> = radiance
+        .iter()
+        .zip(&shading)
+        .map(|(l, s)| l.max(Vec3::splat(FLOOR)).ln() - s.ln())
+        .collect();
+
+    let mut cost = 0.0;
+    let by_log_base = likeness(&log_base, pairs, options.sigma, &mut cost);
+    let n = radiance.len().max(1) as f32;
+    // One number for all channels: the colour of the light is the business of `white`.
+    let mean = log_base.iter().map(|b| b.element_sum() / 3.0).sum::<f32>() / n;
+    let off = mean - options.typical_base_color.ln();
+    cost += f64::from(options.scale * off * off);
+    let by_mean = Vec3::splat(2.0 * options.scale * off / (3.0 * n));
+
+    let tint = shading.iter().map(|s| s.ln()).sum::<Vec3>() / n;
+    let tint = tint - tint.element_sum() / 3.0;
+    cost += f64::from(options.white * tint.length_squared());
+    let by_tint = tint * (2.0 * options.white / n);
+
+    // ∂F/∂S = (∂F/∂log S - ∂F/∂log b) / S, then ∂S/∂θ = T exp θ.
+    let mut by_shading: Vec<Vec3> =
+        by_log_base.iter().zip(&shading).map(|(g, s)| (by_tint - *g - by_mean) / *s).collect();
+    let mut by_cell = vec![Vec3::ZERO; light.len()];
+    let mut start = 0;
+    for (l, glossy) in glossy.iter().enumerate() {
+        let count = lit[l].radiance.len();
+        let by_cell = &mut by_cell[l * columns..(l + 1) * columns];
+        let by_shading = &mut by_shading[start..start + count];
+        cost += glossy.add(&shading[start..start + count], lights[l], options, by_shading, by_cell);
+        start += count;
+    }
+    let mut gradient = Vec::with_capacity(theta.len());
+    let mut start = 0;
+    for ((l, light), by_cell) in lit.iter().zip(&lights).zip(by_cell.chunks(columns.max(1))) {
+        let end = start + l.radiance.len();
+        let sums = l.transport.transposed(&by_shading[start..end]);
+        for ((sum, by), e) in sums.iter().zip(by_cell).zip(*light) {
+            gradient.extend(((*sum + *by) * *e).to_array());
+        }
+        start = end;
+    }
+
+    let mut sum = Sum { cost, gradient };
+    sum.add_smoothness(theta, neighbours, lit.len(), options);
+    sum.add_whiteness(theta, options.white);
+    (sum.cost, sum.gradient)
+}
+
+/// Cost of pairs whose base colors differ, added to `cost`, and its slope by every logarithm.
+fn likeness(log_base: &[Vec3], pairs: &[Pair], sigma: f32, cost: &mut f64) -> Vec<Vec3> {
+    let mut by_log_base = vec![Vec3::ZERO; log_base.len()];
+    let total: f32 = pairs.iter().map(|p| p.weight).sum::<f32>().max(1e-6);
+    for pair in pairs {
+        let difference = log_base[pair.a as usize] - log_base[pair.b as usize] - pair.expected;
+        let w = pair.weight / total;
+        let mut slope = Vec3::ZERO;
+        for c in 0..3 {
+            let (value, by) = rho(difference[c], sigma);
+            *cost += f64::from(w * value);
+            slope[c] = w * by;
+        }
+        by_log_base[pair.a as usize] += slope;
+        by_log_base[pair.b as usize] -= slope;
+    }
+    by_log_base
+}
+
+/// A cost and its gradient by `θ`, to which terms are added in a fixed order: the bits depend on it.
+struct Sum {
+    cost: f64,
+    gradient: Vec<f32>,
+}
+
+impl Sum {
+    /// The light is smooth, but for few edges; `neighbours` are cells of one light that touch.
+    fn add_smoothness(
+        &mut self,
+        theta: &[f32],
+        neighbours: &[(u32, u32)],
+        lights: usize,
+        options: &SolveOptions,
+    ) {
+        let Self { cost, gradient } = self;
+        let columns = theta.len() / (3 * lights.max(1));
+        let share = options.smooth / (neighbours.len() * lights).max(1) as f32;
+        let pairs_of_cells = (0..lights).flat_map(|l| {
+            neighbours
+                .iter()
+                .map(move |&(i, j)| (i as usize + l * columns, j as usize + l * columns))
+        });
+        for (i, j) in pairs_of_cells {
+            for c in 0..3 {
+                let (a, b) = (3 * i + c, 3 * j + c);
+                let (value, by) = rho(theta[a] - theta[b], 0.3);
+                *cost += f64::from(share * value);
+                gradient[a] += share * by;
+                gradient[b] -= share * by;
+            }
+            let difference = Vec3::from([0, 1, 2].map(|c| theta[3 * i + c] - theta[3 * j + c]));
+            let tint = difference - difference.element_sum() / 3.0;
+            *cost += f64::from(share * options.tint * tint.length_squared());
+            for c in 0..3 {
+                gradient[3 * i + c] += 2.0 * share * options.tint * tint[c];
+                gradient[3 * j + c] -= 2.0 * share * options.tint * tint[c];
+            }
+        }
+    }
+
+    /// Every cell is nearly white.
+    fn add_whiteness(&mut self, theta: &[f32], weight: f32) {
+        let share = 0.01 * weight / (theta.len() / 3).max(1) as f32;
+        for (t, g) in theta.chunks_exact(3).zip(self.gradient.chunks_exact_mut(3)) {
+            let mean = (t[0] + t[1] + t[2]) / 3.0;
+            for c in 0..3 {
+                let d = t[c] - mean;
+                self.cost += f64::from(share * d * d);
+                g[c] += 2.0 * share * d;
+            }
+        }
+    }
+}
+
+/// Moves the radiances of `lights`, which have the same cells, to a minimum; returns the cost before and after.
+pub(crate) fn solve(
+    lights: &mut [CellLight],
+    lit: &[LitPoints],
+    pairs: &[Pair],
+    glossy: &mut [Glossy],
+    options: &SolveOptions,
+) -> (f64, f64) {
+    let Some(first_light) = lights.first() else {
+        return (0.0, 0.0);
+    };
+    let columns = first_light.cells.len().max(1);
+    let neighbours = first_light.neighbours();
+    let all = lights.iter().flat_map(|l| &l.radiance);
+    let mut theta: Vec<f32> = all.flat_map(|e| e.to_array().map(|v| v.max(1e-5).ln())).collect();
+    let (mut first, mut second) = (vec![0.0; theta.len()], vec![0.0; theta.len()]);
+    let adam = AdamOptions { beta2: 0.99, ..AdamOptions::default() };
+    let (mut start, mut end) = (0.0, 0.0);
+    for step in 0..options.steps {
+        if step % REFRESH == 0 {
+            let light = radiances(&theta);
+            for ((glossy, lit), light) in glossy.iter_mut().zip(lit).zip(light.chunks(columns)) {
+                glossy.refresh(&lit.shading(light), light, options.sigma);
+            }
+        }
+        let (cost, gradient) = cost_and_gradient(&theta, lit, pairs, &neighbours, glossy, options);
+        if step == 0 {
+            start = cost;
+        }
+        end = cost;
+        let t = step as f32 / options.steps as f32;
+        let rate = options.rate * (0.5 + 0.5 * (std::f32::consts::PI * t).cos()).max(0.02);
+        adam_step(
+            &mut theta,
+            &gradient,
+            &mut first,
+            &mut second,
+            &[rate],
+            u64::from(step) + 1,
+            &adam,
+        );
+        for value in &mut theta {
+            *value = value.clamp(-14.0, 14.0);
+        }
+    }
+    let mut values = radiances(&theta).into_iter();
+    for light in lights {
+        light.radiance = values.by_ref().take(light.cells.len()).collect();
+    }
+    (start, end)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::glossy::{GlossyPoint, GlossyView};
+    use super::*;
+
+    #[test]
+    fn gradient_is_that_of_the_cost() {
+        let (points, columns) = (7, 5);
+        let noise = |i: usize| (i as f32 * 12.9898).sin() * 0.5 + 0.5;
+        let lit: Vec<LitPoints> = [0, 500]
+            .into_iter()
+            .map(|k| LitPoints {
+                transport: Transport {
+                    cells: (0..points * columns).map(|i| 0.02 + 0.2 * noise(k + i)).collect(),
+                    bounce: (0..points).map(|i| Vec3::splat(0.05 * noise(k + 90 + i))).collect(),
+                    columns,
+                },
+                radiance: (0..points)
+                    .map(|i| {
+                        Vec3::new(
+                            0.1 + noise(k + i),
+                            0.2 + noise(k + i + 30),
+                            0.3 + noise(k + i + 60),
+                        )
+                    })
+                    .collect(),
+            })
+            .collect();
+        let pairs: Vec<Pair> = (0..30)
+            .map(|i| Pair {
+                a: (i % 14) as u32,
+                b: ((i * 3 + 1) % 14) as u32,
+                weight: 0.2 + noise(i),
+                expected: Vec3::splat(0.1 * noise(i + 7)),
+            })
+            .collect();
+        let neighbours = [(0, 1), (1, 2), (2, 3), (3, 4), (4, 0)];
+        // A point of each kind under each light, seen three times.
+        let glossy: Vec<Glossy> = [0, 700]
+            .into_iter()
+            .map(|k| {
+                let view = |p: usize, v: usize| GlossyView {
+                    lobe: (0..3)
+                        .map(|j| {
+                            let cell = (p + v + 2 * j) % columns;
+                            (cell as u32, Vec3::new(0.2, 0.3, 0.4) * noise(k + 7 * p + 3 * v + j))
+                        })
+                        .collect(),
+                    bounce: Vec3::splat(0.1 * noise(k + p + v)),
+                    radiance: Vec3::splat(0.2 + noise(k + 50 + 5 * p + v)),
+                    weight: 0.1 + 0.1 * noise(k + v),
+                };
+                let point = |p: usize| GlossyPoint {
+                    row: (2 * p + 1) as u32,
+                    is_dielectric: p != 1,
+                    unit: 0.3 + noise(k + p),
+                    views: (0..3).map(|v| view(p, v)).collect(),
+                };
+                Glossy::new((0..3).map(point).collect(), &vec![Vec3::new(0.3, 0.5, 0.7); points])
+            })
+            .collect();
+        let options = SolveOptions {
+            smooth: 0.3,
+            white: 0.2,
+            scale: 0.5,
+            glossy: 1.0,
+            tint: 0.7,
+            typical_base_color: 0.3,
+            sigma: 0.2,
+            steps: 1,
+            rate: 0.1,
+        };
+        let theta: Vec<f32> = (0..6 * columns).map(|i| noise(i + 200) - 0.4).collect();
+        let at =
+            |theta: &[f32]| cost_and_gradient(theta, &lit, &pairs, &neighbours, &glossy, &options);
+        let (_, gradient) = at(&theta);
+        for i in 0..theta.len() {
+            let moved = |d: f32| {
+                let mut t = theta.clone();
+                t[i] += d;
+                at(&t).0
+            };
+            let step = 5e-3;
+            let numeric = (moved(step) - moved(-step)) / (2.0 * f64::from(step));
+            let analytic = f64::from(gradient[i]);
+            assert!(
+                (numeric - analytic).abs() < 2e-3 * analytic.abs() + 2e-5,
+                "{i}: {numeric} {analytic}"
+            );
+        }
+    }
+}

@@ -1,0 +1,161 @@
+//! How much of every cell of the light a point of the surface receives.
+
+use glam::Vec3;
+use motes_shading::frame::Frame;
+use motes_shading::sampling::{PointSet, unit_f32};
+use motes_shading::tracing::{Ray, Tracer, offset_origin};
+use rayon::prelude::*;
+
+use crate::illumination::CellLight;
+use crate::observation::{Sample, TracedSurface};
+
+/// Points per part of a sum.
+const CHUNK: usize = 256;
+const CELL_PURPOSE: u32 = 41;
+const BOUNCE_PURPOSE: u32 = 42;
+
+/// Diffuse transport of `P` points and `J` cells.
+#[derive(Clone, Debug)]
+pub(crate) struct Transport {
+    /// `[P, J]`: `1/π ∫_cell V (n · w)⁺ dw`.
+    pub cells: Vec<f32>,
+    /// `[P]`: `1/π ∫ (1 - V) L_surface (n · w)⁺ dw`: light that comes from the surface itself, photo units.
+    pub bounce: Vec<Vec3>,
+    /// Number of cells.
+    pub columns: usize,
+}
+
+/// How transport is traced.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TransportOptions {
+    /// Rays per side of a cell of level 0; finer cells take half as many per level, one at least.
+    pub rays_per_side: u32,
+    /// Rays for the light from the surface itself.
+    pub bounce_rays: u32,
+    /// Distance at which rays start, world units.
+    pub bias: f32,
+    /// Ignore what is in the way (for measuring what visibility is worth).
+    pub visibility: bool,
+    /// Key of the random numbers.
+    pub seed: u64,
+}
+
+impl Transport {
+    /// Irradiance over π of point `p` under radiances of the cells.
+    #[inline]
+    pub(crate) fn direct(&self, p: usize, radiance: &[Vec3]) -> Vec3 {
+        let row = &self.cells[p * self.columns..(p + 1) * self.columns];
+        row.iter().zip(radiance).map(|(t, e)| *e * *t).sum()
+    }
+
+    /// `Σ_p T_pj g_p` for every cell `j`, in a fixed order.
+    pub(crate) fn transposed(&self, values: &[Vec3]) -> Vec<Vec3> {
+        let add = |into: &mut Vec<Vec3>, (p, g): (usize, &Vec3)| {
+            let row = &self.cells[p * self.columns..(p + 1) * self.columns];
+            into.iter_mut().zip(row).for_each(|(s, t)| *s += *g * *t);
+        };
+        let parts: Vec<Vec<Vec3>> = values
+            .par_chunks(CHUNK)
+            .enumerate()
+            .map(|(chunk, values)| {
+                let mut sum = vec![Vec3::ZERO; self.columns];
+                values.iter().enumerate().for_each(|(k, g)| add(&mut sum, (chunk * CHUNK + k, g)));
+                sum
+            })
+            .collect();
+        (0..self.columns).map(|j| parts.iter().map(|part| part[j]).sum()).collect()
+    }
+
+    /// The rows of `points` only.
+    pub(crate) fn gather(&self, points: &[u32]) -> Self {
+        let row =
+            |&p: &u32| &self.cells[p as usize * self.columns..(p as usize + 1) * self.columns];
+        Self {
+            cells: points.iter().flat_map(|p| row(p).iter().copied()).collect(),
+            bounce: points.iter().map(|&p| self.bounce[p as usize]).collect(),
+            columns: self.columns,
+        }
+    }
+
+    /// Traces all points; without light from the surface itself, which [`bounce`] gives.
+    pub(crate) fn trace(
+        scene: &TracedSurface,
+        samples: &[Sample],
+        light: &CellLight,
+        options: &TransportOptions,
+    ) -> Self {
+        let columns = light.cells.len();
+        let mut cells = vec![0.0; samples.len() * columns];
+        let bias = options.bias;
+        cells.par_chunks_mut(columns.max(1)).zip(samples).enumerate().for_each(
+            |(p, (row, sample))| {
+                for (j, (value, cell)) in row.iter_mut().zip(&light.cells).enumerate() {
+                    let side = (options.rays_per_side >> cell.level).max(1);
+                    let points = PointSet::new(
+                        options.seed,
+                        (p as u64) << 24 | j as u64,
+                        CELL_PURPOSE,
+                        side * side,
+                    );
+                    let share = cell.solid_angle() / (std::f32::consts::PI * (side * side) as f32);
+                    for k in 0..side * side {
+                        let u = points.point(k);
+                        let w = cell.direction(unit_f32(u[1]), unit_f32(u[2]), &light.orientation);
+                        let cosine = sample.normal.dot(w);
+                        if !(cosine > 0.0 && sample.geometric_normal.dot(w) > 0.0) {
+                            continue;
+                        }
+                        let open = !options.visibility || {
+                            let origin =
+                                offset_origin(sample.position, sample.geometric_normal, w, bias);
+                            !scene.tracer.occluded(&Ray::new(origin, w))
+                        };
+                        *value += if open { cosine * share } else { 0.0 };
+                    }
+                }
+            },
+        );
+        Self { cells, bounce: vec![Vec3::ZERO; samples.len()], columns }
+    }
+}
+
+/// `[P]`: `1/π ∫ (1 - V) L_surface (n · w)⁺ dw` with the radiance of the surface at its vertices.
+pub(crate) fn bounce(
+    scene: &TracedSurface,
+    samples: &[Sample],
+    vertex_radiance: &[Vec3],
+    options: &TransportOptions,
+) -> Vec<Vec3> {
+    let of = |(p, sample)| bounce_at(scene, sample, p as u64, vertex_radiance, options);
+    samples.par_iter().enumerate().map(of).collect()
+}
+
+fn bounce_at(
+    scene: &TracedSurface,
+    sample: &Sample,
+    item: u64,
+    vertex_radiance: &[Vec3],
+    options: &TransportOptions,
+) -> Vec3 {
+    let bias = options.bias;
+    if options.bounce_rays == 0 || !options.visibility {
+        return Vec3::ZERO;
+    }
+    let frame = Frame::from_normal(sample.normal);
+    let points = PointSet::new(options.seed, item, BOUNCE_PURPOSE, options.bounce_rays);
+    let mut sum = Vec3::ZERO;
+    for k in 0..options.bounce_rays {
+        let u = points.point(k).map(unit_f32);
+        // Cosine-weighted: the mean over such directions is 1/π of the integral.
+        let (r, phi) = (u[1].sqrt(), std::f32::consts::TAU * u[2]);
+        let w =
+            frame.world_from_local(Vec3::new(r * phi.cos(), r * phi.sin(), (1.0 - u[1]).sqrt()));
+        if sample.geometric_normal.dot(w) > 0.0 {
+            let origin = offset_origin(sample.position, sample.geometric_normal, w, bias);
+            if let Some(hit) = scene.tracer.closest_hit(&Ray::new(origin, w)) {
+                sum += scene.interpolate(hit.primitive, hit.barycentrics, vertex_radiance);
+            }
+        }
+    }
+    sum / options.bounce_rays as f32
+}

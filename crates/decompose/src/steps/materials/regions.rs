@@ -1,0 +1,157 @@
+//! Parts of one roughness and kind.
+//!
+//! The shortest description wins (Rissanen 1978): parts are merged as long as a common label costs less than the
+//! labels of two parts, so materials differ only where the photos show it.
+
+use glam::Vec3;
+use kiddo::{ImmutableKdTree, SquaredEuclidean};
+use std::collections::{BTreeMap, BTreeSet};
+use std::num::NonZero;
+
+use super::profile::Profile;
+use crate::observation::Sample;
+
+/// How parts are found.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct RegionOptions {
+    /// Number of pieces to start from.
+    pub pieces: usize,
+    /// What one more part costs, in units of the profile's cost.
+    pub price: f32,
+    /// Observations of neighbouring points err together: costs count this much.
+    pub evidence: f32,
+}
+
+/// Parts of the surface.
+#[derive(Clone, Debug)]
+pub(super) struct Regions {
+    /// Part of every sample.
+    pub of_sample: Vec<u32>,
+    /// Index of the best label per part.
+    pub label: Vec<usize>,
+    /// Summed costs by label, per part.
+    pub costs: Vec<Vec<f32>>,
+}
+
+/// Divides `samples` into parts. Flat pieces and what stands on them are known to be
+/// different things: their parts do not merge.
+pub(super) fn find_regions(
+    samples: &[Sample],
+    profile: &Profile,
+    options: &RegionOptions,
+) -> Regions {
+    let count = profile.labels.len();
+    if samples.is_empty() {
+        return Regions { of_sample: Vec::new(), label: Vec::new(), costs: Vec::new() };
+    }
+    let piece = pieces(samples, options.pieces);
+    let n = piece.iter().max().map_or(0, |&m| m as usize + 1);
+    let mut costs = vec![vec![0.0f32; count]; n];
+    for (p, &k) in piece.iter().enumerate() {
+        for (sum, c) in costs[k as usize].iter_mut().zip(profile.costs_of(p)) {
+            *sum += options.evidence * c;
+        }
+    }
+    let mut edges = adjacency(samples, &piece);
+    let priced = |c: &[f32]| {
+        c.iter().zip(&profile.prices).map(|(c, price)| c + price).fold(f32::INFINITY, f32::min)
+    };
+    let mut parent: Vec<usize> = (0..n).collect();
+    loop {
+        // What merging saves: a price, minus what a common label loses.
+        let gain = |a: usize, b: usize| {
+            let both = costs[a].iter().zip(&costs[b]).zip(&profile.prices);
+            let joint = both.map(|((x, y), price)| x + y + price).fold(f32::INFINITY, f32::min);
+            options.price - (joint - priced(&costs[a]) - priced(&costs[b]))
+        };
+        let top = edges
+            .iter()
+            .map(|&(a, b)| (gain(a, b), a, b))
+            .max_by(|x, y| x.0.total_cmp(&y.0).then((y.1, y.2).cmp(&(x.1, x.2))));
+        let Some((saved, a, b)) = top else { break };
+        if !(saved > 0.0) {
+            break;
+        }
+        let moved = std::mem::take(&mut costs[b]);
+        costs[a].iter_mut().zip(&moved).for_each(|(x, y)| *x += y);
+        parent[b] = a;
+        edges = edges
+            .iter()
+            .map(|&(x, y)| {
+                let (x, y) = (if x == b { a } else { x }, if y == b { a } else { y });
+                (x.min(y), x.max(y))
+            })
+            .filter(|(x, y)| x != y)
+            .collect();
+    }
+    let root = |mut k: usize| {
+        while parent[k] != k {
+            k = parent[k];
+        }
+        k
+    };
+    let roots: Vec<usize> = (0..n).filter(|&k| parent[k] == k).collect();
+    let number: BTreeMap<usize, u32> =
+        roots.iter().enumerate().map(|(i, &r)| (r, i as u32)).collect();
+    let argmin = |c: &Vec<f32>| {
+        let priced: Vec<f32> = c.iter().zip(&profile.prices).map(|(c, price)| c + price).collect();
+        (0..priced.len()).min_by(|&x, &y| priced[x].total_cmp(&priced[y])).unwrap_or(0)
+    };
+    Regions {
+        of_sample: piece.iter().map(|&k| number[&root(k as usize)]).collect(),
+        label: roots.iter().map(|&r| argmin(&costs[r])).collect(),
+        costs: roots.iter().map(|&r| costs[r].clone()).collect(),
+    }
+}
+
+/// Compact pieces of like direction: farthest points as seeds, everything to its nearest.
+fn pieces(samples: &[Sample], wanted: usize) -> Vec<u32> {
+    let (low, high) = samples.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(l, h), s| {
+        (l.min(s.position), h.max(s.position))
+    });
+    let size = (high - low).max_element().max(f32::MIN_POSITIVE);
+    let distance = |a: usize, b: usize| {
+        let (p, q) = (&samples[a], &samples[b]);
+        let bend = (p.normal - q.normal).length_squared() * 1e-3;
+        let gap = if p.sheet == q.sheet { 0.0 } else { 1e3 };
+        ((p.position - q.position) / size).length_squared() + bend + gap
+    };
+    let mut nearest = vec![f32::INFINITY; samples.len()];
+    let mut piece = vec![0u32; samples.len()];
+    let mut seed = 0;
+    for k in 0..wanted.min(samples.len()) {
+        for (p, near) in nearest.iter_mut().enumerate() {
+            let d = distance(p, seed);
+            if d < *near {
+                (*near, piece[p]) = (d, k as u32);
+            }
+        }
+        seed = (0..samples.len())
+            .max_by(|&a, &b| nearest[a].total_cmp(&nearest[b]).then(b.cmp(&a)))
+            .unwrap_or(0);
+        if !(nearest[seed] > 0.0) {
+            break;
+        }
+    }
+    piece
+}
+
+fn adjacency(samples: &[Sample], piece: &[u32]) -> BTreeSet<(usize, usize)> {
+    let positions: Vec<[f32; 3]> = samples.iter().map(|s| s.position.to_array()).collect();
+    let mut edges = BTreeSet::new();
+    let (Ok(tree), Some(wanted)) =
+        (ImmutableKdTree::<f32, 3>::new_from_slice(&positions), NonZero::new(9))
+    else {
+        return edges;
+    };
+    for (p, position) in positions.iter().enumerate() {
+        for other in tree.query(position).nearest_n::<SquaredEuclidean<f32>>(wanted).execute() {
+            let q = other.item as usize;
+            let (a, b) = (piece[p] as usize, piece[q] as usize);
+            if a != b && samples[p].sheet == samples[q].sheet {
+                edges.insert((a.min(b), a.max(b)));
+            }
+        }
+    }
+    edges
+}

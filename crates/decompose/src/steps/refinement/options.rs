@@ -1,0 +1,21 @@
+//! Options of the refinement of the Gaussians.
+
+use clap::Args;
+use serde::{Deserialize, Serialize};
+
+/// How Gaussians are fitted to the photos through the shading.
+#[derive(Clone, Debug, PartialEq, Args, Serialize, Deserialize)]
+#[serde(default)]
+#[group(skip)]
+pub struct Options {
+    /// Steps, one photo each, that fit shapes, opacities and base colours of the Gaussians to the photos through the shading that
+    /// was found, and the captured colours with them. 0 leaves shapes and captured colours as they are
+    #[arg(long, default_value_t = 600, value_name = "COUNT", help_heading = "Fit")]
+    pub photo_steps: u32,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        crate::appearance::options::defaults()
+    }
+}

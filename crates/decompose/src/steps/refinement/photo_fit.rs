@@ -1,0 +1,283 @@
+//! Gaussians fitted to the photos under the light that was found.
+//!
+//! Gaussians come from a fit in which each may look different from every side; with one base colour each, their shapes are no
+//! longer the best. So they are fitted once more, to the photos again, but through the shading of every pixel:
+//!
+//! ```text
+//! picture = encode(slope decode(Σ α T e) + offset)        e: base colour, sRGB-encoded
+//! cost    = mean w (sqrt((picture - photo)² + ε²) - ε)    ε: what is noise
+//! ```
+//!
+//! Adam with the rates of training (Kerbl et al. 2023) on shapes, opacities and base colours; the cost is Charbonnier's, 1994. Every
+//! such step is followed by one on the colours as captured and the same shapes, which serve both. Pixels that tell nothing (no
+//! surface, masked, clipped) keep what they showed. Number and order of the Gaussians never change.
+
+use std::collections::BTreeSet;
+use std::mem::swap;
+
+use motes_math::{sh, srgb};
+use motes_raster::{Frame, GaussianGradients, Modifiers, Planes, RenderOptions, ViewTransform};
+use motes_scene::Gaussians;
+use train_splat::{FitOptions, Moments, PhotoOrder, Rates, Update, scene_extent};
+
+use crate::appearance::PixelShading;
+use crate::appearance::pixel_shading::is_told;
+use crate::image_gradient::slopes;
+use crate::observation::SeenView;
+
+/// Differences below this are noise, sRGB-encoded.
+const NOISE: f32 = 0.01;
+/// Of the rates, at the last step.
+const LAST: f64 = 0.1;
+/// Weight of what stays as it was.
+const STAYING: f32 = 0.3;
+/// Share of a view's pixels from which those that tell nothing are looked after.
+const MANY: f32 = 0.01;
+/// Darkest and brightest base colour, sRGB-encoded: below, the rasterizer's clamp would stop a gradient.
+const RANGE: [f32; 2] = [0.004, 1.0];
+const SH_C0: f32 = sh::SH_C0 as f32;
+const PURPOSE: u64 = 0x5048_4649;
+
+/// What Gaussians are compared with.
+pub(crate) struct PhotoFit<'a> {
+    pub views: &'a [SeenView<'a>],
+    /// Of the views, same order.
+    pub shadings: &'a [PixelShading],
+    pub render: &'a RenderOptions,
+    /// Key of the order of the views.
+    pub seed: u64,
+}
+
+/// What the colours of the Gaussians are.
+#[derive(Clone, Copy, PartialEq)]
+enum Colors {
+    /// What the photos show.
+    Captured,
+    /// Base colour, sRGB-encoded.
+    Base,
+}
+
+const ALL: [Colors; 2] = [Colors::Captured, Colors::Base];
+
+impl PhotoFit<'_> {
+    /// Fits `start`, whose colours are as captured, and `base`: the same Gaussians with base colours (degree 0, sRGB-encoded).
+    /// Same rows; both results have the same shapes.
+    ///
+    /// # Errors
+    /// What `observer` says, which gets the share of the steps that are done.
+    pub(crate) fn fit<E>(
+        &self,
+        start: &Gaussians,
+        base: &Gaussians,
+        steps: u32,
+        mut observer: impl FnMut(f32) -> Result<(), E>,
+    ) -> Result<(Gaussians, Gaussians), E> {
+        let (mut model, mut moments) = (start.clone(), Moments::zeros(start));
+        let mut waiting = WaitingColors::new(base);
+        let looked_after: Vec<[bool; 2]> = (0..self.views.len())
+            .map(|v| ALL.map(|colors| self.untold_share(v, colors) > MANY))
+            .collect();
+        let poses = self.views.iter().map(|v| &v.photo.camera_from_world);
+        let extent = scene_extent(poses, &start.means);
+        let options = FitOptions::default();
+        let (mut frame, mut frame_before) = (Frame::new(), Frame::new());
+        let mut gradients = GaussianGradients::default();
+        let none = Modifiers::default();
+        let mut order = PhotoOrder::new(self.views.len(), self.seed, PURPOSE);
+        for step in 0..steps {
+            let Some(v) = order.at(step) else { break };
+            observer(step as f32 / steps as f32)?;
+            let photo = self.views[v].photo;
+            let view = ViewTransform::new(&photo.camera, &photo.camera_from_world);
+            let progress = f64::from(step) / f64::from(steps);
+            let rates = Rates::at(&options, extent, LAST.powf(progress), progress);
+            for (k, colors) in ALL.into_iter().enumerate() {
+                let before = match colors {
+                    Colors::Captured => start,
+                    Colors::Base => base,
+                };
+                let stays = looked_after[v][k]
+                    .then(|| frame_before.forward(before, &view, &none, self.render));
+                let image = frame.forward(&model, &view, &none, self.render);
+                let slope = self.slope(v, colors, image, stays);
+                frame.backward(&model, &none, self.render, &slope, &mut gradients);
+                let update = Update {
+                    step: u64::from(step) + 1,
+                    sh_degree: model.sh_degree,
+                    sh_every: 1,
+                    sparse: true,
+                };
+                moments.apply(&mut model, &gradients, &rates, &update);
+                if colors == Colors::Base {
+                    let [low, high] = RANGE.map(|e| (e - 0.5) / SH_C0);
+                    model.sh.iter_mut().for_each(|v| *v = v.clamp(low, high));
+                }
+                waiting.take_turns(&mut model, &mut moments);
+            }
+        }
+        let mut captured = model;
+        let mut base_fitted = Gaussians {
+            sh: waiting.sh,
+            sh_degree: waiting.sh_degree,
+            extra: Vec::new(),
+            ..captured.clone()
+        };
+        keep_finite([&mut captured, &mut base_fitted], [start, base]);
+        Ok((captured, base_fitted))
+    }
+
+    fn untold_share(&self, v: usize, colors: Colors) -> f32 {
+        let count = self.shadings[v].slope.len();
+        let told = (0..count).filter(|&i| self.told(v, i, colors)).count();
+        1.0 - told as f32 / count.max(1) as f32
+    }
+
+    fn told(&self, v: usize, i: usize, colors: Colors) -> bool {
+        let lit = colors == Colors::Captured || is_told(self.shadings[v].slope[i]);
+        lit && self.views[v].photo.weight.data[i] > 0.0
+    }
+
+    /// Slope of the cost by every value of the picture of a view.
+    fn slope(&self, v: usize, colors: Colors, image: &Planes, before: Option<&Planes>) -> Planes {
+        let (photo, shading) = (self.views[v].photo, &self.shadings[v]);
+        slopes([image.width, image.height], |c, x, y| {
+            let i = y * image.width + x;
+            let shown = image.row(c, y)[x];
+            if !self.told(v, i, colors) {
+                return STAYING * before.map_or(0.0, |b| difference(shown, b.row(c, y)[x]));
+            }
+            let seen = srgb::encode(photo.radiance_linear.data[3 * i + c]);
+            let slope = match colors {
+                Colors::Captured => difference(shown, seen),
+                Colors::Base => {
+                    let (uniform, color) = shading.uniform[i];
+                    let (slope, offset) = (shading.slope[i][c], shading.offset[i][c]);
+                    let pixel = Pixel { slope, offset, seen };
+                    (1.0 - uniform) * pixel.slope_at(shown)
+                        + uniform * difference(shown, srgb::encode(color[c]))
+                }
+            };
+            photo.weight.data[i] * slope
+        })
+    }
+}
+
+/// Derivative of the cost by the first value.
+fn difference(shown: f32, seen: f32) -> f32 {
+    let r = shown - seen;
+    r / (r * r + NOISE * NOISE).sqrt()
+}
+
+/// A channel of a pixel: radiance is `b slope + offset`.
+struct Pixel {
+    slope: f32,
+    offset: f32,
+    /// In the photo, sRGB-encoded.
+    seen: f32,
+}
+
+impl Pixel {
+    /// Derivative of the cost by the base colour, sRGB-encoded.
+    fn slope_at(&self, encoded: f32) -> f32 {
+        let (base, by_encoded) = srgb::decode_with_slope(encoded.max(0.0));
+        let (shown, by_radiance) = srgb::encode_with_slope(self.slope * base + self.offset);
+        difference(shown, self.seen) * by_radiance * self.slope * by_encoded
+    }
+}
+
+/// The colours whose turn it is not, with what Adam knows of them. Shapes and opacities are shared.
+struct WaitingColors {
+    sh: Vec<f32>,
+    sh_degree: u8,
+    first: Vec<f32>,
+    second: Vec<f32>,
+}
+
+impl WaitingColors {
+    fn new(gaussians: &Gaussians) -> Self {
+        let zeros = vec![0.0; gaussians.sh.len()];
+        let (sh, sh_degree) = (gaussians.sh.clone(), gaussians.sh_degree);
+        Self { sh, sh_degree, first: zeros.clone(), second: zeros }
+    }
+
+    /// Changes places with the colours in `model` and `moments`.
+    fn take_turns(&mut self, model: &mut Gaussians, moments: &mut Moments) {
+        swap(&mut self.sh, &mut model.sh);
+        swap(&mut self.sh_degree, &mut model.sh_degree);
+        swap(&mut self.first, &mut moments.first.sh);
+        swap(&mut self.second, &mut moments.second.sh);
+    }
+}
+
+/// Rows of which a value is no longer finite become what they were, in both models.
+fn keep_finite(mut models: [&mut Gaussians; 2], before: [&Gaussians; 2]) {
+    let rows: BTreeSet<u32> = models.iter().flat_map(|model| model.invalid_rows()).collect();
+    for i in rows.into_iter().map(|i| i as usize) {
+        for (model, start) in models.iter_mut().zip(before) {
+            let width = 3 * model.sh_coefficients();
+            let sh = i * width..(i + 1) * width;
+            model.means[i] = start.means[i];
+            model.rotations[i] = start.rotations[i];
+            model.log_scales[i] = start.log_scales[i];
+            model.opacity_logits[i] = start.opacity_logits[i];
+            model.sh[sh.clone()].copy_from_slice(&start.sh[sh]);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slopes_are_those_of_finite_differences() {
+        let cost = |p: &Pixel, e: f64| {
+            let decode = |v: f64| {
+                if v <= 0.040_45 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
+            };
+            let encode = |v: f64| {
+                if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 }
+            };
+            let shown = encode(f64::from(p.slope) * decode(e) + f64::from(p.offset));
+            (shown - f64::from(p.seen)).hypot(f64::from(NOISE))
+        };
+        for slope in [1e-3, 0.2, 1.0, 30.0] {
+            for offset in [0.0, 1e-4, 0.3] {
+                for (encoded, seen) in [(0.02, 0.3), (0.1, 0.9), (0.5, 0.4), (0.9, 0.0)] {
+                    let pixel = Pixel { slope, offset, seen };
+                    let (e, h) = (f64::from(encoded), 1e-6);
+                    let numeric = (cost(&pixel, e + h) - cost(&pixel, e - h)) / (2.0 * h);
+                    let found = f64::from(pixel.slope_at(encoded));
+                    let off = (found - numeric).abs();
+                    assert!(off < 1e-3 * numeric.abs().max(1e-2), "{numeric} {found}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn slopes_are_finite_at_the_extremes() {
+        for slope in [0.0, 1e-30, 1e30] {
+            for offset in [0.0, -1.0, 1e30] {
+                for e in [0.0, -1.0, 1.0, 5.0] {
+                    let found = Pixel { slope, offset, seen: 0.5 }.slope_at(e);
+                    assert!(found.is_finite(), "{slope} {offset} {e}: {found}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn rows_that_are_not_finite_are_taken_back() {
+        let start = motes_testkit::random_gaussians(3, 4, 1);
+        let base = start.colored(|_| [0.4; 3]);
+        let (mut model, mut other) = (start.clone(), base.clone());
+        model.means[1][2] = f32::NAN;
+        other.sh[9] = f32::INFINITY;
+        (model.sh[5], other.sh[2]) = (0.25, 0.125);
+        keep_finite([&mut model, &mut other], [&start, &base]);
+        assert_eq!((model.sh[5], other.sh[2]), (0.25, 0.125), "a finite row keeps what it has");
+        assert_eq!(model, Gaussians { sh: model.sh.clone(), ..start });
+        assert_eq!(other.sh[9], base.sh[9]);
+    }
+}

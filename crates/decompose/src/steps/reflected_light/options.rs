@@ -1,0 +1,25 @@
+//! Options of light from reflections.
+
+use clap::Args;
+use serde::{Deserialize, Serialize};
+
+/// How the light is fitted to what is reflected.
+#[derive(Clone, Debug, PartialEq, Args, Serialize, Deserialize)]
+#[serde(default)]
+#[group(skip)]
+pub struct Options {
+    /// Rounds that fit the light to what glossy things and metals reflect, as long as materials then explain the photos better; 0
+    /// leaves it as shading tells
+    #[arg(long, default_value_t = 2, value_name = "COUNT", help_heading = "Fit")]
+    pub reflected_light_rounds: u32,
+
+    /// Weight: the light is what glossy things and metals reflect (--reflected-light-rounds)
+    #[arg(long, default_value_t = 1.0, value_name = "WEIGHT", help_heading = "Priors")]
+    pub weight_reflected_light: f32,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        crate::appearance::options::defaults()
+    }
+}

@@ -1,0 +1,24 @@
+//! Options of the choice of points.
+
+use clap::Args;
+use serde::{Deserialize, Serialize};
+
+/// How the points of the surface are chosen.
+#[derive(Clone, Debug, PartialEq, Args, Serialize, Deserialize)]
+#[serde(default)]
+#[group(skip)]
+pub struct Options {
+    /// Points of the surface that light and material are fitted to
+    #[arg(long, default_value_t = 8000, value_name = "COUNT", help_heading = "Fit")]
+    pub samples: usize,
+
+    /// How far predicted normals (--prior-images) replace the surface's own, 0 to 1
+    #[arg(long, default_value_t = 1.0, value_name = "WEIGHT", help_heading = "Priors")]
+    pub weight_prior_normals: f32,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        crate::appearance::options::defaults()
+    }
+}

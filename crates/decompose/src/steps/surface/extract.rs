@@ -1,0 +1,220 @@
+//! Depth of the Gaussians, planes, fusion, smoothing and refinement, in this order.
+
+use std::time::Instant;
+
+use glam::{DVec3, Vec3};
+use motes_scene::{Gaussians, Surface, UnitWorld};
+
+use super::creases;
+use super::options::Options;
+use super::planes::{self, dominant_planes};
+use super::refine::{self, Round};
+use super::report::{GeometryReport, StepTime};
+use super::seams;
+use super::sheet::Sheet;
+use super::silhouettes;
+use super::smooth::ThinPlate;
+use super::splat_depth::{self, DepthMap};
+use super::surface_nets;
+use super::tsdf;
+use super::view::View;
+use crate::error::DecomposeError;
+use crate::mesh::{Mesh, Neighbours, averaged};
+use crate::observation::Photo;
+use crate::progress::Tick;
+
+/// The parts of the extraction, timed.
+struct Parts<'a, 'b> {
+    tick: &'a mut Tick<'b>,
+    times: Vec<StepTime>,
+    started: Option<(&'static str, Instant)>,
+}
+
+impl Parts<'_, '_> {
+    fn begin(&mut self, name: &'static str, done: f32) -> Result<(), DecomposeError> {
+        self.end();
+        self.started = Some((name, Instant::now()));
+        (self.tick)(done)
+    }
+
+    fn end(&mut self) {
+        if let Some((name, start)) = self.started.take() {
+            let seconds = start.elapsed().as_secs_f64();
+            self.times.push(StepTime { name: name.into(), seconds });
+        }
+    }
+}
+
+/// The surface that the photos show: vertices and normals in world, materials empty.
+///
+/// The Gaussians' depth in every view, dominant planes taken out (RANSAC), the rest fused into a
+/// truncated signed distance (Curless & Levoy 1996), its zero level smoothed as a thin plate and moved
+/// to where the photos agree; each plane is a regular grid of its own. `docs/methods/decompose.md` has
+/// the steps, `docs/benchmarks/surface.md` their errors. An empty surface is a legal result: no photos, no Gaussians,
+/// nothing that several views agree about. The result does not depend on the number of threads.
+///
+/// # Errors
+/// What `tick` says.
+pub(crate) fn extract(
+    gaussians: &Gaussians,
+    photos: &[&Photo],
+    options: &Options,
+    tick: &mut Tick<'_>,
+) -> Result<(Surface, GeometryReport), DecomposeError> {
+    let mut parts = Parts { tick, times: Vec::new(), started: None };
+    let centers: Vec<DVec3> =
+        photos.iter().map(|p| p.camera_from_world.center_in_world()).collect();
+    let unit = UnitWorld::of(&centers, gaussians.means.iter().map(|&m| Vec3::from(m).as_dvec3()));
+    let views: Vec<View> = photos.iter().map(|p| View::new(p, &unit)).collect();
+    parts.begin("depth", 0.0)?;
+    let gaussians = unit.gaussians(gaussians.clone());
+    let median = splat_depth::splat_depths(gaussians.clone(), &views, 1.0);
+    let front = splat_depth::splat_depths(gaussians, &views, options.front_power);
+    let (mesh, normals, mut report) = surface_of(&views, median, &front, options, &mut parts)?;
+    parts.end();
+    report.voxel *= unit.length;
+    report.triangles = mesh.triangles.len();
+    report.steps = parts.times;
+    let in_world = |v: &Vec3| unit.point_in_world(v.as_dvec3()).as_vec3().to_array();
+    let surface = Surface {
+        vertices: mesh.vertices.iter().map(in_world).collect(),
+        normals: normals.iter().map(Vec3::to_array).collect(),
+        triangles: mesh.triangles,
+        ..Surface::default()
+    };
+    Ok((surface, report))
+}
+
+/// Edge of a cell of a plane, voxels.
+const SHEET_CELL: f32 = 4.0;
+/// Pieces that rise less than this many voxels over a plane are noise of its depth.
+const CRUMB: f32 = 6.0;
+/// Open edges up to this many voxels over a plane are extended down to it.
+const SKIRT: f32 = 8.0;
+/// Pixels between the samples that planes are searched among.
+const SAMPLE_STRIDE: usize = 4;
+/// Planes that are searched at most: a floor and the walls of a corner.
+const MOST_PLANES: usize = 4;
+
+/// The surface of depth maps, in the unit world, and its vertex normals. `maps` are medians, which
+/// planes are found by; `front` are depths nearer the camera for all else.
+fn surface_of(
+    views: &[View],
+    mut maps: Vec<DepthMap>,
+    front: &[DepthMap],
+    options: &Options,
+    parts: &mut Parts<'_, '_>,
+) -> Result<(Mesh, Vec<Vec3>, GeometryReport), DecomposeError> {
+    let mut report = GeometryReport::default();
+    let Some(footprint) = tsdf::median_footprint(views, &maps) else {
+        return Ok((Mesh::default(), Vec::new(), report));
+    };
+    let voxel = footprint * options.voxel_pixels.max(0.05);
+    parts.begin("planes", 0.2)?;
+    let tolerance = options.plane_tolerance * voxel;
+    let samples = planes::samples(views, &maps, SAMPLE_STRIDE);
+    let planes = dominant_planes(&samples, tolerance, voxel, options.plane_share, MOST_PLANES);
+    let sheets: Vec<Sheet> = planes
+        .into_iter()
+        .filter_map(|p| Sheet::new(p, views, &maps, tolerance, voxel, SHEET_CELL * voxel))
+        .collect();
+    let flat = seams::flatten(&sheets, views, &mut maps, tolerance, voxel);
+    for ((map, front), flat) in maps.iter_mut().zip(front).zip(&flat) {
+        let pixels = map.depth.iter_mut().zip(&front.depth).zip(flat);
+        pixels.filter(|(_, flat)| !**flat).for_each(|((z, front), _)| *z = *front);
+    }
+    report.planes = sheets.len();
+    report.pixels_on_planes = flat.iter().flatten().filter(|&&f| f).count() as f64
+        / flat.iter().map(Vec::len).sum::<usize>().max(1) as f64;
+
+    parts.begin("fusion", 0.3)?;
+    let limit = options.max_blocks.max(64);
+    let hull = silhouettes::silhouettes(views, &maps, &flat, voxel, options.mirror_spread);
+    let carve = options.carve_weight.max(0.0);
+    let grid = tsdf::fuse(views, &maps, &flat, &hull, voxel, limit, carve);
+    let voxel = grid.voxel;
+    report.voxel = f64::from(voxel);
+    report.blocks = grid.keys.len();
+    let least = options.min_views.min(views.len() as u8).max(1);
+    let mut mesh = surface_nets::surface_nets(&grid, least);
+    drop(grid);
+    report.pieces_dropped = clean(&mut mesh, views, &sheets, voxel, options);
+    parts.begin("smoothing", 0.4)?;
+    smooth(&mut mesh, voxel, options);
+
+    let mut planes = Mesh::default();
+    sheets.iter().for_each(|s| planes.append(s.mesh()));
+    let neighbours = Neighbours::of(&mesh);
+    for round in 0..options.refine_rounds {
+        parts.begin("refinement", 0.5 + 0.5 * round as f32 / options.refine_rounds as f32)?;
+        let round = Round::new(round, options);
+        let agreement = refine::refine(&mut mesh, &planes, views, &neighbours, voxel, &round);
+        report.agreement.push(agreement);
+    }
+    report.pieces_dropped += clean(&mut mesh, views, &sheets, voxel, options);
+    let facets = creases::flatten(&mut mesh, voxel, options.facet_width);
+    report.facets = facets.len();
+    seams::skirts(&mut mesh, &sheets, |mesh, up| {
+        creases::reach_down(&facets, mesh, up, SKIRT * voxel)
+    });
+    let mut normals = mesh.vertex_normals();
+    if options.smooth_normals > 0 {
+        let neighbours = Neighbours::of(&mesh);
+        for _ in 0..options.smooth_normals {
+            normals = averaged(&normals, &neighbours);
+        }
+    }
+    for sheet in &sheets {
+        let part = sheet.mesh();
+        normals.extend(vec![sheet.plane.normal; part.vertices.len()]);
+        mesh.append(part);
+    }
+    Ok((mesh, normals, report))
+}
+
+/// Drops what belongs to the planes and what is too small to be anything. Returns the number of pieces.
+fn clean(
+    mesh: &mut Mesh,
+    views: &[View],
+    sheets: &[Sheet],
+    voxel: f32,
+    options: &Options,
+) -> usize {
+    seams::cut_planes(mesh, sheets, voxel);
+    // What no camera comes near is as rough as the pixels that see it.
+    let grain = |p: Vec3| {
+        let footprint = |view: &View| view.project(p).map(|q| q.z * view.footprint());
+        views.iter().filter_map(footprint).reduce(f32::min).unwrap_or(voxel).max(voxel)
+    };
+    let small = mesh.drop_small_components(options.min_component.powi(2), grain);
+    small + seams::drop_crumbs(mesh, sheets, CRUMB, &grain)
+}
+
+fn smooth(mesh: &mut Mesh, voxel: f32, options: &Options) {
+    let n = mesh.vertices.len();
+    let neighbours = Neighbours::of(mesh);
+    let (weight, target, trust) = (vec![1.0; n], vec![0.0; n], vec![1.0; n]);
+    for _ in 0..2 {
+        let mut normals = mesh.vertex_normals();
+        for _ in 0..2 {
+            normals = averaged(&normals, &neighbours);
+        }
+        let plate = ThinPlate {
+            mesh,
+            normals: &normals,
+            neighbours: &neighbours,
+            weight: &weight,
+            target: &target,
+            stiffness: options.stiffness,
+            voxel,
+            trust: &trust,
+            steady: &trust,
+            rest_passes: options.rest_passes,
+        };
+        let u = plate.solve(60);
+        mesh.vertices.iter_mut().zip(&u).zip(&normals).for_each(|((x, &u), &n)| *x += n * u);
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests;

@@ -1,0 +1,53 @@
+//! The surface: extracted from the Gaussians and the photos, or given.
+
+mod creases;
+mod extract;
+mod facets;
+mod options;
+mod outlines;
+mod patches;
+mod planes;
+mod refine;
+mod report;
+mod seams;
+mod sheet;
+mod silhouettes;
+mod smooth;
+mod splat_depth;
+mod surface_nets;
+mod tsdf;
+mod view;
+
+use crate::error::DecomposeError;
+use crate::observation::{Observed, Photo, TracedSurface, up_in_world};
+use crate::progress::Tick;
+use crate::state::State;
+
+pub use options::Options;
+pub use report::{GeometryReport, StepTime};
+
+/// Sets the surface, and which way is up on it.
+///
+/// # Errors
+/// When there is no surface, its mesh is broken, or `tick` says so.
+pub fn run(
+    state: &mut State<'_>,
+    options: &Options,
+    tick: &mut Tick<'_>,
+) -> Result<GeometryReport, DecomposeError> {
+    let inputs = state.inputs;
+    let (surface, report) = match &inputs.known.surface {
+        Some(surface) => (surface.clone(), GeometryReport::default()),
+        None => {
+            // The Gaussians were fitted to the photos of the first capture.
+            let photos: Vec<&Photo> = inputs.photos.iter().filter(|p| p.light == 0).collect();
+            extract::extract(inputs.gaussians, &photos, options, tick)?
+        }
+    };
+    if surface.triangles.is_empty() {
+        return Err(DecomposeError::NoSurface);
+    }
+    state.up_in_world = up_in_world(&surface, inputs.photos);
+    state.observed = Observed::unseen(TracedSurface::new(surface)?);
+    Ok(report)
+}

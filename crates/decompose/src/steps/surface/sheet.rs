@@ -1,0 +1,219 @@
+//! The part of a plane that is surface, as a regular grid of its own: no noise, no holes under
+//! what stands on it, few triangles far away.
+
+use glam::{IVec2, Vec2, Vec3};
+
+use super::planes::Plane;
+use super::splat_depth::DepthMap;
+use super::view::View;
+use crate::mesh::Mesh;
+
+/// Cells at most: a larger plane gets larger cells.
+const MOST_CELLS: f32 = 400_000.0;
+/// Gaps up to this many cells are closed.
+const CLOSE: i32 = 3;
+
+/// Occupied cells of a plane.
+pub(super) struct Sheet {
+    pub(super) plane: Plane,
+    axes: [Vec3; 2],
+    origin: Vec3,
+    cell: f32,
+    size: IVec2,
+    filled: Vec<bool>,
+}
+
+/// What the ray of a pixel says about a plane.
+struct Crossing {
+    depth: f32,
+    at: Vec3,
+}
+
+fn crossing(plane: &Plane, view: &View, ray: Vec3) -> Option<Crossing> {
+    let (height, slope) = (plane.height(view.center), plane.normal.dot(ray));
+    // From below there is nothing to see of it.
+    if !(height > 0.0 && slope < 0.0) {
+        return None;
+    }
+    let depth = -height / slope;
+    depth.is_finite().then(|| Crossing { depth, at: view.center + ray * depth })
+}
+
+impl Sheet {
+    /// The cells that more pixels see on the plane than look through; `None` when there are none.
+    /// `tolerance` in the unit world at pixels of the size of a voxel.
+    pub(super) fn new(
+        plane: Plane,
+        views: &[View],
+        maps: &[DepthMap],
+        tolerance: f32,
+        voxel: f32,
+        cell: f32,
+    ) -> Option<Self> {
+        let u = plane.normal.any_orthonormal_vector();
+        let axes = [u, plane.normal.cross(u)];
+        let flat = |p: Vec3| Vec2::new(p.dot(axes[0]), p.dot(axes[1]));
+        let mut votes: Vec<(Vec2, bool)> = Vec::new();
+        for (view, map) in views.iter().zip(maps) {
+            for (i, &z) in map.depth.iter().enumerate() {
+                let ray = view.ray((i % view.width) as f32 + 0.5, (i / view.width) as f32 + 0.5);
+                let Some(c) = crossing(&plane, view, ray) else { continue };
+                let (on, through) = verdict(&plane, view, &c, ray, z, tolerance, voxel);
+                if on || through {
+                    votes.push((flat(c.at), on));
+                }
+            }
+        }
+        let held = votes.iter().filter(|v| v.1).map(|v| v.0);
+        let (low, high) = bounds(held)?;
+        let cell = cell.max(((high - low).element_product().max(0.0) / MOST_CELLS).sqrt());
+        let margin = (CLOSE + 1) as f32 * cell;
+        let low = low - margin;
+        let size = ((high + margin - low) / cell).ceil().as_ivec2().max(IVec2::ONE);
+        let mut score = vec![0i32; (size.x * size.y) as usize];
+        for (p, on) in votes {
+            let c = ((p - low) / cell).floor().as_ivec2();
+            if c.cmpge(IVec2::ZERO).all() && c.cmplt(size).all() {
+                score[(c.y * size.x + c.x) as usize] += if on { 1 } else { -1 };
+            }
+        }
+        let filled = score.iter().map(|&s| s > 0).collect();
+        let origin = plane.normal * plane.offset + axes[0] * low.x + axes[1] * low.y;
+        let mut sheet = Self { plane, axes, origin, cell, size, filled };
+        sheet.close();
+        sheet.fill_holes();
+        Some(sheet)
+    }
+
+    fn at(&self, p: Vec3) -> Option<usize> {
+        let d = p - self.origin;
+        let c =
+            (Vec2::new(d.dot(self.axes[0]), d.dot(self.axes[1])) / self.cell).floor().as_ivec2();
+        let inside = c.cmpge(IVec2::ZERO).all() && c.cmplt(self.size).all();
+        inside.then(|| (c.y * self.size.x + c.x) as usize)
+    }
+
+    /// Dilation, then erosion, by a square.
+    fn close(&mut self) {
+        for grow in [true, false] {
+            for step in [IVec2::X, IVec2::Y] {
+                let before = self.filled.clone();
+                for i in 0..before.len() as i32 {
+                    let c = IVec2::new(i % self.size.x, i / self.size.x);
+                    let hit = (-CLOSE..=CLOSE).any(|k| {
+                        let q = c + step * k;
+                        let inside = q.cmpge(IVec2::ZERO).all() && q.cmplt(self.size).all();
+                        inside && before[(q.y * self.size.x + q.x) as usize] == grow
+                    });
+                    if hit {
+                        self.filled[i as usize] = grow;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Fills what the outside does not reach: things stand there.
+    fn fill_holes(&mut self) {
+        let mut outside = vec![false; self.filled.len()];
+        let mut open: Vec<i32> = Vec::new();
+        for i in 0..self.filled.len() as i32 {
+            let c = IVec2::new(i % self.size.x, i / self.size.x);
+            let rim = c.x == 0 || c.y == 0 || c.x == self.size.x - 1 || c.y == self.size.y - 1;
+            if rim && !self.filled[i as usize] {
+                outside[i as usize] = true;
+                open.push(i);
+            }
+        }
+        while let Some(i) = open.pop() {
+            let c = IVec2::new(i % self.size.x, i / self.size.x);
+            for step in [IVec2::X, IVec2::Y, IVec2::NEG_X, IVec2::NEG_Y] {
+                let q = c + step;
+                if q.cmpge(IVec2::ZERO).all() && q.cmplt(self.size).all() {
+                    let k = q.y * self.size.x + q.x;
+                    if !outside[k as usize] && !self.filled[k as usize] {
+                        outside[k as usize] = true;
+                        open.push(k);
+                    }
+                }
+            }
+        }
+        self.filled = outside.iter().map(|o| !o).collect();
+    }
+
+    /// Puts the depth of pixels that see the sheet, or something behind it, onto it. Returns which do.
+    pub(super) fn flatten(
+        &self,
+        view: &View,
+        map: &mut DepthMap,
+        tolerance: f32,
+        voxel: f32,
+    ) -> Vec<bool> {
+        let width = view.width;
+        let of = |(i, z): (usize, &mut f32)| {
+            let ray = view.ray((i % width) as f32 + 0.5, (i / width) as f32 + 0.5);
+            let Some(c) = crossing(&self.plane, view, ray) else { return false };
+            let (on, through) = verdict(&self.plane, view, &c, ray, *z, tolerance, voxel);
+            let flat = (on || through) && self.at(c.at).is_some_and(|i| self.filled[i]);
+            if flat {
+                *z = c.depth;
+            }
+            flat
+        };
+        map.depth.iter_mut().enumerate().map(of).collect()
+    }
+
+    /// The filled cells as triangles.
+    pub(super) fn mesh(&self) -> Mesh {
+        let mut mesh = Mesh::default();
+        let columns = self.size.x + 1;
+        let mut vertex_of = vec![u32::MAX; (columns * (self.size.y + 1)) as usize];
+        for (i, _) in self.filled.iter().enumerate().filter(|(_, f)| **f) {
+            let c = IVec2::new(i as i32 % self.size.x, i as i32 / self.size.x);
+            let corners = [c, c + IVec2::X, c + IVec2::ONE, c + IVec2::Y].map(|q| {
+                let slot = &mut vertex_of[(q.y * columns + q.x) as usize];
+                if *slot == u32::MAX {
+                    *slot = mesh.vertices.len() as u32;
+                    let p = q.as_vec2() * self.cell;
+                    let p = self.origin + self.axes[0] * p.x + self.axes[1] * p.y;
+                    mesh.vertices.push(p - self.plane.normal * self.plane.height(p));
+                }
+                *slot
+            });
+            let [a, b, c, d] = corners;
+            mesh.triangles.extend([[a, b, c], [a, c, d]]);
+        }
+        mesh
+    }
+}
+
+/// Whether a pixel with depth `z` sees the plane, and whether it looks through it.
+fn verdict(
+    plane: &Plane,
+    view: &View,
+    c: &Crossing,
+    ray: Vec3,
+    z: f32,
+    tolerance: f32,
+    voxel: f32,
+) -> (bool, bool) {
+    if !(z > 0.0) {
+        return (false, false);
+    }
+    let reach = tolerance * (z * view.footprint() / voxel).max(1.0);
+    let height = plane.height(view.center + ray * z);
+    (height.abs() <= reach, height < -reach && z > c.depth)
+}
+
+fn bounds(points: impl Iterator<Item = Vec2>) -> Option<(Vec2, Vec2)> {
+    // The outermost thousandth does not count: single pixels at the horizon would stretch the grid.
+    let (mut xs, mut ys): (Vec<f32>, Vec<f32>) =
+        points.filter(|p| p.is_finite()).map(|p| (p.x, p.y)).unzip();
+    if xs.is_empty() {
+        return None;
+    }
+    xs.sort_unstable_by(f32::total_cmp);
+    ys.sort_unstable_by(f32::total_cmp);
+    let (low, high) = (xs.len() / 1000, xs.len() - 1 - xs.len() / 1000);
+    Some((Vec2::new(xs[low], ys[low]), Vec2::new(xs[high], ys[high])))
+}

@@ -1,0 +1,142 @@
+//! Displacement of vertices along their normals under a thin-plate energy.
+//!
+//! `E(u) = sum_v w_v (u_v - t_v)^2 + stiffness sum_v b_v (n_v · (mean_j y_j - y_v))^2 / h^2`,
+//! `y = x + u n`, `j` the neighbours of `v`: the discrete bilaplacian (Kobbelt et al. 1998). It
+//! penalises curvature, so that noise goes first and a sphere stays. `b_v` is 1, or less where the
+//! surface has a crease.
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use crate::mesh::conjugate_gradients;
+use crate::mesh::{Mesh, Neighbours};
+
+/// `n · (mean_j x_j - x)` in voxels at which a surface bends at half the stiffness: `1 / (2 R)` of a
+/// radius of ten voxels.
+const CREASE: f32 = 0.05;
+/// Averages of it over neighbours, so that noise is no crease.
+const CREASE_PASSES: usize = 4;
+/// Times as many averages where a mirror may be.
+const WIDER: usize = 5;
+/// Vertices per parallel chunk.
+const CHUNK: usize = 4096;
+
+pub(super) struct ThinPlate<'a> {
+    pub(super) mesh: &'a Mesh,
+    pub(super) normals: &'a [Vec3],
+    pub(super) neighbours: &'a Neighbours,
+    /// `w_v`; a vertex with an infinite one does not move.
+    pub(super) weight: &'a [f32],
+    /// `t_v`.
+    pub(super) target: &'a [f32],
+    pub(super) stiffness: f32,
+    /// Averages over the neighbours that make the curvature which the surface is meant to have; the
+    /// more, the smoother and the more thin things shrink.
+    pub(super) rest_passes: usize,
+    /// How far the curvature at a vertex is believed, above 0.
+    pub(super) trust: &'a [f32],
+    /// Where 1, the rest curvature is that of `rest_passes`; where 0, that of [`WIDER`] times as many: pits of mirrors are
+    /// wider than noise.
+    pub(super) steady: &'a [f32],
+    /// Length of an edge, unit world.
+    pub(super) voxel: f32,
+}
+
+impl ThinPlate<'_> {
+    fn free(&self, v: usize) -> bool {
+        self.weight[v].is_finite()
+    }
+
+    /// `n_v · (mean_j u_j n_j - u_v n_v)`.
+    #[inline]
+    fn bending(&self, u: &[f32], v: usize) -> f32 {
+        let ring = self.neighbours.at(v);
+        if ring.is_empty() {
+            return 0.0;
+        }
+        let n = self.normals[v];
+        let sum: f32 = ring.iter().map(|&j| u[j as usize] * n.dot(self.normals[j as usize])).sum();
+        sum / ring.len() as f32 - u[v]
+    }
+
+    /// The transpose of [`Self::bending`].
+    #[inline]
+    fn transpose(&self, r: &[f32], v: usize) -> f32 {
+        let n = self.normals[v];
+        let ring = self.neighbours.at(v);
+        let sum: f32 = ring
+            .iter()
+            .map(|&j| {
+                let j = j as usize;
+                r[j] * n.dot(self.normals[j]) / self.neighbours.at(j).len() as f32
+            })
+            .sum();
+        if ring.is_empty() { 0.0 } else { sum - r[v] }
+    }
+
+    /// `b_v`: edges and thin things bend more easily than what is nearly flat.
+    fn bending_weights(&self, rest: &[f32]) -> Vec<f32> {
+        let n = rest.len();
+        let step = |values: &[f32], v: usize| self.neighbours.mean(values, v);
+        let mut mean = rest.to_vec();
+        for _ in 0..CREASE_PASSES {
+            mean = (0..n).into_par_iter().with_min_len(CHUNK).map(|v| step(&mean, v)).collect();
+        }
+        mean.iter().map(|c| 1.0 / (1.0 + (c / (CREASE * self.voxel)).powi(2))).collect()
+    }
+
+    /// Displacements after at most `iterations` of conjugate gradients from `t = 0`.
+    pub(super) fn solve(&self, iterations: usize) -> Vec<f32> {
+        let n = self.mesh.vertices.len();
+        let map = |f: &(dyn Fn(usize) -> f32 + Sync)| -> Vec<f32> {
+            (0..n).into_par_iter().with_min_len(CHUNK).map(f).collect()
+        };
+        // What bends without any displacement.
+        let rest = map(&|v| {
+            let ring = self.neighbours.at(v);
+            if ring.is_empty() {
+                return 0.0;
+            }
+            let x = self.mesh.vertices[v];
+            let sum: Vec3 = ring.iter().map(|&j| self.mesh.vertices[j as usize] - x).sum();
+            self.normals[v].dot(sum) / ring.len() as f32
+        });
+        let bend = self.bending_weights(&rest);
+        let weighted = |bent: &[f32]| map(&|v| self.stiffness * bend[v] * bent[v]);
+        let apply = |u: &[f32]| {
+            let bent = weighted(&map(&|v| self.bending(u, v)));
+            map(&|v| {
+                if self.free(v) { self.weight[v] * u[v] + self.transpose(&bent, v) } else { 0.0 }
+            })
+        };
+        // The curvature of the surroundings is no noise: only what differs from it is pulled.
+        // Normalised convolution (Knutsson & Westin 1993): what is trusted speaks for what is not.
+        let mut trust = self.trust.to_vec();
+        let mut common = map(&|v| rest[v] * trust[v]);
+        let pass = |common: &mut Vec<f32>, trust: &mut Vec<f32>| {
+            *common = map(&|v| self.neighbours.mean(common, v));
+            *trust = map(&|v| self.neighbours.mean(trust, v));
+        };
+        (0..self.rest_passes).for_each(|_| pass(&mut common, &mut trust));
+        let mut common = map(&|v| common[v] / trust[v].max(1e-12));
+        if self.steady.iter().any(|&s| s < 1.0) {
+            let mut wide = map(&|v| common[v] * self.steady[v].max(0.01));
+            let mut trust = map(&|v| self.steady[v].max(0.01));
+            (0..self.rest_passes * (WIDER - 1)).for_each(|_| pass(&mut wide, &mut trust));
+            common = map(&|v| {
+                let wide = wide[v] / trust[v].max(1e-12);
+                wide + (common[v] - wide) * self.steady[v]
+            });
+        }
+        let rest = map(&|v| rest[v] - common[v]);
+        let pulled = weighted(&rest);
+        let residual = map(&|v| {
+            if self.free(v) {
+                self.weight[v] * self.target[v] - self.transpose(&pulled, v)
+            } else {
+                0.0
+            }
+        });
+        conjugate_gradients::solve(residual, apply, iterations)
+    }
+}

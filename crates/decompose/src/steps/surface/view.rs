@@ -1,0 +1,132 @@
+//! A posed picture in the unit world, single precision.
+
+use glam::{Mat3, Vec2, Vec3};
+use motes_scene::{ImageF32, Pinhole, Pose, UnitWorld};
+
+use crate::observation::Photo;
+
+/// Camera and prepared picture of one photo.
+pub(super) struct View {
+    pub(super) rotation: Mat3,
+    pub(super) center: Vec3,
+    pub(super) focal: Vec2,
+    pub(super) principal: Vec2,
+    pub(super) width: usize,
+    pub(super) height: usize,
+    /// Intrinsics and pose in the unit world, for the rasterizer.
+    pub(super) camera: Pinhole,
+    pub(super) camera_from_unit: Pose,
+    /// `[h, w]`, luminance of the photo raised to 1/2.2: contrast as it is seen, so that shade counts like light.
+    pub(super) luma: Vec<f32>,
+    /// `[h, w]`, channels raised to 1/2.2, of 255.
+    pub(super) color: Vec<[u8; 3]>,
+    /// `[h, w]`, 0 to 1.
+    pub(super) weight: Vec<f32>,
+}
+
+impl View {
+    pub(super) fn new(photo: &Photo, unit: &UnitWorld) -> Self {
+        let camera_from_unit = unit.pose(&photo.camera_from_world);
+        let c = &photo.camera;
+        let count = c.width * c.height;
+        Self {
+            rotation: camera_from_unit.rotation_matrix().as_mat3(),
+            center: camera_from_unit.center_in_world().as_vec3(),
+            focal: Vec2::new(c.fx as f32, c.fy as f32),
+            principal: Vec2::new(c.cx as f32, c.cy as f32),
+            width: c.width,
+            height: c.height,
+            camera: *c,
+            camera_from_unit,
+            luma: luma(&photo.radiance_linear, count),
+            color: color(&photo.radiance_linear, count),
+            weight: photo.weight.data.iter().map(|&w| w.max(0.0).clamp(0.0, 1.0)).collect(),
+        }
+    }
+
+    /// Pixel coordinates and depth of a point in front of the camera, whether or not in the picture.
+    #[inline]
+    pub(super) fn project(&self, p: Vec3) -> Option<Vec3> {
+        let q = self.rotation * (p - self.center);
+        (q.z > 1e-6).then(|| {
+            let s = 1.0 / q.z;
+            Vec3::new(
+                self.focal.x * q.x * s + self.principal.x,
+                self.focal.y * q.y * s + self.principal.y,
+                q.z,
+            )
+        })
+    }
+
+    /// Homogeneous pixel coordinates of a direction, or of a point relative to the camera's centre.
+    #[inline]
+    pub(super) fn image_of(&self, d: Vec3) -> Vec3 {
+        let q = self.rotation * d;
+        Vec3::new(
+            self.focal.x * q.x + self.principal.x * q.z,
+            self.focal.y * q.y + self.principal.y * q.z,
+            q.z,
+        )
+    }
+
+    /// Direction of a pixel in the unit world whose component along the axis of view is 1.
+    #[inline]
+    pub(super) fn ray(&self, x: f32, y: f32) -> Vec3 {
+        let d = (Vec2::new(x, y) - self.principal) / self.focal;
+        self.rotation.transpose() * d.extend(1.0)
+    }
+
+    /// Column and row of the pixel that contains a point of the picture.
+    #[inline]
+    pub(super) fn pixel(&self, x: f32, y: f32) -> Option<usize> {
+        let inside = x >= 0.0 && y >= 0.0 && x < self.width as f32 && y < self.height as f32;
+        inside.then(|| y as usize * self.width + x as usize)
+    }
+
+    /// Colour between the centres of pixels, 0 to 1, raised to 1/2.2; none outside of the picture or where it does not count.
+    pub(super) fn color_at(&self, p: Vec2) -> Option<Vec3> {
+        let (x, y) = (p.x - 0.5, p.y - 0.5);
+        let (right, bottom) = ((self.width - 1) as f32, (self.height - 1) as f32);
+        if !(x >= 0.0 && y >= 0.0 && x < right && y < bottom) {
+            return None;
+        }
+        let (i, j) = (x as usize, y as usize);
+        let (u, v) = (x - i as f32, y - j as f32);
+        let first = j * self.width + i;
+        let four = [first, first + 1, first + self.width, first + self.width + 1];
+        if four.iter().any(|&k| !(self.weight[k] > 0.5)) {
+            return None;
+        }
+        let [a, b, c, d] = four.map(|k| Vec3::from(self.color[k].map(f32::from)) / 255.0);
+        Some(a.lerp(b, u).lerp(c.lerp(d, u), v))
+    }
+
+    /// Length that one pixel covers at depth 1.
+    pub(super) fn footprint(&self) -> f32 {
+        1.0 / self.focal.max_element()
+    }
+}
+
+fn luma(linear: &ImageF32, count: usize) -> Vec<f32> {
+    let channels = linear.channels.max(1);
+    let of = |p: &[f32]| {
+        let (g, b) = (p[1.min(channels - 1)], p[2.min(channels - 1)]);
+        // `max` first: it turns NaN into 0.
+        (0.2126 * p[0] + 0.7152 * g + 0.0722 * b).max(0.0).clamp(0.0, 1e6).powf(1.0 / 2.2)
+    };
+    let mut luma: Vec<f32> = linear.data.chunks_exact(channels).map(of).collect();
+    luma.resize(count, 0.0);
+    luma
+}
+
+fn color(linear: &ImageF32, count: usize) -> Vec<[u8; 3]> {
+    let channels = linear.channels.max(1);
+    let of = |p: &[f32]| {
+        [0, 1, 2].map(|c: usize| {
+            (p[c.min(channels - 1)].max(0.0).clamp(0.0, 1.0).powf(1.0 / 2.2) * 255.0).round() as u8
+        })
+    };
+    let mut color: Vec<[u8; 3]> = linear.data.chunks_exact(channels).map(of).collect();
+    color.resize(count, [0; 3]);
+    color
+}
