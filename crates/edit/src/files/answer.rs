@@ -1,11 +1,11 @@
 //! What an edit answers.
 
 use std::fmt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use crate::refit::RefitReport;
 use crate::reshade::ReshadeReport;
-use motes_formats::edit_plan::{SkipRecord, StepRecord};
+use motes_formats::edit_plan::{EditRecord, SkipRecord, StepRecord};
 use serde::Serialize;
 
 /// What an edit answers: also of a dry run, which writes nothing.
@@ -33,6 +33,31 @@ pub struct EditAnswer {
     pub refit: Option<RefitReport>,
     /// Of all threads.
     pub cpu_seconds: Option<f64>,
+}
+
+impl EditAnswer {
+    /// What the record of an edit says; `gaussians` before and after it.
+    pub(super) fn new(
+        output: &Path,
+        log: &Path,
+        gaussians: [usize; 2],
+        record: &EditRecord,
+    ) -> Self {
+        let [gaussians_before, gaussians] = gaussians;
+        Self {
+            output: output.to_owned(),
+            log: log.to_owned(),
+            gaussians_before,
+            gaussians,
+            applied: record.applied.clone(),
+            skipped: record.skipped.clone(),
+            warnings: record.warnings.clone(),
+            thumbnails: Vec::new(),
+            light: None,
+            refit: None,
+            cpu_seconds: None,
+        }
+    }
 }
 
 impl fmt::Display for EditAnswer {

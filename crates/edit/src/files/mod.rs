@@ -5,7 +5,9 @@ mod command;
 mod flags;
 mod input;
 mod output;
+mod outputs;
 mod session;
+mod source;
 
 pub use answer::EditAnswer;
 pub use command::{Args, plan_schema, run};

@@ -1,13 +1,12 @@
 //! One edit: plan in, files and an answer out.
 
-use std::cell::OnceCell;
 use std::path::{Path, PathBuf};
 
 use crate::EditState;
 use crate::plan::{
     EditError, Edited, Preview, Resources, orbit_camera, picture, prepare, run_plan, whole_extent,
 };
-use crate::refit::{Fills, RefitOptions, Refitted, refit};
+use crate::refit::{Fills, RefitOptions, RefitReport, Refitted, refit};
 use crate::reshade::{ReshadeOptions, ReshadeReport, moved_surface, reshade};
 use clap::{Args, ValueEnum};
 use motes_formats::FormatError;
@@ -17,7 +16,6 @@ use motes_formats::edit_plan::{
     EditPlanDocument, EditRecord, MAX_FIT_STEPS, MAX_RESHADE_SAMPLES, ShadowDocument, SkipRecord,
     check_plan, read_edit_plan,
 };
-use motes_formats::selection::BoundGaussians;
 use motes_scene::{Capture, Pinhole, Pose, Split, Surface};
 use motes_stage::{Context, OrBadInput as _, StageError};
 use serde::Serialize;
@@ -25,7 +23,9 @@ use serde::Serialize;
 use super::answer::EditAnswer;
 use super::flags::OpFlags;
 use super::input::Input;
-use super::output::{log_path, write_log, write_previews, write_scene};
+use super::output::write_previews;
+use super::outputs::Outputs;
+use super::source::Source;
 use train_splat::files::load_training_images;
 
 /// Steps of the fit of fillings when nothing is said.
@@ -89,57 +89,46 @@ pub struct EditJob<'a> {
     pub output: &'a Path,
 }
 
+fn load_input(
+    job: &EditJob<'_>,
+    capture: Option<&Capture>,
+    context: &Context,
+) -> anyhow::Result<Input> {
+    match (job.scene, job.gaussians) {
+        (Some(scene), _) => Input::scene(scene, context),
+        (None, Some(gaussians)) => Input::splat(gaussians, capture, context),
+        (None, None) => Err(StageError::usage("--scene or --gaussians is needed").into()),
+    }
+}
+
 /// Edits and writes. Everything is computed before the first file is written.
 ///
 /// # Errors
 /// When a plan does not fit, a file is missing or malformed, a file cannot be written, or the user interrupts.
 pub fn run_edit(job: &EditJob<'_>, context: &Context) -> anyhow::Result<EditAnswer> {
-    let is_ply = job.output.extension().is_some_and(|end| end.eq_ignore_ascii_case("ply"));
-    if job.scene.is_none() && job.gaussians.is_some() && !is_ply {
-        let text = format!("an edited splat is written as .ply: {}", job.output.display());
-        let help = "export turns it into other formats; a scene folder needs --scene";
-        return Err(StageError::usage(text).help(help).into());
-    }
-    let output = context.output(job.output)?;
-    let log = log_path(&output, job.scene.is_some());
-    let log = if job.scene.is_some() { log } else { context.output(log)? };
-    let thumbnails = job.thumbnails.map(|folder| context.output(folder)).transpose()?;
+    // Without either there is an error below.
+    let is_scene = job.scene.is_some() || job.gaussians.is_none();
+    let outputs = Outputs::claim(job.output, job.thumbnails, is_scene, context)?;
     let (plan, name) = plan_of(job, context)?;
     let folder = name.parent().filter(|p| job.plan.is_some() && !p.as_os_str().is_empty());
     let folder = folder.unwrap_or(Path::new("."));
     let failed = |error| stage_error(error, &name);
-    let written: Vec<&Path> =
-        [&output, &log].into_iter().chain(&thumbnails).map(PathBuf::as_path).collect();
-    let prepared = prepare(&plan, folder, &written).map_err(failed)?;
+    let prepared = prepare(&plan, folder, &outputs.paths()).map_err(failed)?;
     let capture = job.capture.map(|path| load_capture(path, context)).transpose()?;
-    let mut input = match (job.scene, job.gaussians) {
-        (Some(scene), _) => Input::scene(scene, context)?,
-        (None, Some(gaussians)) => Input::splat(gaussians, capture.as_ref(), context)?,
-        (None, None) => return Err(StageError::usage("--scene or --gaussians is needed").into()),
-    };
+    let mut input = load_input(job, capture.as_ref(), context)?;
     let count = input.state.len();
-    let bound = OnceCell::new();
-    let bound = || match bound.get() {
-        Some(found) => Ok(BoundGaussians::clone(found)),
-        None => {
-            let noted = context.sha256_of_input(&input.gaussians);
-            let found = match (&input.decomposition, noted) {
-                (Some(decomposition), _) => decomposition.bound_gaussians(count)?,
-                (None, Some(sha256)) => BoundGaussians::new(&input.gaussians, sha256, count),
-                (None, None) => BoundGaussians::of_file(&input.gaussians, count)?,
-            };
-            Ok(bound.get_or_init(|| found).clone())
-        }
-    };
+    let sha256 = context.sha256_of_input(&input.gaussians);
+    let source = Source::new(input.decomposition.as_ref(), &input.gaussians, count, sha256);
     let resources = Resources {
         plan: &name,
         folder,
-        bound: &bound,
+        bound: &|| source.bound(),
         capture: capture.as_ref().zip(job.capture),
         antialias: input.antialias,
         stopped: &|| context.interrupted(),
     };
-    let camera = thumbnails.as_ref().and_then(|_| thumbnail_camera(&input.state, capture.as_ref()));
+    let thumbnails = outputs.thumbnails.as_ref();
+    let camera = thumbnails.and_then(|_| thumbnail_camera(&input.state, capture.as_ref()));
     let snap = |state: &EditState, file: &str| {
         let (camera, pose) = camera?;
         let image = picture(&state.gaussians, resources.antialias, &camera, &pose);
@@ -151,18 +140,11 @@ pub fn run_edit(job: &EditJob<'_>, context: &Context) -> anyhow::Result<EditAnsw
     context.check_interrupted()?;
     let samples = plan.reshade_samples.unwrap_or(ReshadeOptions::default().samples);
     let (surface, light) = follow_light(&mut input.state, samples, plan.seed, &mut record)?;
-    let refitted = match &light {
-        Some(light) => refit_fills(&mut input.state, &light.fills, &plan, &resources, context)?,
-        None => None,
-    };
-    let refit = match refitted {
-        Some(Refitted::Done(report)) => Some(report),
-        Some(Refitted::Skipped(why)) => {
-            let (at, op, why) = ("/refit_steps".into(), "refit".into(), why.into());
-            record.skipped.push(SkipRecord { at, op, why });
-            None
+    let refit = match &light {
+        Some(light) => {
+            let refitted = refit_fills(&mut input.state, &light.fills, &plan, &resources, context)?;
+            refit_report(refitted, &mut record)?
         }
-        Some(Refitted::Stopped) => return Err(StageError::interrupted("interrupted").into()),
         None => None,
     };
     previews.extend(before.into_iter().chain(snap(&input.state, "after.png")));
@@ -172,50 +154,41 @@ pub fn run_edit(job: &EditJob<'_>, context: &Context) -> anyhow::Result<EditAnsw
     record.warnings.iter().for_each(|text| context.warn(text));
     record.made_by = concat!("motes edit ", env!("CARGO_PKG_VERSION")).into();
     if !context.skips_provenance() {
-        record.gaussians_sha256 = bound()?.sha256;
+        record.gaussians_sha256 = source.bound()?.sha256;
     }
-    let mut answer = EditAnswer {
-        output: output.clone(),
-        log: log.clone(),
-        gaussians_before: count,
-        gaussians: input.state.len(),
-        applied: record.applied.clone(),
-        skipped: record.skipped.clone(),
-        warnings: record.warnings.clone(),
-        thumbnails: Vec::new(),
-        light,
-        refit,
-        cpu_seconds: None,
-    };
+    let mut answer =
+        EditAnswer::new(&outputs.output, &outputs.log, [count, input.state.len()], &record);
+    (answer.light, answer.refit) = (light, refit);
     context.stop_if_dry_run_with(&answer)?;
     context.check_interrupted()?;
     let refit_steps = answer.refit.as_ref().map(|refit| refit.steps).or(plan.refit_steps);
     // A replay shall not depend on what is usual then.
     let reshade_samples = input.state.parts.as_ref().map(|_| samples).or(plan.reshade_samples);
-    let executed = EditPlanDocument {
-        ops: executed,
-        refit_steps,
-        reshade_samples,
-        record: Some(record),
-        ..plan
-    };
-    if let Some(folder) = &thumbnails {
+    let record = Some(record);
+    let executed = EditPlanDocument { ops: executed, refit_steps, reshade_samples, record, ..plan };
+    if let Some(folder) = thumbnails {
         answer.thumbnails = write_previews(folder, &previews)?;
     }
-    match (&input.decomposition, &input.state.parts) {
-        (Some(decomposition), Some(parts)) => {
-            let document = &decomposition.document;
-            let options = &input.write_options;
-            write_scene(&output, &input.state, parts, &surface, document, options, &executed)?;
-        }
-        _ => {
-            let gaussians = &input.state.gaussians;
-            motes_formats::ply::write_gaussians(&output, gaussians, &input.write_options)?;
-            write_log(&log, &executed)?;
-        }
-    }
+    outputs.write(&input, &surface, &executed)?;
     answer.cpu_seconds = context.cpu_seconds();
     Ok(answer)
+}
+
+/// What a fit of fillings came to; one that was skipped is noted in the record.
+fn refit_report(
+    refitted: Option<Refitted>,
+    record: &mut EditRecord,
+) -> Result<Option<RefitReport>, StageError> {
+    match refitted {
+        Some(Refitted::Done(report)) => return Ok(Some(report)),
+        Some(Refitted::Skipped(why)) => {
+            let (at, op, why) = ("/refit_steps".into(), "refit".into(), why.into());
+            record.skipped.push(SkipRecord { at, op, why });
+        }
+        Some(Refitted::Stopped) => return Err(StageError::interrupted("interrupted")),
+        None => {}
+    }
+    Ok(None)
 }
 
 /// Makes the light follow what was changed, and returns the surface as it is now.

@@ -3,6 +3,7 @@
 //! [`prepare`] checks what needs no Gaussians: files, names, which operations an `undo` takes back. [`run_plan`] applies the rest in
 //! order. Nothing is written here: pictures and the record are returned.
 
+mod appearance;
 mod apply;
 mod asset;
 mod context;
@@ -11,6 +12,7 @@ mod light;
 mod moving;
 mod prepare;
 mod preview;
+mod removing;
 mod select;
 mod shadows;
 mod style;

@@ -3,13 +3,12 @@
 use glam::Vec3;
 use relight::{Probe, RelightScene};
 
-use super::ReshadeOptions;
 use super::calibrate::{Calibration, Observed, changed_grid, is_change};
 use super::colors::Projection;
 use super::grid::Grid;
 use super::hole::{ALIGNED, Hole, covered};
 use super::plane_picture::plane_picture;
-use super::ratio::{Lit, METAL, Rows, White};
+use super::ratio::{Change, METAL, Rows, White};
 use crate::EditState;
 
 /// How to correct `log L_after - log L_before` of a Gaussian: times the exponent, less the shift.
@@ -30,12 +29,10 @@ pub(super) fn learned(
     state: &EditState,
     rows: &Rows,
     white: &White,
-    before: Lit<'_>,
-    after: Lit<'_>,
+    light: &Change<'_>,
     holes: &[&Hole],
-    projection: &Projection,
-    options: &ReshadeOptions,
 ) -> (Vec<Correction>, Vec<Option<Calibration>>) {
+    let Change { before, after, projection, options } = *light;
     let mut corrections = vec![Correction::default(); rows.scaled.len()];
     let log_white = |probes: &[Probe]| {
         [before.1, after.1].map(|lit| white.log(&lit.white_radiance(probes, options.samples)))

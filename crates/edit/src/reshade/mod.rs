@@ -17,13 +17,16 @@
 //! hole in the plane that it stood on, the plane goes on ([`crate::Fill`]).
 
 mod calibrate;
+mod closing;
 mod colors;
 mod cover;
+mod fates;
 mod fill;
 mod grid;
 mod hole;
 mod images;
 mod learned;
+mod leftovers;
 mod looks;
 mod patch;
 mod plane_picture;

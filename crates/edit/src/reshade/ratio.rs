@@ -7,11 +7,11 @@ use motes_scene::{Materials, Residual, Surface};
 use rayon::prelude::*;
 use relight::{BakeOptions, Probe, Question, RelightScene, Relighter};
 
-use super::ReshadeOptions;
 use super::calibrate::Calibration;
 use super::colors::{DIRECTIONS, Projection};
 use super::hole::Hole;
 use super::learned::{Correction, learned};
+use super::{ReshadeError, ReshadeOptions};
 use crate::{EditState, Origin, SCENE};
 
 /// Ratios beyond these say more about noise than about light.
@@ -34,6 +34,14 @@ pub(super) struct Rows {
     pub(super) scaled: Vec<(u32, Probe, Probe)>,
     /// Rows that the light of the scene shades.
     pub(super) anew: Vec<u32>,
+}
+
+/// Materials of the Gaussians as they are.
+///
+/// # Errors
+/// When a column is missing.
+pub(super) fn materials_of(state: &EditState) -> Result<Materials, ReshadeError> {
+    Ok(Materials::of(&state.gaussians).map_err(relight::SceneError::Column)?)
 }
 
 /// Sorts the rows of an edited scene; rows from `first_filled` on fill holes and are neither.
@@ -88,19 +96,25 @@ fn same_lobe(before: &RelightScene, after: &RelightScene, row: u32, i: usize) ->
 /// A scene and its light.
 pub(super) type Lit<'a> = (&'a RelightScene, &'a Relighter<'a>);
 
+/// A scene before and after an edit, under its light, and how closely its light is looked at.
+#[derive(Clone, Copy)]
+pub(super) struct Change<'a> {
+    pub(super) before: Lit<'a>,
+    pub(super) after: Lit<'a>,
+    pub(super) projection: &'a Projection,
+    pub(super) options: &'a ReshadeOptions,
+}
+
 /// Scales the colours whose light changed; returns how many, and what was learned at each hole.
 pub(super) fn scale(
     state: &mut EditState,
     rows: &Rows,
-    before: Lit<'_>,
-    after: Lit<'_>,
+    light: &Change<'_>,
     holes: &[&Hole],
-    projection: &Projection,
-    options: &ReshadeOptions,
 ) -> (usize, Vec<Option<Calibration>>) {
+    let Change { before, after, projection, options } = *light;
     let white = White::new(rows, before, after, options.samples);
-    let (corrections, calibrations) =
-        learned(state, rows, &white, before, after, holes, projection, options);
+    let (corrections, calibrations) = learned(state, rows, &white, light, holes);
     let even: Vec<Vec3> = (0..rows.scaled.len())
         .map(|k| {
             let Correction { exponent, shift } = corrections[k];
@@ -113,7 +127,7 @@ pub(super) fn scale(
     // Metals once more, per viewer and with all lobes.
     let is_metal = |k: &usize| after.0.materials.metallic[rows.scaled[*k].0 as usize] >= METAL;
     let metals: Vec<usize> = changed.iter().copied().filter(is_metal).collect();
-    let mirrored = mirrored(state, rows, &metals, before, after, projection, options, &white);
+    let mirrored = mirrored(state, rows, &metals, light, &white);
 
     let k3 = 3 * state.gaussians.sh_coefficients();
     let mut colors: Vec<(u32, Vec<f32>)> = changed
@@ -179,12 +193,10 @@ fn mirrored(
     state: &EditState,
     rows: &Rows,
     metals: &[usize],
-    before: Lit<'_>,
-    after: Lit<'_>,
-    projection: &Projection,
-    options: &ReshadeOptions,
+    light: &Change<'_>,
     white: &White,
 ) -> Vec<[Option<Vec3>; DIRECTIONS]> {
+    let Change { before, after, projection, options } = *light;
     let seen = |normal: Vec3| {
         (0..DIRECTIONS).filter(move |d| projection.to_viewer[*d].dot(normal) > GRAZING)
     };
@@ -228,10 +240,9 @@ pub(super) fn light_filling(
     state: &mut EditState,
     first_filled: usize,
     unlit: &[Vec3],
-    after: Lit<'_>,
-    projection: &Projection,
-    options: &ReshadeOptions,
+    light: &Change<'_>,
 ) {
+    let Change { after, projection, options, .. } = *light;
     let rows = first_filled..first_filled + unlit.len();
     let probes: Vec<Probe> = rows.clone().map(|i| after.0.probe(i, i as u64)).collect();
     let white = after.1.white_radiance(&probes, options.samples);

@@ -1,0 +1,45 @@
+//! The file of Gaussians that is edited.
+
+use std::cell::OnceCell;
+use std::path::Path;
+
+use motes_formats::decomposition::Decomposition;
+use motes_formats::selection::BoundGaussians;
+
+/// The file of Gaussians, hashed when it is asked for.
+pub(super) struct Source<'a> {
+    decomposition: Option<&'a Decomposition>,
+    gaussians: &'a Path,
+    count: usize,
+    /// Its hash, when the run record has it.
+    sha256: Option<String>,
+    bound: OnceCell<BoundGaussians>,
+}
+
+impl<'a> Source<'a> {
+    /// `count` Gaussians of a file, with its hash when the run record has it.
+    pub(super) fn new(
+        decomposition: Option<&'a Decomposition>,
+        gaussians: &'a Path,
+        count: usize,
+        sha256: Option<String>,
+    ) -> Self {
+        Self { decomposition, gaussians, count, sha256, bound: OnceCell::new() }
+    }
+
+    /// As selections are bound to it.
+    ///
+    /// # Errors
+    /// When the file cannot be read.
+    pub(super) fn bound(&self) -> motes_formats::Result<BoundGaussians> {
+        if let Some(bound) = self.bound.get() {
+            return Ok(bound.clone());
+        }
+        let found = match (self.decomposition, &self.sha256) {
+            (Some(decomposition), _) => decomposition.bound_gaussians(self.count)?,
+            (None, Some(sha256)) => BoundGaussians::new(self.gaussians, sha256.clone(), self.count),
+            (None, None) => BoundGaussians::of_file(self.gaussians, self.count)?,
+        };
+        Ok(self.bound.get_or_init(|| found).clone())
+    }
+}
