@@ -150,3 +150,22 @@ fn help_of_a_stage_asks_the_stage() {
     install.script("bin/render", "echo \"$MOTES_INVOKED_AS $*\"");
     assert_eq!(text(&install.run(&["help", "render"]).stdout), "motes render --help\n");
 }
+
+#[test]
+fn a_swapped_stage_reaches_the_pipelines() {
+    let install = Install::new();
+    let marker = install.at("ran");
+    let stage = format!("echo \"$1\" > '{}'; exit 3", marker.display());
+    install.script("override/import-colmap", &stage);
+    let lab = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../pipelines/lab");
+    let output = Command::new("make")
+        .arg("-C")
+        .arg(lab)
+        .arg(format!("BIN={}", install.at("bin").display()))
+        .arg(format!("OUT={}", install.at("out").display()))
+        .env("MOTES_STAGE_PATH", install.at("override"))
+        .output()
+        .unwrap();
+    assert!(!output.status.success(), "the stage failed, so the pipeline must");
+    assert_eq!(std::fs::read_to_string(marker).unwrap(), "--photos\n");
+}
