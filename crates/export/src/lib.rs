@@ -3,4 +3,5 @@
 pub mod files;
 pub mod html;
 pub mod mesh;
+mod options;
 pub mod shadow;

@@ -8,10 +8,10 @@
 //! The ground is where most of the upward facing area lies; what rises from it casts the shadow.
 //! Light that the objects reflect onto the ground is left out.
 
+pub use crate::options::ShadowOptions;
 use motes_math::luminance::luminance;
 use std::io::{self, Write};
 
-use clap::Args;
 use glam::Vec3;
 use motes_scene::{ImageF32, ImageU8, Surface};
 use motes_shading::brdf::{Lobes, Material};
@@ -31,36 +31,6 @@ const GROUND_COSINE: f32 = 0.95;
 const LAYERS: usize = 512;
 /// What rises by less than this share of the objects' height is ground.
 const GROUND_TOLERANCE: f32 = 0.02;
-
-/// How fine the shadow is.
-#[derive(Args, Clone, Copy, Debug, PartialEq, Serialize)]
-#[command(next_help_heading = "Shadow plane")]
-pub struct ShadowOptions {
-    /// Longer side of the shadow's texture, pixels, 16 to 4096
-    #[arg(long, value_name = "PX", default_value_t = 512,
-        value_parser = clap::value_parser!(u32).range(16..=4096))]
-    pub shadow_size: u32,
-
-    /// Directions of light per pixel, 4 to 4096
-    #[arg(long, value_name = "N", default_value_t = 256,
-        value_parser = clap::value_parser!(u32).range(4..=4096))]
-    pub shadow_samples: u32,
-
-    /// Ground round the objects, times their height: low lights cast farther
-    #[arg(long, value_name = "FACTOR", default_value_t = 1.5, value_parser = parse_margin)]
-    pub shadow_margin: f32,
-}
-
-fn parse_margin(text: &str) -> Result<f32, String> {
-    let margin: f32 = text.parse().map_err(|_| "expected a number".to_owned())?;
-    if (0.0..=100.0).contains(&margin) { Ok(margin) } else { Err("expected 0 to 100".into()) }
-}
-
-impl Default for ShadowOptions {
-    fn default() -> Self {
-        Self { shadow_size: 512, shadow_samples: 256, shadow_margin: 1.5 }
-    }
-}
 
 /// Why there is no shadow.
 #[derive(Clone, Debug, Error, PartialEq)]

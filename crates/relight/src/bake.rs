@@ -14,9 +14,9 @@
 //!
 //! Views from behind, where no radiance is known, are bound by `λ` alone.
 
+use crate::options::BakeOptions;
 use std::f32::consts::TAU;
 
-use clap::Args;
 use glam::Vec3;
 use motes_math::sh::{MAX_SH_DEGREE, sh_basis, sh_coefficients};
 use motes_scene::Gaussians;
@@ -24,7 +24,6 @@ use motes_shading::frame::Frame;
 use motes_shading::integrate::{IntegrationOptions, Shader, SurfacePoint};
 use motes_shading::tracing::{Hit, Ray};
 use rayon::prelude::*;
-use serde::Serialize;
 
 use crate::relighter::Relighter;
 use crate::scene::RelightScene;
@@ -37,27 +36,6 @@ const RIDGE: f64 = 2e-3;
 const REACH: f32 = 12.0;
 /// Keeps these random numbers apart from those of pixels and vertices.
 const FIRST_ITEM: u64 = 1 << 50;
-
-/// How colours are baked.
-#[derive(Args, Clone, Copy, Debug, Serialize)]
-#[command(next_help_heading = "Baked colours")]
-pub struct BakeOptions {
-    /// Degree of the spherical harmonics of baked colours, 0 (diffuse only) to 3
-    #[arg(long, value_name = "DEGREE", default_value_t = 3,
-        value_parser = clap::value_parser!(u8).range(0..=3))]
-    pub sh_degree: u8,
-
-    /// Directions that each Gaussian is seen from, 4 to 256
-    #[arg(long, value_name = "N", default_value_t = 32,
-        value_parser = clap::value_parser!(u32).range(4..=256))]
-    pub bake_directions: u32,
-}
-
-impl Default for BakeOptions {
-    fn default() -> Self {
-        Self { sh_degree: 3, bake_directions: 32 }
-    }
-}
 
 impl Relighter<'_> {
     /// The Gaussians with baked colours; shape, opacity and extra columns stay.

@@ -26,10 +26,11 @@ mod residual;
 mod scene;
 mod upsample;
 
-pub use bake::BakeOptions;
 pub use compose::{Background, Components, Picture, PictureStats};
 pub use light::{Light, LightError, LightSource, environment_image};
-pub use options::{Convention, Exposure, LightOptions, Quality, QualityOptions, SunOption};
+pub use options::{
+    BakeOptions, Convention, Exposure, LightOptions, Quality, QualityOptions, SunOption,
+};
 pub use probe::{Probe, Question};
 pub use relighter::Relighter;
 pub use residual::ResidualShare;

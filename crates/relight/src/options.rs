@@ -261,6 +261,27 @@ impl QualityOptions {
     }
 }
 
+/// How colours are baked.
+#[derive(Args, Clone, Copy, Debug, Serialize)]
+#[command(next_help_heading = "Baked colours")]
+pub struct BakeOptions {
+    /// Degree of the spherical harmonics of baked colours, 0 (diffuse only) to 3
+    #[arg(long, value_name = "DEGREE", default_value_t = 3,
+        value_parser = clap::value_parser!(u8).range(0..=3))]
+    pub sh_degree: u8,
+
+    /// Directions that each Gaussian is seen from, 4 to 256
+    #[arg(long, value_name = "N", default_value_t = 32,
+        value_parser = clap::value_parser!(u32).range(4..=256))]
+    pub bake_directions: u32,
+}
+
+impl Default for BakeOptions {
+    fn default() -> Self {
+        Self { sh_degree: 3, bake_directions: 32 }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

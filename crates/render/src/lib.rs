@@ -7,3 +7,4 @@
 pub mod files;
 pub mod frames;
 pub mod model;
+mod options;

@@ -1,8 +1,8 @@
 //! A model as a file says it wants to be drawn.
 
+pub use crate::options::{AntialiasChoice, ModelInput, ViewExposure};
 use std::path::{Path, PathBuf};
 
-use clap::{Args, ValueEnum};
 use motes_codecs::open_gaussians;
 use motes_formats::Result;
 use motes_formats::decomposition::read_decomposition;
@@ -10,19 +10,6 @@ use motes_formats::ply::RenderMode;
 use motes_formats::selection::BoundGaussians;
 use motes_raster::Antialias;
 use motes_scene::{ExposureResponse, Gaussians};
-use serde::Serialize;
-
-/// Where the Gaussians come from.
-#[derive(Args, Clone, Debug, Default, Serialize)]
-pub struct ModelInput {
-    /// Gaussians (PLY)
-    #[arg(long, value_name = "FILE", required_unless_present = "scene")]
-    pub gaussians: Option<PathBuf>,
-
-    /// Scene folder of decompose, relight or edit: its Gaussians show it under its own light
-    #[arg(long, value_name = "DIR", conflicts_with = "gaussians")]
-    pub scene: Option<PathBuf>,
-}
 
 impl ModelInput {
     /// The file with the Gaussians.
@@ -46,30 +33,6 @@ impl ModelInput {
             _ => BoundGaussians::of_file(&self.file()?, count),
         }
     }
-}
-
-/// Which pixel footprint Gaussians are drawn with.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum AntialiasChoice {
-    /// As the PLY says, classic when it says nothing
-    #[default]
-    Auto,
-    /// Dilate by 0.3 px², as INRIA-compatible viewers do
-    Classic,
-    /// Dilate and keep the energy (Mip-Splatting)
-    Mip,
-}
-
-/// How bright a picture of a view of the capture is.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum ViewExposure {
-    /// As the photo's metadata says, where the Gaussians were fitted so
-    #[default]
-    Metadata,
-    /// As the Gaussians are
-    Model,
 }
 
 /// Gaussians and how they were trained to be drawn.

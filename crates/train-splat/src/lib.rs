@@ -39,7 +39,9 @@ pub use error::FitError;
 pub use exposure::Exposures;
 pub use init::scene_extent;
 pub use moments::{MomentColumns, Moments, Rates, Update};
-pub use options::{AdamRule, Background, Densify, FitOptions, FreezeGroup, Preset, Switch};
+pub use options::{
+    AdamRule, AlphaMode, Background, Densify, FitOptions, FreezeGroup, Preset, Switch,
+};
 pub use photo_order::PhotoOrder;
 pub use plan::{Plan, Stage};
 pub use profile::{Lap, PHASES, Phase, PhaseTime, Profile, UnitTimes, WorkCounts};
@@ -47,6 +49,6 @@ pub use refine::{RefineCounts, RefineStats};
 pub use skip::SkipState;
 pub use start::{PoseCheck, StartFrom};
 pub use state::{FitState, ScenePlace, StepReport};
-pub use target::{AlphaMode, LazyTarget, Target, TrainingImage, TrainingView};
+pub use target::{LazyTarget, Target, TrainingImage, TrainingView};
 pub use trainer::{TimeBudget, Trainer};
 pub use watch::{Baseline, Failure, Health, LONG_RUN, SHORTEST_RUN};

@@ -6,7 +6,6 @@ use serde::{Deserialize, Serialize};
 
 use crate::auto::{BackgroundModel, ExposureModel, ModelChoice};
 use crate::start::StartFrom;
-use crate::target::AlphaMode;
 
 /// A point on the measured front of time against quality.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
@@ -320,4 +319,27 @@ impl Default for FitOptions {
         let Flags { options } = clap::Parser::parse_from(["defaults"]);
         options
     }
+}
+
+/// What the alpha channel of a photo means.
+#[derive(
+    Clone,
+    Copy,
+    Debug,
+    Default,
+    PartialEq,
+    Eq,
+    clap::ValueEnum,
+    serde::Serialize,
+    serde::Deserialize,
+)]
+#[serde(rename_all = "kebab-case")]
+pub enum AlphaMode {
+    /// Pixels with alpha below one half are ignored.
+    Mask,
+    /// The photo shows an object without background: the fit learns to be transparent there.
+    #[default]
+    Transparent,
+    /// Alpha is dropped.
+    Ignore,
 }

@@ -1,5 +1,6 @@
 //! Photos as the fit reads them: planar 8-bit images at several resolutions, with weights.
 
+use crate::options::AlphaMode;
 use std::ops::Deref;
 use std::sync::{Arc, OnceLock};
 
@@ -22,29 +23,6 @@ pub struct TrainingImage {
     pub mask: Option<ImageU8>,
     /// Brightness over that of the model, from the photo's metadata; 1 when unknown.
     pub exposure_gain: f32,
-}
-
-/// What the alpha channel of a photo means.
-#[derive(
-    Clone,
-    Copy,
-    Debug,
-    Default,
-    PartialEq,
-    Eq,
-    clap::ValueEnum,
-    serde::Serialize,
-    serde::Deserialize,
-)]
-#[serde(rename_all = "kebab-case")]
-pub enum AlphaMode {
-    /// Pixels with alpha below one half are ignored.
-    Mask,
-    /// The photo shows an object without background: the fit learns to be transparent there.
-    #[default]
-    Transparent,
-    /// Alpha is dropped.
-    Ignore,
 }
 
 /// A photo at one resolution.

@@ -2,11 +2,13 @@
 //! that its tests can show it failing.
 
 mod contents;
+mod functions;
 mod layers;
 mod length;
 mod links;
 mod machine_paths;
 mod measurements;
+mod modules;
 mod paths;
 mod placeholders;
 pub(crate) mod prose;
@@ -86,6 +88,8 @@ pub(crate) fn run(root: &Path) -> anyhow::Result<()> {
         problems.extend(measurements::check(source));
         problems.extend(tables::check(source));
         problems.extend(length::check(source));
+        problems.extend(functions::check(source));
+        problems.extend(modules::check(source, &stages));
         problems.extend(placeholders::check(source));
         problems.extend(machine_paths::check(source));
         problems.extend(stage_words::check(source, &stages));

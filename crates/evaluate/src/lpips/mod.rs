@@ -11,6 +11,7 @@
 
 mod convolution;
 mod network;
+mod options;
 #[cfg(test)]
 mod tests;
 
@@ -24,8 +25,8 @@ use sha2::{Digest as _, Sha256};
 use thiserror::Error;
 
 use convolution::{Convolution, FeatureMap};
-pub use network::LpipsNet;
 use network::Step;
+pub use options::{LpipsNet, LpipsRange};
 
 /// Mean subtracted from RGB in [-1, 1] before the network, as in the authors' release.
 const SHIFT: [f32; 3] = [-0.030, -0.088, -0.188];
@@ -33,17 +34,6 @@ const SHIFT: [f32; 3] = [-0.030, -0.088, -0.188];
 const SCALE: [f32; 3] = [0.458, 0.448, 0.450];
 /// Keeps features without energy finite.
 const EPSILON: f32 = 1e-10;
-
-/// What the network is fed.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum, serde::Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum LpipsRange {
-    /// RGB rescaled to [-1, 1], as the authors intended
-    #[default]
-    Symmetric,
-    /// RGB left in [0, 1], to compare with numbers of the INRIA 3DGS evaluation script
-    Unit,
-}
 
 /// Why LPIPS cannot be computed.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]

@@ -1,15 +1,5 @@
 //! The convolutional parts of the two networks that LPIPS is defined on.
-
-/// Which network.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum, serde::Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum LpipsNet {
-    /// AlexNet: fast, the LPIPS authors' choice for measuring
-    #[default]
-    Alex,
-    /// VGG-16: the choice of the INRIA 3DGS paper
-    Vgg,
-}
+use super::options::LpipsNet;
 
 /// One step through a network; every convolution is followed by a rectifier.
 #[derive(Clone, Copy, Debug)]

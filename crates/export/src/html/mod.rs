@@ -7,6 +7,7 @@
 //! `docs/formats/html-page.md` has the layout of the data, `docs/benchmarks/export.md` what it loses.
 
 mod manifest;
+mod options;
 pub mod pack;
 mod page;
 mod start;
@@ -18,6 +19,7 @@ use motes_raster::Antialias;
 use motes_scene::{Gaussians, Pinhole, Pose};
 use motes_shading::environment::Harmonics;
 
+pub use options::PackOptions;
 pub use page::{HtmlSummary, SplatSummary};
 
 /// A splat on the page.

@@ -16,9 +16,9 @@
 //! A block is the boxes of its chunks, then the bytes of its records by significance (all first
 //! bytes, all second bytes, …), which deflate compresses better.
 
+pub use super::options::PackOptions;
 use std::io::Write as _;
 
-use clap::Args;
 use flate2::Compression;
 use flate2::write::DeflateEncoder;
 use glam::Vec3;
@@ -27,7 +27,6 @@ use motes_math::srgb;
 use motes_raster::ALPHA_MIN;
 use motes_scene::{ColumnValues, Gaussians, Materials};
 use rayon::prelude::*;
-use serde::Serialize;
 
 /// Gaussians that share a bounding box.
 pub const CHUNK: usize = 256;
@@ -70,21 +69,6 @@ pub struct Packed {
     pub center: [f32; 3],
     /// Radius round it that holds nine tenths of the centres.
     pub radius: f32,
-}
-
-/// What is left out.
-#[derive(Args, Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct PackOptions {
-    /// Bits of a coefficient above degree 0, 2 to 8: fewer make a smaller page
-    #[arg(long, value_name = "BITS", default_value_t = 5,
-        value_parser = clap::value_parser!(u8).range(2..=8))]
-    pub html_sh_bits: u8,
-}
-
-impl Default for PackOptions {
-    fn default() -> Self {
-        Self { html_sh_bits: 5 }
-    }
 }
 
 /// Packs `gaussians`. The same bytes at any number of threads.

@@ -14,6 +14,7 @@ pub mod environment;
 mod fill;
 mod gaussians_at;
 pub(crate) mod glb;
+mod options;
 mod per_vertex;
 mod tangents;
 pub mod target;
@@ -23,36 +24,12 @@ mod unwrap;
 #[cfg(test)]
 mod tests;
 
-use clap::Args;
 use motes_scene::{Gaussians, ImageU8, Materials, Surface};
+pub use options::{MeshOptions, Target};
 use serde::Serialize;
 use thiserror::Error;
 
 pub use glb::write_glb;
-
-/// How fine the mesh is.
-#[derive(Args, Clone, Copy, Debug, PartialEq, Serialize)]
-#[command(next_help_heading = "Mesh")]
-pub struct MeshOptions {
-    /// Triangles that the surface is reduced to; 0 keeps all
-    #[arg(long, value_name = "N", default_value_t = 40_000)]
-    pub triangles: usize,
-
-    /// Side of the square textures, pixels, 64 to 8192
-    #[arg(long, value_name = "PX", default_value_t = 2048,
-        value_parser = clap::value_parser!(u32).range(64..=8192))]
-    pub texture_size: u32,
-
-    /// Colours at the vertices and one material per kind of matter, instead of textures
-    #[arg(long)]
-    pub no_atlas: bool,
-}
-
-impl Default for MeshOptions {
-    fn default() -> Self {
-        Self { triangles: 40_000, texture_size: 2048, no_atlas: false }
-    }
-}
 
 /// Why there is no mesh.
 #[derive(Clone, Debug, Error, PartialEq)]

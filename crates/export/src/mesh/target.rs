@@ -10,29 +10,13 @@
 //! | `unreal` | (x, z, y), centimetres, left-handed | centre +x, right of it +z |
 //! | `usd` | (x, y, z) | centre +z, right of it -x (`DomeLight`, OpenEXR) |
 
-use clap::ValueEnum;
+pub use super::options::Target;
 use glam::{DMat3, DVec3};
 use motes_shading::environment::Convention;
-use serde::Serialize;
 
 /// An up axis within this angle of an axis of the world, degrees, is taken to be that axis, so that
 /// coordinates stay recognisable.
 const SNAP_DEG: f64 = 1.0;
-
-/// Who opens the file.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Target {
-    /// Blender, Cycles, Eevee
-    #[default]
-    Blender,
-    /// Unreal Engine (Interchange importer)
-    Unreal,
-    /// three.js and other web viewers
-    Threejs,
-    /// OpenUSD tools (through their glTF plug-in)
-    Usd,
-}
 
 impl Target {
     /// Axes of a lat-long map, in the axes of glTF.

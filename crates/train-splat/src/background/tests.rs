@@ -4,7 +4,8 @@ use motes_testkit::{orbit_pose, random_gaussians, small_camera};
 
 use super::*;
 use crate::loss::{ColorTransform, PhotometricLoss};
-use crate::target::{AlphaMode, TrainingImage};
+use crate::options::AlphaMode;
+use crate::target::TrainingImage;
 
 #[test]
 fn the_colour_gradient_matches_finite_differences() {

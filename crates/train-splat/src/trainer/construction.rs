@@ -13,6 +13,7 @@ use crate::exposure::Exposures;
 use crate::init;
 use crate::loss::PhotometricLoss;
 use crate::moments::Moments;
+use crate::options::AlphaMode;
 use crate::options::{Background, FitOptions};
 use crate::plan::Plan;
 use crate::profile::{Lap, Phase, Profile};
@@ -20,7 +21,8 @@ use crate::refine::RefineStats;
 use crate::skip::SkipState;
 use crate::start::{self, Start, StartFrom};
 use crate::state::{FitState, ScenePlace};
-use crate::target::{AlphaMode, TrainingImage, TrainingView};
+use crate::options::AlphaMode;
+use crate::target::{TrainingImage, TrainingView};
 
 impl Trainer {
     /// Prepares a fit of `images`, starting from `start` or else from `points`.

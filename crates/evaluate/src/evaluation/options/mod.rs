@@ -1,5 +1,7 @@
 //! The protocol of an evaluation, as flags and as words.
 
+mod outputs;
+
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
@@ -11,6 +13,8 @@ use crate::lpips::{Lpips, LpipsNet, LpipsRange};
 use crate::score::{Gate, GateMetric, ScoreOptions};
 use render::frames::{Background, SplitChoice, parse_background};
 use render::model::{AntialiasChoice, ViewExposure};
+
+pub use outputs::EvaluationOutputs;
 
 /// The protocol.
 #[derive(Args, Clone, Debug, Serialize)]

@@ -1,5 +1,9 @@
 //! Command-line options that choose which frames are rendered, and at what size.
 
+mod files;
+mod look;
+mod video;
+
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
@@ -7,6 +11,10 @@ use motes_scene::{Pinhole, Split};
 use serde::Serialize;
 
 use super::FrameSource;
+
+pub use files::{DepthRange, FrameFormat, PictureFormat, PreviewAov};
+pub use look::{Background, FrameLook, Projection, parse_background};
+pub use video::VideoOptions;
 
 /// Which poses to render; exactly one of these.
 #[derive(Args, Clone, Debug, Default, Serialize)]
