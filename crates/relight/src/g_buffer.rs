@@ -112,6 +112,15 @@ pub(crate) fn towards(normal: Vec3, to_viewer: Vec3) -> Vec3 {
     (normal + to_viewer * (LEAST_COSINE - cosine)).normalize_or(to_viewer)
 }
 
+/// What the ray through the middle of every pixel meets, row by row.
+fn sights(scene: &RelightScene, rays: &Rays, first: &[u32], width: usize) -> Vec<Option<Sight>> {
+    let of_pixel = |(i, triangle): (usize, &u32)| {
+        let (x, y) = ((i % width) as f64 + 0.5, (i / width) as f64 + 0.5);
+        rays.sight_of(scene, *triangle, x, y)
+    };
+    first.par_iter().enumerate().with_min_len(1024).map(of_pixel).collect()
+}
+
 impl GBuffer {
     /// Of a view. When `detailed`, pixels where the surface has an edge get four sights, and roughness and
     /// metallic have the picture's resolution instead of a third. The residual is drawn where the scene has one and it is wanted.
@@ -156,15 +165,7 @@ impl GBuffer {
         let (material, unobserved) = (0..width * height).into_par_iter().map(material).unzip();
         let rays = Rays::new(camera, camera_from_world);
         let first = first_triangles(&scene.surface, camera, camera_from_world);
-        let mut sight: Vec<Option<Sight>> = first
-            .par_iter()
-            .enumerate()
-            .with_min_len(1024)
-            .map(|(i, triangle)| {
-                let (x, y) = ((i % width) as f64 + 0.5, (i / width) as f64 + 0.5);
-                rays.sight_of(scene, *triangle, x, y)
-            })
-            .collect();
+        let mut sight = sights(scene, &rays, &first, width);
         let visible = |i: usize| alpha[i] >= LEAST_ALPHA;
         let missed: Vec<usize> =
             (0..sight.len()).filter(|i| sight[*i].is_none() && visible(*i)).collect();

@@ -17,7 +17,7 @@ use motes_shading::brdf::Lobes;
 use motes_shading::tracing::Ray;
 
 use crate::cameras::ring;
-use crate::scenes::SceneName;
+use crate::scenes::{SceneName, SceneRecipe};
 use crate::score::truth_folder::TruthFolder;
 use crate::world::{Seen, World};
 
@@ -46,15 +46,36 @@ pub fn write_oracle(
     write_surface(&output.join("surface.ply"), &surface)?;
 
     let mut file = open_gaussians(gaussians)?;
+    let materials = true_materials(&world, &recipe, folder.size, &file.gaussians.means);
+    let unobserved = materials.observations.iter().filter(|&&n| n == 0).count();
+    materials.attach(&mut file.gaussians);
+    write_gaussians(&output.join("gaussians.ply"), &file.gaussians, &PlyWriteOptions::default())?;
+    let counts = DecompositionCounts {
+        gaussians: materials.len() as u64,
+        unobserved_gaussians: unobserved as u64,
+        vertices: surface.vertices.len() as u64,
+        triangles: surface.triangles.len() as u64,
+    };
+    let document = true_document(&recipe, lobes, &folder, counts);
+    Ok(write_decomposition(output, &document)?)
+}
+
+/// The material of what lies nearest to every mean.
+fn true_materials(
+    world: &World,
+    recipe: &SceneRecipe,
+    size: (usize, usize),
+    means: &[[f32; 3]],
+) -> Materials {
     // From around the scene: the eye that sees a Gaussian's place tells what it is made of.
-    let eyes: Vec<Vec3> = ring(&recipe, folder.size, 40, 0)
+    let eyes: Vec<Vec3> = ring(recipe, size, 40, 0)
         .iter()
         .map(|s| s.camera_from_world.center_in_world().as_vec3())
         .collect();
     let mut materials = Materials::default();
-    for mean in &file.gaussians.means {
+    for mean in means {
         let p = Vec3::from(*mean);
-        let seen: Vec<Seen> = eyes.iter().filter_map(|e| towards(&world, *e, p)).collect();
+        let seen: Vec<Seen> = eyes.iter().filter_map(|e| towards(world, *e, p)).collect();
         let best = seen.iter().min_by(|a, b| {
             let off = |s: &Seen| s.point.position.distance_squared(p);
             off(a).total_cmp(&off(b))
@@ -70,16 +91,22 @@ pub fn write_oracle(
         let near = |s: &&Seen| s.point.position.distance(p) < REACH * recipe.unit;
         materials.observations.push(seen.iter().filter(near).count() as u16);
     }
-    let unobserved = materials.observations.iter().filter(|&&n| n == 0).count();
-    materials.attach(&mut file.gaussians);
-    write_gaussians(&output.join("gaussians.ply"), &file.gaussians, &PlyWriteOptions::default())?;
+    materials
+}
+
+fn true_document(
+    recipe: &SceneRecipe,
+    lobes: Lobes,
+    folder: &TruthFolder,
+    counts: DecompositionCounts,
+) -> DecompositionDocument {
     let term = |name: &str, kept: bool| TermDocument {
         name: name.into(),
         kept,
         evidence: "known, not found".into(),
         numbers: [].into(),
     };
-    let document = DecompositionDocument {
+    DecompositionDocument {
         format: DecompositionDocument::FORMAT.into(),
         version: format!("{}.{}", DecompositionDocument::MAJOR, DecompositionDocument::MINOR),
         made_by: "truth-scene".into(),
@@ -109,17 +136,11 @@ pub fn write_oracle(
                 psnr_db: None,
             })
             .collect(),
-        counts: DecompositionCounts {
-            gaussians: materials.len() as u64,
-            unobserved_gaussians: unobserved as u64,
-            vertices: surface.vertices.len() as u64,
-            triangles: surface.triangles.len() as u64,
-        },
+        counts,
         source_gaussians: None,
         seconds: None,
         step_times: Vec::new(),
-    };
-    Ok(write_decomposition(output, &document)?)
+    }
 }
 
 fn towards(world: &World, eye: Vec3, p: Vec3) -> Option<Seen> {

@@ -61,7 +61,17 @@ property=NAME,lt|lte|gt|gte|eq|neq,VALUE, ids=I,I-J,.., file=SELECTION, label=[C
 invert, grow=DISTANCE, shrink=DISTANCE";
 
 fn selector(kind: &str, values: &str) -> Result<Selector, String> {
-    Ok(match kind {
+    for family in [of_view, of_space, of_rows] {
+        if let Some(selector) = family(kind, values)? {
+            return Ok(selector);
+        }
+    }
+    Err(format!("\"{kind}\" is not a selector; they are {KINDS}"))
+}
+
+/// Selectors by what a view shows.
+fn of_view(kind: &str, values: &str) -> Result<Option<Selector>, String> {
+    Ok(Some(match kind {
         "click" => {
             let click = parse_click(values)?;
             Selector::Object(ObjectPrompt { clicks: vec![click], ..Default::default() })
@@ -99,6 +109,19 @@ fn selector(kind: &str, values: &str) -> Result<Selector, String> {
                 _ => return Err("expected brush=VIEW,RADIUS,X,Y,.. with RADIUS above 0".into()),
             }
         }
+        "eyedropper" => {
+            let (view, rest) = named(kind, values, "VIEW,X,Y,TOLERANCE")?;
+            let [x, y, tolerance] = numbers(kind, rest, "X,Y,TOLERANCE")?;
+            positive(kind, &[tolerance])?;
+            Selector::Eyedropper { view, pixel: [x, y], tolerance }
+        }
+        _ => return Ok(None),
+    }))
+}
+
+/// Selectors by place.
+fn of_space(kind: &str, values: &str) -> Result<Option<Selector>, String> {
+    Ok(Some(match kind {
         "sphere" => {
             let [x, y, z, radius] = numbers(kind, values, "X,Y,Z,RADIUS")?;
             positive(kind, &[radius])?;
@@ -124,17 +147,6 @@ fn selector(kind: &str, values: &str) -> Result<Selector, String> {
             Selector::HalfSpace { normal: [v[0], v[1], v[2]], point: [v[3], v[4], v[5]] }
         }
         "ground" => ground(values)?,
-        "color" => {
-            let [r, g, b, tolerance] = numbers(kind, values, "R,G,B,TOLERANCE")?;
-            positive(kind, &[tolerance])?;
-            Selector::Color { rgb: [r, g, b], tolerance }
-        }
-        "eyedropper" => {
-            let (view, rest) = named(kind, values, "VIEW,X,Y,TOLERANCE")?;
-            let [x, y, tolerance] = numbers(kind, rest, "X,Y,TOLERANCE")?;
-            positive(kind, &[tolerance])?;
-            Selector::Eyedropper { view, pixel: [x, y], tolerance }
-        }
         "connected" => {
             let v = list(kind, values)?;
             if !(3..=5).contains(&v.len()) {
@@ -143,6 +155,18 @@ fn selector(kind: &str, values: &str) -> Result<Selector, String> {
             positive(kind, &v[3..])?;
             let (distance, tolerance) = (v.get(3).copied(), v.get(4).copied());
             Selector::Connected { seed: [v[0], v[1], v[2]], distance, tolerance }
+        }
+        _ => return Ok(None),
+    }))
+}
+
+/// Selectors by what is stored of a Gaussian.
+fn of_rows(kind: &str, values: &str) -> Result<Option<Selector>, String> {
+    Ok(Some(match kind {
+        "color" => {
+            let [r, g, b, tolerance] = numbers(kind, values, "R,G,B,TOLERANCE")?;
+            positive(kind, &[tolerance])?;
+            Selector::Color { rgb: [r, g, b], tolerance }
         }
         "property" => property(values)?,
         "ids" => Selector::Ids { ids: ids(values)? },
@@ -156,8 +180,8 @@ fn selector(kind: &str, values: &str) -> Result<Selector, String> {
             }
         }
         "all" if values.is_empty() => Selector::All,
-        _ => return Err(format!("\"{kind}\" is no selector; they are {KINDS}")),
-    })
+        _ => return Ok(None),
+    }))
 }
 
 /// Reads `VIEW,X,Y` or `VIEW,X,Y,-`.

@@ -124,6 +124,8 @@ fn column(ring: &[f32], y: isize, stride: usize) -> Column<'_> {
     rows
 }
 
+// tidy: long (one pass over the rows, in the order of the equations; splitting it would pass the ring
+// of rows through every part)
 /// Loss and gradient of the rows `range`; `out` is their part of the gradient's planes.
 #[inline(always)]
 pub(super) fn band<S: Simd>(

@@ -2,10 +2,10 @@
 
 use std::fmt::Write as _;
 
-use super::Scores;
 use super::align::Align;
 use super::materials::RegionScores;
 use super::pictures::PictureScores;
+use super::{MaterialScores, Scores};
 
 /// The scores of a scene.
 pub fn page(scores: &Scores) -> String {
@@ -56,41 +56,45 @@ pub fn page(scores: &Scores) -> String {
         );
     }
     if let Some(materials) = &scores.materials {
-        out.push_str("\n| pixels of | base color dB none | scalar | channel | sRGB channel | roughness MSE | mean (true) | metallic MSE | mean (true) | normal MAE deg |\n");
-        out.push_str("|---|---|---|---|---|---|---|---|---|---|\n");
-        let mut row = |name: &str, r: &RegionScores| {
-            let db = |a: Align| r.base_color.get(&a).map_or(f64::NAN, |b| b.psnr_linear_db);
-            let srgb = r.base_color.get(&Align::Channel).map_or(f64::NAN, |b| b.psnr_srgb_db);
-            let _ = writeln!(
-                out,
-                "| {name} | {:.2} | {:.2} | {:.2} | {srgb:.2} | {:.4} | {:.2} ({:.2}) | {:.4} | {:.2} ({:.2}) | {:.2} |",
-                db(Align::None),
-                db(Align::Scalar),
-                db(Align::Channel),
-                r.roughness_mse,
-                r.mean_roughness,
-                r.true_roughness,
-                r.metallic_mse,
-                r.mean_metallic,
-                r.true_metallic,
-                r.normal_mae_deg
-            );
-        };
-        row("all", &materials.all);
-        row("objects", &materials.objects);
-        row("support", &materials.support);
-        for (name, region) in &materials.by_object {
-            row(name, region);
-        }
-        let [objects, support] = materials.whole_normal_mae_deg;
-        let _ = writeln!(
-            out,
-            "\nNormals over whole masks: objects {objects:.2}, support {support:.2} degrees."
-        );
+        materials_table(&mut out, materials);
     }
     out.push('\n');
     for sentence in &scores.protocol {
         let _ = writeln!(out, "- {sentence}");
     }
     out
+}
+
+fn materials_table(out: &mut String, materials: &MaterialScores) {
+    out.push_str("\n| pixels of | base color dB none | scalar | channel | sRGB channel | roughness MSE | mean (true) | metallic MSE | mean (true) | normal MAE deg |\n");
+    out.push_str("|---|---|---|---|---|---|---|---|---|---|\n");
+    let mut row = |name: &str, r: &RegionScores| {
+        let db = |a: Align| r.base_color.get(&a).map_or(f64::NAN, |b| b.psnr_linear_db);
+        let srgb = r.base_color.get(&Align::Channel).map_or(f64::NAN, |b| b.psnr_srgb_db);
+        let _ = writeln!(
+            out,
+            "| {name} | {:.2} | {:.2} | {:.2} | {srgb:.2} | {:.4} | {:.2} ({:.2}) | {:.4} | {:.2} ({:.2}) | {:.2} |",
+            db(Align::None),
+            db(Align::Scalar),
+            db(Align::Channel),
+            r.roughness_mse,
+            r.mean_roughness,
+            r.true_roughness,
+            r.metallic_mse,
+            r.mean_metallic,
+            r.true_metallic,
+            r.normal_mae_deg
+        );
+    };
+    row("all", &materials.all);
+    row("objects", &materials.objects);
+    row("support", &materials.support);
+    for (name, region) in &materials.by_object {
+        row(name, region);
+    }
+    let [objects, support] = materials.whole_normal_mae_deg;
+    let _ = writeln!(
+        out,
+        "\nNormals over whole masks: objects {objects:.2}, support {support:.2} degrees."
+    );
 }
