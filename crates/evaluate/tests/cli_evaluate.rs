@@ -202,3 +202,12 @@ fn bad_input_is_exit_code_3_and_named() {
     let weights = ["--gaussians", "true.ply", "--lpips-weights", "weights.safetensors"];
     assert_code(&evaluate(&toy, &weights), 3);
 }
+
+#[test]
+fn metrics_do_not_go_under_the_name_of_a_table() {
+    let toy = toy_capture();
+    let output = evaluate(&toy, &["--gaussians", "true.ply", "--metrics", "scores.csv"]);
+    assert_code(&output, 2);
+    assert!(stderr(&output).contains("end the name in .json"), "{}", stderr(&output));
+    assert!(!toy.path("scores.csv").exists());
+}

@@ -12,6 +12,10 @@ use crate::progress::Display;
 use crate::stdout::Stdout;
 use crate::{CommonArgs, Progress, StageError, fingerprint, interrupt};
 
+/// Ends of names that promise another format than JSON.
+const OTHER_THAN_JSON: [&str; 9] =
+    ["csv", "tsv", "md", "html", "htm", "tex", "yaml", "toml", "xlsx"];
+
 /// Handed to a stage's `run`: outputs, inputs, progress, interruption.
 #[derive(Debug)]
 pub struct Context {
@@ -89,6 +93,21 @@ impl Context {
         }
         self.lock().outputs.push(path.to_owned());
         Ok(path.to_owned())
+    }
+
+    /// [`Context::output`] of a document that is JSON whatever it is called: a name that promises
+    /// another format is refused.
+    ///
+    /// # Errors
+    /// As [`Context::output`]; when the name ends like a table, a page or a text.
+    pub fn json_output(&self, path: impl AsRef<Path>) -> anyhow::Result<PathBuf> {
+        let path = path.as_ref();
+        let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+        if ending.is_some_and(|e| OTHER_THAN_JSON.contains(&e.as_str())) {
+            let text = format!("this product is JSON, not what its name says: {}", path.display());
+            return Err(StageError::usage(text).help("end the name in .json").into());
+        }
+        self.output(path)
     }
 
     fn guard(&self, path: &Path) -> Result<(), StageError> {

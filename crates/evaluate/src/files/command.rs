@@ -77,7 +77,10 @@ pub fn run(args: &Args, context: &Context) -> anyhow::Result<EvaluationReport> {
     let options = &args.options;
     let outputs = &args.outputs;
     for output in outputs.paths() {
-        context.output(output)?;
+        match outputs.metrics.as_ref() == Some(output) {
+            true => context.json_output(output)?,
+            false => context.output(output)?,
+        };
     }
     if options.requires(GateMetric::Lpips) && options.lpips_weights.is_none() {
         return Err(StageError::usage("--require lpips needs --lpips-weights").into());

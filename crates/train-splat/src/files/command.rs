@@ -115,7 +115,7 @@ impl HasCommon for Args {
 pub fn run(args: &Args, context: &Context) -> anyhow::Result<TrainReport> {
     let output = context.output(&args.output)?;
     if let Some(metrics) = &args.metrics {
-        context.output(metrics)?;
+        context.json_output(metrics)?;
     }
     let request = StartRequest {
         capture: &args.capture,
