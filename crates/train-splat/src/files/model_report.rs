@@ -36,7 +36,8 @@ impl ModelReport {
     pub(super) fn new(trainer: &Trainer, cpu_seconds: Option<f64>) -> Self {
         let probes = trainer.probe_costs().to_vec();
         let components = trainer.state.model.decisions.clone();
-        let sum = probes.iter().map(|p| p.cpu_seconds).sum();
+        // Not `sum`: the sum of no f64 is -0.
+        let sum = probes.iter().fold(0.0, |sum, p| sum + p.cpu_seconds);
         let costs = costs(&components, &probes, trainer.plan().iterations);
         let probe_share = cpu_seconds.map(|all| sum / all.max(1e-9));
         Self { components, costs, probes, probe_cpu_seconds: sum, probe_share }
