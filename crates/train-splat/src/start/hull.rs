@@ -9,7 +9,8 @@ use motes_scene::SparsePoints;
 use rayon::prelude::*;
 
 use crate::init::axes_focus;
-use crate::target::{AlphaMode, TrainingImage};
+use crate::options::AlphaMode;
+use crate::target::TrainingImage;
 
 /// Cells per side of the first, coarse grid.
 const COARSE: i32 = 40;

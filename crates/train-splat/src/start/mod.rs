@@ -13,17 +13,17 @@ mod hull;
 mod keypoints;
 mod matching;
 mod neighbours;
+mod options;
 mod pose_check;
 mod scale_space;
 mod sphere;
 mod triangulation;
 mod view;
 
-use clap::ValueEnum;
 use motes_scene::{Gaussians, SparsePoints};
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 
+pub use self::options::StartFrom;
 pub use self::pose_check::PoseCheck;
 use self::view::View;
 use crate::init;
@@ -43,21 +43,6 @@ const SEARCHED_PER_POINT: usize = 8;
 const FINEST_STEP: usize = 3;
 /// Share of the largest number of Gaussians that points of the hull or the sphere may take.
 const FILL_SHARE: f64 = 0.35;
-
-/// Where the first Gaussians come from.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum StartFrom {
-    /// The capture's points; without points, or when a fit from them fails, the photos; then random.
-    #[default]
-    Auto,
-    /// The capture's points.
-    Points,
-    /// Points found in the posed photos: triangulated keypoints, a dense search, silhouettes.
-    Photos,
-    /// Random places in the space that the cameras look at.
-    Random,
-}
 
 impl StartFrom {
     /// The value of the flag.

@@ -6,7 +6,8 @@ use motes_scene::{Pinhole, Pose};
 
 use super::keypoints::{Keypoint, keypoints};
 use super::scale_space::Gray;
-use crate::target::{AlphaMode, TrainingImage};
+use crate::options::AlphaMode;
+use crate::target::TrainingImage;
 
 /// Luminance that stands behind transparent pixels.
 const BEHIND: f32 = 0.5;

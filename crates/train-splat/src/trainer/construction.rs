@@ -21,7 +21,6 @@ use crate::refine::RefineStats;
 use crate::skip::SkipState;
 use crate::start::{self, Start, StartFrom};
 use crate::state::{FitState, ScenePlace};
-use crate::options::AlphaMode;
 use crate::target::{TrainingImage, TrainingView};
 
 impl Trainer {
