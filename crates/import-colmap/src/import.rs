@@ -13,7 +13,7 @@ use crate::exposure_response::{self, PhotoBrightness};
 use crate::gathered::{Gathered, Photo, Point};
 use crate::locate_image::find_mask;
 use crate::options::ImportOptions;
-use crate::photos_out::{Job, run, unique_stems};
+use crate::photos_out::{Done, Job, run, unique_stems};
 use crate::plan::{Kind, Plans};
 use crate::progress::Progress;
 use crate::report::ImportReport;
@@ -103,16 +103,7 @@ pub(crate) fn write(
     protect_sources(&gathered, &masks, output)?;
 
     let kept: Vec<usize> = (0..gathered.photos.len()).filter(|&i| splits[i].is_some()).collect();
-    let mut names = Vec::new();
-    for &i in &kept {
-        let name = &gathered.photos[i].name;
-        match plans.plans[plan_of[i]].kind {
-            Kind::Panorama => {
-                names.extend((0..panorama::CROPS).map(|c| panorama::crop_name(name, c)));
-            }
-            _ => names.push(name.clone()),
-        }
-    }
+    let names = view_names(&gathered, &kept, &plans, &plan_of);
     let mut stems = unique_stems(&names).into_iter();
     let jobs: Vec<Job<'_>> = kept
         .iter()
@@ -128,6 +119,60 @@ pub(crate) fn write(
     let centers: Vec<DVec3> =
         kept.iter().map(|&i| gathered.photos[i].camera_from_world.center_in_world()).collect();
     let world_origin = origin::choose(&centers);
+    let (views, brightness) =
+        views_of(&gathered, &kept, &splits, (&plans, &plan_of), world_origin, names, done);
+    let unit = UnitWorld::of(&centers, gathered.points.iter().map(|point| point.position));
+    let points = start_points(&gathered, &splits, options, world_origin, &unit);
+    let fitted = exposure_response::fit(&brightness, gathered.points.len());
+    if let Some(note) = exposure_response::note(fitted) {
+        gathered.notes.push(note);
+    }
+    let capture = Capture {
+        cameras: plans.plans.iter().map(|plan| Camera::from_pinhole(plan.pinhole)).collect(),
+        views,
+        points,
+        world_origin,
+        exposure_response: fitted.filter(|fit| fit.evidence > 0.0).map(|fit| fit.response),
+    };
+    if capture.points.is_empty() {
+        gathered
+            .warnings
+            .push("there are no start points: training starts from random ones".into());
+    }
+    write_capture(&output.join("capture.json"), &capture)?;
+    Ok(report(&gathered, &capture))
+}
+
+/// Names of the views that the kept photos become: a panorama becomes several.
+fn view_names(
+    gathered: &Gathered,
+    kept: &[usize],
+    plans: &Plans,
+    plan_of: &[usize],
+) -> Vec<String> {
+    let mut names = Vec::new();
+    for &i in kept {
+        let name = &gathered.photos[i].name;
+        match plans.plans[plan_of[i]].kind {
+            Kind::Panorama => {
+                names.extend((0..panorama::CROPS).map(|c| panorama::crop_name(name, c)));
+            }
+            _ => names.push(name.clone()),
+        }
+    }
+    names
+}
+
+/// Views in the order of their names, and the brightness of the training photos.
+fn views_of(
+    gathered: &Gathered,
+    kept: &[usize],
+    splits: &[Option<Split>],
+    (plans, plan_of): (&Plans, &[usize]),
+    world_origin: DVec3,
+    names: Vec<String>,
+    done: Vec<Done>,
+) -> (Vec<View>, Vec<PhotoBrightness>) {
     let mut views = Vec::new();
     let mut brightness = Vec::new();
     let mut view_names = names.into_iter();
@@ -155,26 +200,7 @@ pub(crate) fn write(
         }
     }
     views.sort_by(|a, b| a.name.cmp(&b.name));
-    let unit = UnitWorld::of(&centers, gathered.points.iter().map(|point| point.position));
-    let points = start_points(&gathered, &splits, options, world_origin, &unit);
-    let fitted = exposure_response::fit(&brightness, gathered.points.len());
-    if let Some(note) = exposure_response::note(fitted) {
-        gathered.notes.push(note);
-    }
-    let capture = Capture {
-        cameras: plans.plans.iter().map(|plan| Camera::from_pinhole(plan.pinhole)).collect(),
-        views,
-        points,
-        world_origin,
-        exposure_response: fitted.filter(|fit| fit.evidence > 0.0).map(|fit| fit.response),
-    };
-    if capture.points.is_empty() {
-        gathered
-            .warnings
-            .push("there are no start points: training starts from random ones".into());
-    }
-    write_capture(&output.join("capture.json"), &capture)?;
-    Ok(report(&gathered, &capture))
+    (views, brightness)
 }
 
 /// The plan of a photo; decides whether its pixels must be turned upright.

@@ -23,6 +23,17 @@ use crate::start::{self, Start, StartFrom};
 use crate::state::{FitState, ScenePlace};
 use crate::target::{TrainingImage, TrainingView};
 
+/// Keeps at most `most` rows, evenly spread and not the first ones: points often come in spatial
+/// order.
+fn thin_out(gaussians: &mut Gaussians, most: usize) {
+    let n = gaussians.len();
+    if n > most {
+        let rows: Vec<u32> =
+            (0..most).map(|i| (i as u64 * n as u64 / most as u64) as u32).collect();
+        gaussians.gather(&rows);
+    }
+}
+
 impl Trainer {
     /// Prepares a fit of `images`, starting from `start` or else from `points`.
     pub fn new(
@@ -64,14 +75,7 @@ impl Trainer {
         let poses = images.iter().map(|image| &image.camera_from_world);
         let extent = init::scene_extent(poses, &points.positions);
         gaussians = gaussians.with_sh_degree(plan.sh_degree);
-        if gaussians.len() > plan.max_gaussians {
-            // Evenly spread rows, not the first ones: points often come in spatial order.
-            let n = gaussians.len();
-            let rows: Vec<u32> = (0..plan.max_gaussians)
-                .map(|i| (i as u64 * n as u64 / plan.max_gaussians as u64) as u32)
-                .collect();
-            gaussians.gather(&rows);
-        }
+        thin_out(&mut gaussians, plan.max_gaussians);
         let scales: Vec<f64> = plan.stages.iter().map(|s| s.scale).collect();
         let views: Vec<TrainingView> = images
             .iter()

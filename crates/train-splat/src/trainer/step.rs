@@ -84,6 +84,16 @@ impl Trainer {
         self.profile.add(Phase::Resample, lap);
     }
 
+    /// The color behind view `index` of the batch.
+    fn background_of(&self, index: u32) -> [f32; 3] {
+        if !self.random_background {
+            return self.color_behind();
+        }
+        let item = u64::from(self.state.step) * u64::from(self.plan.batch_views);
+        let mut rng = keyed_rng(self.seed, STREAM_BACKGROUND, item + u64::from(index));
+        std::array::from_fn(|_| rng.random())
+    }
+
     /// Loss of one view and, unless it may be left out, its gradient in `self.gradients`.
     fn differentiate(
         &mut self,
@@ -95,13 +105,7 @@ impl Trainer {
     ) -> (LossValue, bool) {
         let (transform, target) = &self.views[view].levels[stage];
         let exposure_gain = self.views[view].exposure_gain;
-        let background = if self.random_background {
-            let item = u64::from(self.state.step) * u64::from(self.plan.batch_views);
-            let mut rng = keyed_rng(self.seed, STREAM_BACKGROUND, item + u64::from(index));
-            std::array::from_fn(|_| rng.random())
-        } else {
-            self.color_behind()
-        };
+        let background = self.background_of(index);
         let modifiers =
             Modifiers { opacity_gain: gains, ..Modifiers::with_filter(&self.state.filter_3d) };
         let render_options = RenderOptions {
