@@ -8,7 +8,7 @@ use motes_scene::Gaussians;
 
 use super::registry::{CODECS, SplatFormat};
 use super::{compressed_ply, gltf, r3dg, sog, spz};
-use motes_formats::error::{FormatError, Result, quoted};
+use motes_formats::error::{FormatError, Result};
 use motes_formats::ply::{GaussianFile, PlySource};
 
 /// Bytes that tell formats apart.
@@ -116,8 +116,8 @@ fn format_of(start: &[u8], path: &Path) -> Result<SplatFormat> {
         Some(format) => Ok(format),
         None if start.is_empty() => Err(FormatError::invalid(path, "byte 0", "the file is empty")),
         None => {
-            let cause =
-                format!("not a known format of Gaussians: it starts with {}", quoted(start));
+            // A plan of somebody else may name any file: what is in it stays there.
+            let cause = "not a known format of Gaussians";
             Err(FormatError::not_supported(path, "byte 0", cause).with_remedy(readable()))
         }
     }

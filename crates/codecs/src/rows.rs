@@ -2,9 +2,13 @@
 
 use std::io::{self, Write};
 use std::ops::Range;
+use std::path::Path;
 
 use motes_scene::Gaussians;
 use rayon::prelude::*;
+
+use motes_formats::budget;
+use motes_formats::error::Result;
 
 /// Rows of one task.
 const ROWS_PER_BLOCK: usize = 4096;
@@ -29,6 +33,24 @@ pub(crate) fn write_blocks(
         }
     }
     Ok(())
+}
+
+/// Bytes of a Gaussian in memory.
+pub(crate) fn row_bytes(sh_degree: u8) -> u64 {
+    let coefficients = (u64::from(sh_degree) + 1).pow(2);
+    4 * (3 + 4 + 3 + 1 + 3 * coefficients)
+}
+
+/// Checks that so many Gaussians can come from a file of `packed` bytes, and fit into the memory.
+pub(crate) fn check_rows(
+    path: &Path,
+    place: &str,
+    rows: u64,
+    sh_degree: u8,
+    packed: usize,
+) -> Result<()> {
+    let what = format!("{rows} Gaussians of SH degree {sh_degree}");
+    budget::rows(path, place, &what, rows.saturating_mul(row_bytes(sh_degree)), packed as u64)
 }
 
 /// Empty Gaussians with room for rows whose bytes were seen.

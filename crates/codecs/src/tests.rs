@@ -289,3 +289,47 @@ fn glb_nodes_move_turn_and_scale_their_splats() {
         assert!((color(&moved, turned) - color(&gaussians, d)).abs() < 1e-5, "{i}");
     }
 }
+
+/// A good glTF with other nodes, the first of which is the root.
+fn gltf_with_nodes(nodes: &str) -> Vec<u8> {
+    let good = include_bytes!("../../../testdata/formats/gltf/v1/valid/same-embedded.gltf");
+    let mut document: serde_json::Value = serde_json::from_slice(good).unwrap();
+    document["nodes"] = serde_json::from_str(nodes).unwrap();
+    document["scenes"] = serde_json::json!([{ "nodes": [0] }]);
+    document.to_string().into_bytes()
+}
+
+#[test]
+fn nodes_that_name_a_child_twice_are_refused_at_once() {
+    let node = |i: usize| match i {
+        60 => "{}".to_owned(),
+        i => format!(r#"{{"children":[{0},{0}]}}"#, i + 1),
+    };
+    let doubling: Vec<String> = (0..=60).map(node).collect();
+    let two_parents = r#"[{"children":[1,2]},{"children":[3]},{"children":[3]},{"mesh":0}]"#;
+    let ring = r#"[{"children":[1]},{"children":[0]}]"#;
+    for nodes in [format!("[{}]", doubling.join(",")), two_parents.into(), ring.into()] {
+        let bytes = gltf_with_nodes(&nodes);
+        let error = read_gaussians_from(SplatFormat::Gltf, &bytes, Path::new("a.gltf"));
+        let error = error.unwrap_err().to_string();
+        assert!(error.contains("no tree"), "{error}");
+    }
+    let deep: Vec<String> = (0..200).map(|i| format!(r#"{{"children":[{}]}}"#, i + 1)).collect();
+    let nodes = format!(r#"[{},{{"mesh":0}}]"#, deep.join(","));
+    let file =
+        read_gaussians_from(SplatFormat::Gltf, &gltf_with_nodes(&nodes), Path::new("a.gltf"));
+    assert!(!file.unwrap().gaussians.is_empty(), "a deep tree is a tree");
+}
+
+#[test]
+fn a_stream_of_zeros_is_no_scene() {
+    const ROWS: u32 = 4_000_000;
+    let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+    let header = [0x5053_474e_u32, 2, ROWS].map(u32::to_le_bytes).concat();
+    std::io::Write::write_all(&mut encoder, &header).unwrap();
+    std::io::Write::write_all(&mut encoder, &[0, 12, 0, 0]).unwrap();
+    std::io::Write::write_all(&mut encoder, &vec![0; 19 * ROWS as usize]).unwrap();
+    let bytes = encoder.finish().unwrap();
+    let error = read_gaussians_from(SplatFormat::Spz, &bytes, Path::new("a.spz")).unwrap_err();
+    assert!(error.to_string().contains("cannot hold"), "{error}");
+}

@@ -12,6 +12,7 @@ use super::sog::SogOptions;
 use super::spz::SpzOptions;
 use motes_formats::atomic::write_checked;
 use motes_formats::error::{FormatError, Result};
+use motes_formats::finite;
 use motes_formats::ply::{self, PlyColumns, PlyWriteOptions, RenderMode};
 
 /// Which relative of INRIA's PLY is written.
@@ -57,7 +58,7 @@ impl SplatWriteOptions {
 /// Writes Gaussians. SH degrees that the format cannot hold are left out.
 ///
 /// # Errors
-/// Writing fails, or the options ask for columns that the Gaussians do not have.
+/// Writing fails, a value is not finite, or the options ask for columns that the Gaussians do not have.
 ///
 /// # Panics
 /// When the arrays are not [consistent](Gaussians::is_consistent).
@@ -67,6 +68,7 @@ pub fn write_gaussians(
     gaussians: &Gaussians,
     options: &SplatWriteOptions,
 ) -> Result<()> {
+    finite::gaussians(path, gaussians)?;
     write_checked(path, |writer| write_gaussians_to(writer, format, gaussians, options, path))
 }
 

@@ -6,8 +6,10 @@ use std::path::{Path, PathBuf};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::atomic::FolderDraft;
 use crate::capture::{SplitDocument, checked_relative_path, resolve};
 use crate::documents::{Document, Parsed, read_document, write_document};
+use crate::edit_plan::EDIT_LOG_FILE;
 use crate::error::{FormatError, Result};
 use crate::selection::BoundGaussians;
 
@@ -235,6 +237,18 @@ pub fn read_decomposition(scene: &Path) -> Result<Decomposition> {
     let path = if scene.is_dir() { scene.join(DECOMPOSITION_FILE) } else { scene.to_owned() };
     let Parsed { document, warnings } = read_document::<DecompositionDocument>(&path)?;
     Ok(Decomposition { warnings, ..document.check(&path)? })
+}
+
+/// Files of a scene folder that this program writes.
+pub const SCENE_FILES: [&str; 5] =
+    [DECOMPOSITION_FILE, "gaussians.ply", "surface.ply", "environment.exr", EDIT_LOG_FILE];
+
+/// A scene folder in the making: its files appear together, whatever happens meanwhile.
+///
+/// # Errors
+/// What the operating system says.
+pub fn scene_draft(folder: &Path) -> Result<FolderDraft> {
+    FolderDraft::new(folder, DECOMPOSITION_FILE)
 }
 
 /// Writes the document into a scene folder.

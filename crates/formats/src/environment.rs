@@ -6,7 +6,7 @@ use motes_scene::ImageF32;
 
 use crate::atomic::write_atomic;
 use crate::error::{FormatError, Result};
-use crate::exr_aov::{AovChannel, AovImage, read_exr_from, write_exr};
+use crate::exr_aov::{AovChannel, AovImage, AovSamples, read_exr_from, write_finite_exr};
 use crate::images::decode_radiance;
 
 /// Reads an environment map: `[h, w, 3]`, linear, row 0 up, values as stored. The content tells
@@ -44,10 +44,15 @@ pub fn read_environment_from(bytes: &[u8], name: &Path) -> Result<ImageF32> {
         let cause = format!("there are no channels R, G and B, only {}", names.join(", "));
         FormatError::invalid(name, "EXR header", cause)
     })?;
-    let planes = planes.map(AovChannel::to_f32);
-    let mut data = Vec::with_capacity(3 * image.width * image.height);
-    for i in 0..image.width * image.height {
-        data.extend(planes.iter().map(|plane| plane[i]));
+    // Without a copy of each plane: maps are large.
+    let mut data = vec![0.0; 3 * image.width * image.height];
+    for (c, plane) in planes.into_iter().enumerate() {
+        let to = data.iter_mut().skip(c).step_by(3);
+        match &plane.samples {
+            AovSamples::F16(v) => to.zip(v).for_each(|(to, v)| *to = v.to_f32()),
+            AovSamples::F32(v) => to.zip(v).for_each(|(to, v)| *to = *v),
+            AovSamples::U32(v) => to.zip(v).for_each(|(to, v)| *to = *v as f32),
+        }
     }
     Ok(ImageF32::from_data(image.width, image.height, 3, data))
 }
@@ -85,7 +90,7 @@ pub fn write_environment(
         AovChannel::float(name, image.data.iter().skip(c).step_by(3).copied().collect())
     };
     let channels: Vec<AovChannel> = ["R", "G", "B"].into_iter().enumerate().map(channel).collect();
-    write_exr(path, image.width, image.height, &channels, attributes)
+    write_finite_exr(path, image.width, image.height, &channels, attributes)
 }
 
 /// Writes a `[h, w, 3]` linear map as a Radiance file (.hdr): 8 bits of mantissa, one exponent per
@@ -115,6 +120,7 @@ pub fn write_radiance(path: &Path, image: &ImageF32) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::exr_aov::write_exr;
 
     fn map() -> ImageF32 {
         ImageF32::from_data(4, 2, 3, (0..24).map(|v| v as f32 * 1e5 - 3.0).collect())

@@ -103,18 +103,26 @@ impl fmt::Display for FormatError {
             Self::Io { path, source } => write!(f, "{source}: {}", path.display()),
             Self::Invalid { path, place, cause, remedy }
             | Self::NotSupported { path, place, cause, remedy } => {
-                // Text of a hostile file may be quoted in a cause: keep it on one line.
-                for c in cause.chars() {
-                    write!(f, "{}", if c.is_control() { '\u{fffd}' } else { c })?;
-                }
+                one_line(f, cause)?;
                 if !place.is_empty() {
-                    write!(f, " ({place})")?;
+                    f.write_str(" (")?;
+                    one_line(f, place)?;
+                    f.write_str(")")?;
                 }
                 write!(f, ": {}", path.display())?;
                 remedy.as_ref().map_or(Ok(()), |remedy| write!(f, "\nhelp: {remedy}"))
             }
         }
     }
+}
+
+/// Text of a hostile file may be quoted: on one line, and a few hundred characters of it.
+fn one_line(f: &mut fmt::Formatter<'_>, text: &str) -> fmt::Result {
+    const MOST: usize = 400;
+    for c in text.chars().take(MOST) {
+        write!(f, "{}", if c.is_control() { '\u{fffd}' } else { c })?;
+    }
+    if text.chars().nth(MOST).is_some() { f.write_str("…") } else { Ok(()) }
 }
 
 impl std::error::Error for FormatError {
@@ -149,6 +157,13 @@ mod tests {
         let text = error.to_string();
         assert_eq!(text, "no \u{fffd} such type (header line 3): a b.ply\nhelp: write it again");
         assert_eq!(FormatError::not_supported("x", "", "no").to_string(), "no: x");
+    }
+
+    #[test]
+    fn a_message_does_not_echo_a_file() {
+        let long = "x".repeat(10_000);
+        let text = FormatError::invalid("a", long.clone(), long).to_string();
+        assert!(text.chars().count() < 1000, "{}", text.len());
     }
 
     #[test]

@@ -3,6 +3,7 @@
 //! `docs/formats/exr-aov.md` names the channels. A layer is the part of a channel's name before
 //! the last dot: `depth.Z`, `normal.X`.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::io::{Cursor, Write};
 use std::path::Path;
@@ -14,15 +15,13 @@ use exr::prelude::{
 use exr::prelude::{Blocks, SmallVec};
 
 use crate::atomic::write_atomic;
+use crate::budget;
 use crate::error::{FormatError, Result, quoted};
+use crate::finite;
 
 /// Larger images are refused; all channels of one hold 4 GB at most.
 const MAX_PIXELS: u64 = 500_000_000;
 const MAX_BYTES: u64 = 4 << 30;
-/// The best ratio of deflate, the strongest codec on flat images.
-const MAX_COMPRESSION: u64 = 1100;
-/// Decoded size that is granted to a file of any length.
-const GRANTED_BYTES: u64 = 48 << 20;
 
 /// Values of a channel, row 0 at the top.
 #[derive(Clone, Debug, PartialEq)]
@@ -59,9 +58,11 @@ pub struct AovChannel {
 }
 
 impl AovChannel {
-    /// A channel of half floats: enough for colours.
+    /// A channel of half floats: enough for colours. What is beyond the largest, 65504, becomes that.
     pub fn half(name: impl Into<String>, values: &[f32]) -> Self {
-        let values = values.iter().map(|v| f16::from_f32(*v)).collect();
+        let most = f16::MAX.to_f32();
+        let half = |v: &f32| f16::from_f32(if v.is_finite() { v.clamp(-most, most) } else { *v });
+        let values = values.iter().map(half).collect();
         Self { name: name.into(), samples: AovSamples::F16(values) }
     }
 
@@ -121,6 +122,31 @@ pub fn write_exr(
 ) -> Result<()> {
     let bytes = encode_exr(path, width, height, channels, attributes)?;
     write_atomic(path, |writer: &mut dyn Write| writer.write_all(&bytes))
+}
+
+/// [`write_exr`] for a picture that a stage made: other programs may mean something by infinity, a renderer does not.
+///
+/// # Errors
+/// As [`write_exr`], and when a value is not finite.
+///
+/// # Panics
+/// As [`write_exr`].
+pub fn write_finite_exr(
+    path: &Path,
+    width: usize,
+    height: usize,
+    channels: &[AovChannel],
+    attributes: &[(String, String)],
+) -> Result<()> {
+    for channel in channels {
+        let values = match &channel.samples {
+            AovSamples::F32(values) => Cow::Borrowed(values),
+            AovSamples::F16(_) => Cow::Owned(channel.to_f32()),
+            AovSamples::U32(_) => continue,
+        };
+        finite::columns(path, [(channel.name.as_str(), &values[..], 1)])?;
+    }
+    write_exr(path, width, height, channels, attributes)
 }
 
 fn encode_exr(
@@ -303,11 +329,7 @@ fn check_header(bytes: &[u8], path: &Path) -> Result<()> {
         let pixel_bytes = header.channels.bytes_per_pixel as u64;
         total = total.saturating_add(pixels.saturating_mul(pixel_bytes));
         let size = format!("{width} x {height} pixels of {pixel_bytes} bytes");
-        if total > GRANTED_BYTES + MAX_COMPRESSION * bytes.len() as u64 {
-            let cause =
-                format!("the header promises {size}, which {} bytes cannot hold", bytes.len());
-            return Err(FormatError::invalid(path, "EXR header", cause));
-        }
+        budget::floats(path, "EXR header", &size, total, bytes.len() as u64)?;
         if pixels > MAX_PIXELS || total > MAX_BYTES {
             let cause = format!("{size} are more than are read");
             return Err(FormatError::not_supported(path, "EXR header", cause));

@@ -6,6 +6,7 @@
 //! whole or absent.
 
 pub mod atomic;
+pub mod budget;
 pub mod camera_path;
 pub mod capture;
 pub mod colmap;
@@ -15,6 +16,7 @@ pub mod edit_plan;
 pub mod environment;
 pub mod error;
 pub mod exr_aov;
+pub mod finite;
 pub mod images;
 pub mod metrics;
 pub mod ply;

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{BufReader, Read, Write};
+use std::io::{BufReader, BufWriter, Read, Write};
 use std::path::Path;
 
 use safetensors::tensor::{Dtype, Metadata};
@@ -77,6 +77,44 @@ impl TensorData {
             Self::F32(_, v) => v.iter().try_for_each(|x| writer.write_all(&x.to_le_bytes())),
             Self::F64(_, v) => v.iter().try_for_each(|x| writer.write_all(&x.to_le_bytes())),
         }
+    }
+}
+
+/// CRC-32 of tensors and texts, in the order of their names: what a disk or a copy changed does not pass for a fit.
+pub fn checksum<'a>(
+    tensors: impl IntoIterator<Item = (&'a str, &'a TensorData)>,
+    metadata: impl IntoIterator<Item = (&'a str, &'a str)>,
+) -> u32 {
+    let mut crc = crc32fast::Hasher::new();
+    let mut sorted: Vec<(&str, &TensorData)> = tensors.into_iter().collect();
+    sorted.sort_by_key(|(name, _)| *name);
+    for (name, tensor) in sorted {
+        crc.update(name.as_bytes());
+        crc.update(format!("{:?}", (tensor.dtype().0, tensor.shape())).as_bytes());
+        let mut buffered = BufWriter::with_capacity(1 << 16, CrcWriter(&mut crc));
+        // Nothing here can fail: it is all in memory.
+        let _ = tensor.write(&mut buffered);
+        let _ = buffered.flush();
+    }
+    let mut texts: Vec<(&str, &str)> = metadata.into_iter().collect();
+    texts.sort_unstable();
+    for (key, value) in texts {
+        crc.update(key.as_bytes());
+        crc.update(value.as_bytes());
+    }
+    crc.finalize()
+}
+
+struct CrcWriter<'c>(&'c mut crc32fast::Hasher);
+
+impl Write for CrcWriter<'_> {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.0.update(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
     }
 }
 
@@ -230,6 +268,22 @@ mod tests {
         let peer = safetensors::SafeTensors::deserialize(&bytes).unwrap();
         assert_eq!(peer.tensor("means").unwrap().shape(), [2, 2]);
         assert_eq!(peer.tensor("ids").unwrap().data()[..4], 7u32.to_le_bytes());
+    }
+
+    #[test]
+    fn a_checksum_hears_of_every_change_and_of_no_order() {
+        let metadata = |value| [("step", value), ("a", "b")];
+        let sum = |tensors: &[(String, TensorData)], value| {
+            checksum(tensors.iter().map(|(name, t)| (name.as_str(), t)), metadata(value))
+        };
+        let mut tensors = sample();
+        let first = sum(&tensors, "1");
+        tensors.reverse();
+        assert_eq!(sum(&tensors, "1"), first);
+        assert_ne!(sum(&tensors, "2"), first);
+        let TensorData::U32(_, ids) = &mut tensors[0].1 else { panic!() };
+        ids[0] += 1;
+        assert_ne!(sum(&tensors, "1"), first);
     }
 
     #[test]

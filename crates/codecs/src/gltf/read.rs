@@ -14,12 +14,11 @@ use super::super::rows::with_room;
 use super::accessor::Values;
 use super::document::{Gltf, Node, Primitive};
 use super::{EXTENSION, MAX_DEGREE, columns, glb, harmonic_names, is_glb};
+use motes_formats::budget;
 use motes_formats::capture::checked_relative_path;
 use motes_formats::error::{FormatError, Result, quoted};
 use motes_formats::ply::{GaussianFile, RenderMode, SH_C0};
 
-/// Nodes below each other; more is a ring.
-const MOST_DEPTH: usize = 64;
 /// Scales of a transform may differ by this share before it counts as a distortion.
 const UNIFORM_TOLERANCE: f32 = 1e-4;
 
@@ -35,11 +34,15 @@ pub(in super::super) fn read(data: &[u8], path: &Path) -> Result<GaussianFile> {
             .with_remedy("export it without compression"));
     }
     let buffers = buffers(&gltf, binary, path)?;
-    let mut sets = Vec::new();
+    let packed = data.len() as u64 + buffers.iter().map(|b| b.len() as u64).sum::<u64>();
+    let (mut sets, mut unpacked) = (Vec::new(), 0u64);
     let mut render_mode = None;
     for (mesh, world) in placed_meshes(&gltf, path)? {
         for primitive in &gltf.meshes[mesh].primitives {
             let Some(extension) = primitive.extensions.get(EXTENSION) else { continue };
+            // One mesh may stand in many places, and one accessor for many attributes.
+            unpacked = unpacked.saturating_add(unpacked_bytes(&gltf, primitive, packed));
+            budget::rows(path, "meshes", "the Gaussians of all nodes", unpacked, packed)?;
             let mut gaussians = read_primitive(&gltf, &buffers, primitive, path)?;
             if extension["colorSpace"] == "lin_rec709_display" {
                 encode_colors(&mut gaussians);
@@ -93,15 +96,17 @@ fn placed_meshes(gltf: &Gltf, path: &Path) -> Result<Vec<(usize, Mat4)>> {
         return Ok((0..gltf.meshes.len()).map(|mesh| (mesh, Mat4::IDENTITY)).collect());
     };
     let mut found = Vec::new();
-    let mut open: Vec<(usize, Mat4, usize)> =
-        scene.nodes.iter().rev().map(|node| (*node, Mat4::IDENTITY, 0)).collect();
-    while let Some((index, parent, depth)) = open.pop() {
+    let mut visited = vec![false; gltf.nodes.len()];
+    let mut open: Vec<(usize, Mat4)> =
+        scene.nodes.iter().rev().map(|node| (*node, Mat4::IDENTITY)).collect();
+    while let Some((index, parent)) = open.pop() {
         let place = format!("nodes[{index}]");
         let Some(node) = gltf.nodes.get(index) else {
             return Err(FormatError::invalid(path, place, "the node does not exist"));
         };
-        if depth > MOST_DEPTH || found.len() > gltf.nodes.len() {
-            return Err(FormatError::invalid(path, place, "the nodes are no tree"));
+        if std::mem::replace(&mut visited[index], true) {
+            let cause = "two nodes have this child, or it is named twice: the nodes are no tree";
+            return Err(FormatError::invalid(path, place, cause));
         }
         let world = parent * local(node);
         if let Some(mesh) = node.mesh {
@@ -110,10 +115,7 @@ fn placed_meshes(gltf: &Gltf, path: &Path) -> Result<Vec<(usize, Mat4)>> {
             }
             found.push((mesh, world));
         }
-        open.extend(node.children.iter().rev().map(|child| (*child, world, depth + 1)));
-        if open.len() > gltf.nodes.len() {
-            return Err(FormatError::invalid(path, "nodes", "the nodes are no tree"));
-        }
+        open.extend(node.children.iter().rev().map(|child| (*child, world)));
     }
     Ok(found)
 }
@@ -127,6 +129,17 @@ fn local(node: &Node) -> Mat4 {
             node.translation.map_or(Vec3::ZERO, Vec3::from_array),
         ),
     }
+}
+
+/// What a primitive becomes in memory, at most: each of its attributes as floats.
+fn unpacked_bytes(gltf: &Gltf, primitive: &Primitive, packed: u64) -> u64 {
+    let bytes = |index: &usize| {
+        // What claims more values than there are bytes is refused by its own number when it is read.
+        let accessor = gltf.accessors.get(*index).filter(|a| a.count <= packed)?;
+        let width = if accessor.shape == "SCALAR" { 1 } else { 4 };
+        Some(accessor.count.saturating_mul(4 * width))
+    };
+    primitive.attributes.values().filter_map(bytes).fold(0, u64::saturating_add)
 }
 
 fn read_primitive(

@@ -11,11 +11,15 @@ use motes_formats::error::{FormatError, Result};
 
 /// Largest file of an archive; images of a hundred million Gaussians stay below it.
 const MOST_BYTES: u64 = 1 << 30;
+/// What a file of an archive may unpack to, per byte of the archive: images are packed already.
+const MOST_PER_BYTE: u64 = 64;
+/// Whatever the length of the archive.
+const GRANTED_BYTES: u64 = 1 << 20;
 /// Files that an archive may list; a SOG has eight.
 const MOST_FILES: usize = 4096;
 
 pub(super) enum Archive<'a> {
-    Zip(Box<ZipArchive<Cursor<&'a [u8]>>>, &'a Path),
+    Zip(Box<ZipArchive<Cursor<&'a [u8]>>>, &'a Path, u64),
     Folder(PathBuf),
 }
 
@@ -27,13 +31,14 @@ impl<'a> Archive<'a> {
             let cause = format!("the archive lists {} files, a SOG has eight", archive.len());
             return Err(FormatError::invalid(path, "zip directory", cause));
         }
-        Ok(Self::Zip(Box::new(archive), path))
+        let most = GRANTED_BYTES + MOST_PER_BYTE * data.len() as u64;
+        Ok(Self::Zip(Box::new(archive), path, most.min(MOST_BYTES)))
     }
 
     pub(super) fn read(&mut self, name: &str) -> Result<Vec<u8>> {
         let mut bytes = Vec::new();
         match self {
-            Self::Zip(archive, path) => {
+            Self::Zip(archive, path, most) => {
                 let file = archive.by_name(name).map_err(|error| match error {
                     zip::result::ZipError::FileNotFound => {
                         FormatError::invalid(&path, "", format!("the archive has no file {name}"))
@@ -42,7 +47,7 @@ impl<'a> Archive<'a> {
                     error => broken(path, name, &error),
                 })?;
                 // Grows as bytes arrive, whatever the directory says.
-                file.take(MOST_BYTES).read_to_end(&mut bytes).map_err(|error| {
+                file.take(*most).read_to_end(&mut bytes).map_err(|error| {
                     FormatError::invalid(&path, name, format!("cannot be unpacked: {error}"))
                 })?;
             }

@@ -5,7 +5,7 @@ use std::path::Path;
 use motes_scene::Gaussians;
 
 use super::super::quantize::{from_smallest_three, logit_of_byte};
-use super::super::rows::with_room;
+use super::super::rows::{check_rows, with_room};
 use super::archive::Archive;
 use super::images::{Pixels, decode};
 use super::meta::{Meta, Version};
@@ -13,32 +13,41 @@ use super::{MOST_PALETTE, PALETTE_COLUMNS, ROTATION_TAG, fault};
 use motes_formats::error::{FormatError, Result};
 use motes_formats::ply::{GaussianFile, RenderMode};
 
-/// Gaussians per byte of the image of low position bytes: positions do not compress, so a number far
-/// beyond this is no number of Gaussians.
+/// Gaussians per byte beyond which a number is no number of Gaussians.
 const MOST_PER_BYTE: u64 = 4096;
 
 /// Reads an archive.
 pub(in super::super) fn read(data: &[u8], path: &Path) -> Result<GaussianFile> {
     let mut archive = Archive::open(data, path)?;
     let meta = archive.read("meta.json")?;
-    read_files(&meta, &mut archive, path)
+    read_files(&meta, &mut archive, data.len(), path)
 }
 
 /// Reads `meta.json` and the images beside it.
 pub(in super::super) fn read_folder(meta: &[u8], path: &Path) -> Result<GaussianFile> {
-    let folder = path.parent().unwrap_or(Path::new("")).to_owned();
-    read_files(meta, &mut Archive::Folder(folder), path)
+    let mut folder = Archive::Folder(path.parent().unwrap_or(Path::new("")).to_owned());
+    let low = parse(meta, path)?.means.files;
+    let packed = low.first().map_or(Ok(0), |name| folder.read(name).map(|bytes| bytes.len()))?;
+    read_files(meta, &mut folder, packed, path)
 }
 
-fn read_files(meta: &[u8], archive: &mut Archive<'_>, path: &Path) -> Result<GaussianFile> {
+/// `packed`: bytes of the archive, or of the image of positions, which compress least.
+fn read_files(
+    meta: &[u8],
+    archive: &mut Archive<'_>,
+    packed: usize,
+    path: &Path,
+) -> Result<GaussianFile> {
     let meta = parse(meta, path)?;
+    let bands = meta.sh_n.as_ref().map_or(0, |harmonics| harmonics.bands);
     let mut image = |files: &[String], i: usize, count: u64| -> Result<Pixels> {
         let name = files.get(i).ok_or_else(|| fault(path, "meta.json", "an image has no name"))?;
         let bytes = archive.read(name)?;
-        if count > (bytes.len() as u64).saturating_mul(MOST_PER_BYTE) {
-            let cause = format!("{} bytes are too few for {count} Gaussians", bytes.len());
+        if meta.count > (packed as u64).saturating_mul(MOST_PER_BYTE) {
+            let cause = format!("{packed} bytes are too few for {} Gaussians", meta.count);
             return Err(fault(path, name, cause));
         }
+        check_rows(path, "meta.json", meta.count, bands, packed)?;
         decode(&bytes, count, path, name)
     };
     let low = image(&meta.means.files, 0, meta.count)?;

@@ -9,6 +9,7 @@ use flate2::write::GzEncoder;
 use rayon::prelude::*;
 
 use super::super::bytes::Bytes;
+use super::super::rows::check_rows;
 use super::{FLAG_EXTENSIONS, MAGIC, MOST_FRACTIONAL_BITS, Packed, stride};
 use motes_formats::error::{FormatError, Result};
 
@@ -85,6 +86,7 @@ fn read_gzip(data: &[u8], path: &Path) -> Result<Packed> {
     }
     let sizes = stride(header.version, header.sh_degree).map(|n| n as u64 * u64::from(header.rows));
     let expected: u64 = sizes.iter().sum();
+    check_rows(path, "spz header", header.rows.into(), header.sh_degree, data.len())?;
     // Grows as bytes arrive; one more than expected shows that there are more.
     let mut body = Vec::new();
     let has_extensions = header.flags & FLAG_EXTENSIONS != 0;
@@ -143,6 +145,7 @@ fn read_zstd(data: &[u8], path: &Path) -> Result<Packed> {
             );
             return Err(fault(cause));
         }
+        check_rows(path, "spz header", header.rows.into(), header.sh_degree, data.len())?;
         *stream = decompress(frame, raw, i, path)?;
     }
     Ok(header.packed(streams))

@@ -93,6 +93,10 @@ fn camera_from_document(camera: &CameraDocument, path: &Path, place: &str) -> Re
         if !value.is_finite() || is_focal && !(1e-3..=1e7).contains(&value) {
             return invalid("params", format!("{name} is {value}"));
         }
+        // A crop may leave the axis of the lens outside of the picture, but not a thousand pictures away.
+        if matches!(*name, "cx" | "cy") && value.abs() > 1e3 * width.max(height) as f64 {
+            return invalid("params", format!("{name} is {value}, far outside of the picture"));
+        }
     }
     let params = camera.params.clone();
     Ok(Camera { model, width: width as usize, height: height as usize, params })

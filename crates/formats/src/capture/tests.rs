@@ -1,5 +1,7 @@
 use glam::{DQuat, DVec3};
-use motes_scene::{Camera, CameraModel, ExposureResponse, Pose, SparsePoints, Split, View};
+use motes_scene::{
+    Camera, CameraModel, ExposureResponse, Pinhole, Pose, SparsePoints, Split, View,
+};
 
 use super::*;
 
@@ -101,4 +103,24 @@ fn files_outside_the_folder_are_refused() {
     let text = write_capture(&path, &capture).unwrap_err().to_string();
     assert!(text.contains("(views[0].image)"), "{text}");
     assert!(!path.exists());
+}
+
+#[test]
+fn a_camera_whose_axis_is_nowhere_near_the_picture_is_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("capture.json");
+    let mut capture = sample();
+    let width = capture.cameras[0].width as f64;
+    for (cx, good) in [(-2.0 * width, true), (1e300, false), (-1e9, false)] {
+        capture.cameras[0] = Camera::from_pinhole(Pinhole {
+            fx: 500.0,
+            fy: 500.0,
+            cx,
+            cy: 10.0,
+            width: width as usize,
+            height: capture.cameras[0].height,
+        });
+        let read = write_capture(&path, &capture).and_then(|()| read_capture(&path));
+        assert_eq!(read.is_ok(), good, "cx {cx}");
+    }
 }

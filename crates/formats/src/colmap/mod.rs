@@ -197,6 +197,13 @@ pub(crate) fn checked_camera(
             return error(format!("parameter {name} is {value}"));
         }
     }
+    let side = 1e3 * width.max(height) as f64;
+    for (name, &value) in model.parameter_names().iter().zip(&params) {
+        // A crop may leave the axis of the lens outside of the picture, but not a thousand pictures away.
+        if matches!(*name, "cx" | "cy") && value.abs() > side {
+            return error(format!("parameter {name} is {value}, far outside of the picture"));
+        }
+    }
     let lengths = if model == CameraModel::Equirectangular { 2 } else { model.focal_count() };
     for (name, &value) in model.parameter_names().iter().zip(&params).take(lengths) {
         // A focal length below a pixel or above 10^7 comes from a damaged file.

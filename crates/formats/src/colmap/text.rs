@@ -33,6 +33,8 @@ impl<'a> Lines<'a> {
             )
             .with_remedy("binary model files must have the suffix .bin"));
         }
+        // Editors of some systems put a byte order mark first.
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         Ok(Self { lines: text.lines().enumerate() })
     }
 

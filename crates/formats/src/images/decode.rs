@@ -9,17 +9,16 @@ use motes_scene::{ImageF32, ImageU8};
 
 use super::convert::{to_mask, to_rgb_or_rgba};
 use super::tiff_tags::tag_beyond_file;
+use crate::budget;
 use crate::error::{FormatError, Result};
 
 /// Larger images are refused: 500 megapixels are 2 GB when decoded.
 const MAX_PIXELS: u64 = 500_000_000;
 /// What a decoder may hold: the largest allowed image with 16 bits a channel.
 const MAX_DECODER_BYTES: u64 = 8 * MAX_PIXELS;
-/// No photo compresses better than this; deflate, the best of the codecs on flat images, reaches
-/// 1032.
-const MAX_COMPRESSION: u64 = 1200;
-/// Decoded size that is granted to a file of any length.
-const GRANTED_BYTES: u64 = 48 << 20;
+/// What a decoder may hold before the size of the image is known, and more per byte of the file.
+const GRANTED_BYTES: u64 = 320 << 20;
+const MAX_COMPRESSION: u64 = 8800;
 
 /// Reads an image as stored: 3 channels, or 4 when the file has alpha. Grey and palette images
 /// become RGB.
@@ -138,6 +137,7 @@ fn decoder<'b>(bytes: &'b [u8], path: &Path) -> Result<impl ImageDecoder + 'b> {
     let mut reader = ImageReader::new(Cursor::new(bytes))
         .with_guessed_format()
         .map_err(|error| FormatError::io(path, error))?;
+    let is_webp = reader.format() == Some(ImageFormat::WebP);
     match reader.format() {
         Some(ImageFormat::Jpeg) if !jpeg_has_end(bytes) => {
             return Err(FormatError::invalid(path, "end of file", "the JPEG file ends early")
@@ -156,10 +156,9 @@ fn decoder<'b>(bytes: &'b [u8], path: &Path) -> Result<impl ImageDecoder + 'b> {
         }
         Some(_) => {}
     }
-    let plausible_bytes = GRANTED_BYTES + MAX_COMPRESSION * bytes.len() as u64;
     let mut limits = Limits::no_limits();
-    // The image and, in TIFF files, a strip of it before it is in place.
-    limits.max_alloc = Some(MAX_DECODER_BYTES.min(2 * plausible_bytes));
+    let plausible = GRANTED_BYTES + MAX_COMPRESSION * bytes.len() as u64;
+    limits.max_alloc = Some(MAX_DECODER_BYTES.min(plausible));
     reader.limits(limits);
     let decoder = reader.into_decoder().map_err(|error| image_error(path, error))?;
     let (width, height) = decoder.dimensions();
@@ -174,11 +173,24 @@ fn decoder<'b>(bytes: &'b [u8], path: &Path) -> Result<impl ImageDecoder + 'b> {
         return Err(FormatError::not_supported(path, "image header", cause)
             .with_remedy("make the image smaller first"));
     }
-    if decoder.total_bytes() > plausible_bytes {
-        let cause = format!("the header promises {size}, which {} bytes cannot hold", bytes.len());
-        return Err(FormatError::invalid(path, "image header", cause));
-    }
+    let decoded = decoder.total_bytes();
+    let stored = stored_bits_of_png(bytes).map_or(decoded, |bits| pixels * bits / 8);
+    // The image, and the same as RGB.
+    let (unpacked, packed) = (decoded.max(3 * pixels), bytes.len() as u64);
+    budget::picture(path, "image header", &size, stored, unpacked, packed, is_webp)?;
     Ok(decoder)
+}
+
+/// Bits of a pixel as a PNG stores it; a picture of two colors has one.
+fn stored_bits_of_png(bytes: &[u8]) -> Option<u64> {
+    let header = bytes.strip_prefix(b"\x89PNG\r\n\x1a\n")?.get(..18)?;
+    let channels = match header[17] {
+        2 => 3,
+        4 => 2,
+        6 => 4,
+        _ => 1,
+    };
+    Some(channels * u64::from(header[16]))
 }
 
 fn image_error(path: &Path, error: ImageError) -> FormatError {

@@ -169,3 +169,38 @@ fn what_is_no_image_is_said_so() {
     }
     assert!(read_image(Path::new(".")).unwrap_err().to_string().contains("a folder"));
 }
+
+/// A PNG of one color, as few bits a pixel as there can be.
+fn flat_png(width: u32, height: u32, color: png::ColorType) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, width, height);
+    encoder.set_color(color);
+    encoder.set_depth(png::BitDepth::One);
+    encoder.set_compression(png::Compression::High);
+    if color == png::ColorType::Indexed {
+        encoder.set_palette(vec![10, 20, 30, 200, 210, 220]);
+    }
+    let row = width.div_ceil(8) as usize;
+    let mut writer = encoder.write_header().unwrap();
+    writer.write_image_data(&vec![0; row * height as usize]).unwrap();
+    writer.finish().unwrap();
+    bytes
+}
+
+#[test]
+fn large_pictures_of_one_color_are_read() {
+    let palette = flat_png(6000, 4000, png::ColorType::Indexed);
+    let black = flat_png(6000, 4000, png::ColorType::Grayscale);
+    let mut white = Vec::new();
+    image::codecs::webp::WebPEncoder::new_lossless(&mut white)
+        .encode(&vec![255; 3 * 6000 * 4000], 6000, 4000, image::ExtendedColorType::Rgb8)
+        .unwrap();
+    for (bytes, color) in [(palette, [10, 20, 30]), (black, [0; 3]), (white, [255; 3])] {
+        assert!(bytes.len() < 60_000, "{}", bytes.len());
+        let image = read_image_from(&bytes, Path::new("x")).unwrap();
+        assert_eq!((image.width, image.height, image.pixel(5999, 3999)), (6000, 4000, &color[..]));
+    }
+    // Fifty times as many are no photo.
+    let many = flat_png(22_000, 22_000, png::ColorType::Grayscale);
+    assert!(read_image_from(&many, Path::new("x")).is_err());
+}

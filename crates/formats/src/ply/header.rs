@@ -196,7 +196,8 @@ fn check_magic(lines: &mut Lines<'_>) -> Result<()> {
         let cause = if start.is_empty() {
             "the file is empty".to_owned()
         } else {
-            format!("not a PLY file: it starts with {}", quoted(&start[..start.len().min(16)]))
+            // A plan of somebody else may name any file: what is in it stays there.
+            "not a PLY file: it starts with other bytes than \"ply\"".to_owned()
         };
         FormatError::invalid(path, "byte 0", cause)
     };

@@ -10,6 +10,7 @@ use super::rows::{Field, fields, packed_row_bytes};
 use super::{SH_C0, open, read_vertices, reserved_rows};
 use crate::atomic::{write_checked, write_error};
 use crate::error::{FormatError, Result, quoted};
+use crate::finite;
 
 /// Colour of points in a file without colours: middle grey.
 const DEFAULT_COLOR: [u8; 3] = [128; 3];
@@ -116,6 +117,7 @@ impl Reading {
 /// # Panics
 /// When there are not as many colours as positions.
 pub fn write_points(path: &Path, points: &SparsePoints) -> Result<()> {
+    finite::columns(path, [("position", points.positions.as_flattened(), 3)])?;
     write_checked(path, |writer| write_points_to(writer, points, path))
 }
 

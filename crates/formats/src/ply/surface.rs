@@ -11,6 +11,7 @@ use super::scalar::{Encoding, Scalar};
 use super::{open, reserved_rows};
 use crate::atomic::{write_checked, write_error};
 use crate::error::{FormatError, Result, quoted};
+use crate::finite;
 
 const POSITION: [&str; 3] = ["x", "y", "z"];
 const NORMAL: [&str; 3] = ["nx", "ny", "nz"];
@@ -246,6 +247,17 @@ fn index(scalar: Scalar, bytes: &[u8], big_endian: bool) -> Option<u32> {
 /// # Panics
 /// When the arrays are not [consistent](Surface::is_consistent).
 pub fn write_surface(path: &Path, surface: &Surface) -> Result<()> {
+    let s = surface;
+    finite::columns(
+        path,
+        [
+            ("position", s.vertices.as_flattened(), 3),
+            ("normal", s.normals.as_flattened(), 3),
+            ("base color", s.base_color_linear.as_flattened(), 3),
+            ("roughness", &s.roughness, 1),
+            ("metallic", &s.metallic, 1),
+        ],
+    )?;
     write_checked(path, |writer| write_surface_to(writer, surface, path))
 }
 

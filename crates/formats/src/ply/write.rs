@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use super::{RenderMode, response_comment};
 use crate::atomic::{write_checked, write_error};
 use crate::error::{FormatError, Result, quoted};
+use crate::finite;
 
 /// Rows that a thread packs at a time: about a quarter of a megabyte at SH degree 3.
 const ROWS_PER_TASK: usize = 1024;
@@ -45,8 +46,8 @@ pub enum PlyColumns {
 /// or `nz` are among the extra columns.
 ///
 /// # Errors
-/// Writing fails, or an extra column has a name that a PLY file cannot hold or that a standard
-/// column has.
+/// Writing fails, a value is not finite, or an extra column has a name that a PLY file cannot hold
+/// or that a standard column has.
 ///
 /// # Panics
 /// When the arrays are not [consistent](Gaussians::is_consistent).
@@ -55,10 +56,11 @@ pub fn write_gaussians(
     gaussians: &Gaussians,
     options: &PlyWriteOptions,
 ) -> Result<()> {
+    finite::gaussians(path, gaussians)?;
     write_checked(path, |writer| write_to(writer, gaussians, options, path))
 }
 
-/// Writes Gaussians to a stream; `name` stands for the file in errors.
+/// Writes Gaussians to a stream, as they are; `name` stands for the file in errors.
 ///
 /// # Errors
 /// As [`write_gaussians`].

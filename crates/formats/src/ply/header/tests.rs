@@ -35,7 +35,7 @@ fn marks_and_line_ends_of_other_systems_are_accepted() {
 fn faults_are_named_with_their_line() {
     for (text, expected) in [
         ("", "the file is empty (byte 0)"),
-        ("PNG", "not a PLY file: it starts with \"PNG\""),
+        ("PNG", "not a PLY file: it starts with other bytes"),
         ("plywood\n", "not a PLY file"),
         ("ply\n", "the file ends inside its header (ply header line 2)"),
         ("ply\nend_header\n", "there is no format line"),

@@ -1,16 +1,26 @@
-//! Files appear whole or not at all.
+//! Files and folders appear whole or not at all, and replace nothing that nobody gave up.
 
-use std::fs::{File, Permissions};
+mod claims;
+mod draft;
+mod temporary;
+
+use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
+pub use claims::claim_free;
+pub use draft::FolderDraft;
+pub use temporary::{ScratchFolder, can_write_into, remove_stale, remove_unfinished};
+
 use crate::error::{FormatError, Result};
+use temporary::Temporary;
 
 /// Writes a file under a temporary name in the folder of `path`, then renames it, so that no
 /// reader ever sees a part and an interrupted run leaves the old file as it was.
 ///
 /// Missing folders are made. Something that is no regular file (`/dev/null`, a pipe) is written
-/// in place: renaming would replace the device.
+/// in place: renaming would replace the device. A place that was [claimed free](claim_free) and
+/// is taken by then is left alone.
 ///
 /// # Errors
 /// Whatever the operating system refuses; the temporary file is removed.
@@ -29,20 +39,35 @@ pub fn write_checked(path: &Path, write: impl FnOnce(&mut dyn Write) -> Result<(
         write(&mut writer)?;
         return writer.flush().map_err(refused);
     }
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let folder = folder_of(path);
     std::fs::create_dir_all(folder).map_err(refused)?;
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".motes-").suffix(".tmp");
-    // Temporary files are private by default; a product is as readable as the umask says.
-    #[cfg(unix)]
-    builder.permissions(<Permissions as std::os::unix::fs::PermissionsExt>::from_mode(0o666));
-    let mut temporary = builder.tempfile_in(folder).map_err(refused)?;
+    let mut temporary = Temporary::file_in(folder).map_err(refused)?;
     let mut writer = BufWriter::with_capacity(1 << 20, temporary.as_file_mut());
     write(&mut writer)?;
     writer.flush().map_err(refused)?;
     drop(writer);
-    temporary.persist(path).map_err(|error| refused(error.error))?;
+    let persisted = if claims::must_stay_free(path) {
+        temporary.persist_noclobber(path)
+    } else {
+        temporary.persist(path)
+    };
+    persisted.map_err(|error| match error.kind() {
+        io::ErrorKind::AlreadyExists => taken_meanwhile(path),
+        _ => refused(error),
+    })?;
+    claims::made(path);
     Ok(())
+}
+
+fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+/// Somebody else put something where this program wanted to.
+fn taken_meanwhile(path: &Path) -> FormatError {
+    let text = "output exists by now, and was not replaced";
+    let source = io::Error::new(io::ErrorKind::AlreadyExists, text);
+    FormatError::Io { path: path.to_owned(), source }
 }
 
 /// An error of writing. It never has the kind `NotFound`, by which callers know a missing input,
@@ -73,6 +98,42 @@ mod tests {
         assert_eq!(std::fs::read_dir(path.parent().unwrap()).unwrap().count(), 1);
         write_atomic(&path, |w| w.write_all(b"new")).unwrap();
         assert_eq!(std::fs::read(&path).unwrap(), b"new");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn what_a_killed_program_left_is_removed_and_what_is_in_use_is_not() {
+        let dir = tempfile::tempdir().unwrap();
+        let left = dir.path().join(".motes-left.tmp");
+        let used = dir.path().join(".motes-used.tmp");
+        let mine = dir.path().join(".motes-notes.txt");
+        for path in [&left, &used, &mine] {
+            std::fs::write(path, "x").unwrap();
+        }
+        std::fs::create_dir(dir.path().join(".motes-folder.tmp")).unwrap();
+        let holder = File::open(&used).unwrap();
+        holder.lock().unwrap();
+        write_atomic(&dir.path().join("a"), |w| w.write_all(b"1")).unwrap();
+        let mut names: Vec<_> =
+            std::fs::read_dir(dir.path()).unwrap().map(|e| e.unwrap().file_name()).collect();
+        names.sort();
+        assert_eq!(names, [".motes-notes.txt", ".motes-used.tmp", "a"]);
+    }
+
+    #[test]
+    fn a_claimed_place_is_replaced_by_its_maker_only() {
+        let dir = tempfile::tempdir().unwrap();
+        let (path, other) = (dir.path().join("a"), dir.path().join("b"));
+        claim_free(&path);
+        claim_free(&other);
+        std::fs::write(&other, "theirs").unwrap();
+        for text in ["1", "2"] {
+            write_atomic(&path, |w| w.write_all(text.as_bytes())).unwrap();
+            assert!(write_atomic(&other, |w| w.write_all(text.as_bytes())).is_err());
+        }
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), "2");
+        assert_eq!(std::fs::read_to_string(&other).unwrap(), "theirs");
+        assert_eq!(std::fs::read_dir(dir.path()).unwrap().count(), 2);
     }
 
     #[cfg(unix)]
