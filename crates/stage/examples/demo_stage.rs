@@ -116,7 +116,7 @@ fn save(text: &str, output: &Path, context: &Context) -> anyhow::Result<()> {
     if output == Path::new("-") {
         context.stdout().write_all(text.as_bytes())?;
     } else {
-        std::fs::write(output, text)?;
+        motes_formats::atomic::write_atomic(output, |writer| writer.write_all(text.as_bytes()))?;
     }
     Ok(())
 }

@@ -14,9 +14,14 @@ pub struct CommonArgs {
     #[arg(short = 'w', long)]
     pub overwrite: bool,
 
-    /// Worker threads, 0 = one per core; the result never depends on it
+    /// Worker threads, at most one per core, 0 = so many; the result never depends on it
     #[arg(short = 'j', long, value_name = "N", default_value_t = 0, env = "MOTES_THREADS")]
     pub threads: usize,
+
+    /// Most memory to take, such as 8GiB or 500MiB: what would need more ends with an error before it starts
+    /// [default: what the machine, the control group and the shell leave]
+    #[arg(long, value_name = "SIZE", value_parser = crate::memory::parse_size)]
+    pub max_memory: Option<u64>,
 
     /// Only errors on stderr: no progress, no report, no warnings
     #[arg(short, long, conflicts_with = "verbose")]

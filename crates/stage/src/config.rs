@@ -17,6 +17,9 @@ use crate::StageError;
 const NOT_IN_CONFIG: [&str; 6] =
     ["config", "dump_config", "generate", "summary", "help", "version"];
 
+/// Options that name a program: only the user starts one, a file does not.
+const PROGRAMS: [&str; 2] = ["python", "editor"];
+
 /// The config file named on the command line, if any.
 pub(crate) fn config_path(arguments: &[OsString]) -> Option<PathBuf> {
     let mut rest = arguments.iter().skip(1);
@@ -35,17 +38,25 @@ pub(crate) fn config_path(arguments: &[OsString]) -> Option<PathBuf> {
     None
 }
 
-/// The command line with the options of a config file inserted before the user's own.
+/// A command line with the options of a config file inserted before the user's own.
+#[derive(Debug, Default)]
+pub(crate) struct Merged {
+    pub(crate) line: Vec<OsString>,
+    /// Ids of the options that the file set.
+    pub(crate) from_config: Vec<String>,
+}
+
+/// Inserts the options of a config file that the user did not give.
 pub(crate) fn merged(
     command: &Command,
     arguments: &[OsString],
     path: &Path,
-) -> Result<Vec<OsString>, StageError> {
+) -> Result<Merged, StageError> {
     let options = read(path)?;
     // Errors are ignored here (required options may be in the file): the merged line is parsed
     // again, strictly.
     let given = command.clone().ignore_errors(true).try_get_matches_from(arguments).ok();
-    let mut extra = Vec::new();
+    let (mut extra, mut from_config) = (Vec::new(), Vec::new());
     for (key, value) in &options {
         let argument = command
             .get_arguments()
@@ -53,7 +64,11 @@ pub(crate) fn merged(
             .filter(|_| !NOT_IN_CONFIG.contains(&key.as_str()))
             .ok_or_else(|| unknown_key(command, key, path))?;
         if !given.as_ref().is_some_and(|matches| is_explicit(matches, argument.get_id().as_str())) {
+            if PROGRAMS.contains(&argument.get_id().as_str()) && !value.is_null() {
+                return Err(names_a_program(argument.get_id().as_str(), path));
+            }
             append(&mut extra, argument, value, path)?;
+            from_config.push(argument.get_id().to_string());
         }
     }
     let mut line = vec![arguments.first().cloned().unwrap_or_default()];
@@ -67,7 +82,7 @@ pub(crate) fn merged(
         line.extend(positionals.into_iter().map(|(_, text)| text));
         line.extend_from_slice(user.get(end + 1..).unwrap_or_default());
     }
-    Ok(line)
+    Ok(Merged { line, from_config })
 }
 
 /// Whether a key names an argument: by its name, or by one that it had before.
@@ -161,6 +176,13 @@ fn append(
         }
     }
     Ok(())
+}
+
+fn names_a_program(key: &str, path: &Path) -> StageError {
+    let flag = key.replace('_', "-");
+    let shown = path.display();
+    StageError::bad_input(format!("\"{key}\" names a program, and a file starts none: {shown}"))
+        .help(format!("if you trust it, give --{flag} on the command line"))
 }
 
 fn unknown_key(command: &Command, key: &str, path: &Path) -> StageError {

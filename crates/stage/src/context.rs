@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Instant, SystemTime};
 
+use motes_formats::atomic;
 use motes_formats::run_record::RunInput;
 
 use crate::error::Explanation;
@@ -21,6 +22,8 @@ const OTHER_THAN_JSON: [&str; 9] =
 pub struct Context {
     pub(crate) program: String,
     pub(crate) common: CommonArgs,
+    /// Ids of the options that `--config` set.
+    pub(crate) from_config: Vec<String>,
     pub(crate) started: SystemTime,
     pub(crate) clock: Instant,
     pub(crate) state: Mutex<State>,
@@ -30,6 +33,9 @@ pub struct Context {
 pub(crate) struct State {
     pub(crate) inputs: Vec<RunInput>,
     pub(crate) outputs: Vec<PathBuf>,
+    /// Inputs and what will be replaced, by full path: nothing may be both.
+    read: Vec<PathBuf>,
+    replaced: Vec<PathBuf>,
     pub(crate) warnings: Vec<String>,
     pub(crate) gates_missed: Vec<String>,
     /// Folders that were not there before, outermost first.
@@ -47,7 +53,8 @@ pub(crate) struct DryRun {
 impl Context {
     pub(crate) fn new(program: String, common: CommonArgs) -> Self {
         let (started, clock) = (SystemTime::now(), Instant::now());
-        Self { program, common, started, clock, state: Mutex::default() }
+        let from_config = Vec::new();
+        Self { program, common, from_config, started, clock, state: Mutex::default() }
     }
 
     /// A context for tests and tools that call a stage's library code without [`crate::main`]:
@@ -72,8 +79,8 @@ impl Context {
     ///
     /// # Errors
     /// [`StageError::Usage`] when something is there already (a file, or a folder that is not
-    /// empty) and `--overwrite` was not given, or when two outputs share a path; an I/O error
-    /// when the folder cannot be made or written to.
+    /// empty) and `--overwrite` was not given, when two outputs share a path, or when it is an
+    /// input, too; an I/O error when the folder cannot be made or written to.
     pub fn output(&self, path: impl AsRef<Path>) -> anyhow::Result<PathBuf> {
         let path = path.as_ref();
         let shown = path.display();
@@ -89,6 +96,7 @@ impl Context {
             }
         } else {
             self.guard(path)?;
+            self.keeps_inputs(path)?;
             self.prepare_folder(path)?;
         }
         self.lock().outputs.push(path.to_owned());
@@ -110,6 +118,24 @@ impl Context {
         self.output(path)
     }
 
+    /// Checks that the files of a folder that was claimed with [`Self::output`] replace no input.
+    ///
+    /// # Errors
+    /// [`StageError::Usage`] when one does.
+    pub fn output_files(&self, folder: &Path, files: &[&str]) -> Result<(), StageError> {
+        files.iter().try_for_each(|file| self.keeps_inputs(&folder.join(file)))
+    }
+
+    fn keeps_inputs(&self, path: &Path) -> Result<(), StageError> {
+        let Ok(full) = path.canonicalize() else { return Ok(()) };
+        let mut state = self.lock();
+        if state.read.contains(&full) && is_replaced(&full) {
+            return Err(both(path));
+        }
+        state.replaced.push(full);
+        Ok(())
+    }
+
     fn guard(&self, path: &Path) -> Result<(), StageError> {
         let shown = path.display();
         if path.as_os_str().is_empty() {
@@ -118,6 +144,7 @@ impl Context {
         let taken = match std::fs::symlink_metadata(path) {
             Err(_) => false,
             Ok(meta) if meta.is_dir() => {
+                atomic::remove_stale(path);
                 std::fs::read_dir(path).is_ok_and(|mut entries| entries.next().is_some())
             }
             Ok(_) => true,
@@ -127,6 +154,9 @@ impl Context {
         if taken && !is_special && !self.common.overwrite {
             return Err(StageError::usage(format!("output exists already: {shown}"))
                 .help("choose another path or pass --overwrite"));
+        }
+        if !taken && !self.common.overwrite {
+            atomic::claim_free(path);
         }
         Ok(())
     }
@@ -146,9 +176,7 @@ impl Context {
         std::fs::create_dir_all(folder)
             .map_err(|e| anyhow::anyhow!("cannot make the output folder ({e}): {shown}"))?;
         // Better now than after an hour of work.
-        tempfile::Builder::new()
-            .prefix(".motes-probe-")
-            .tempfile_in(folder)
+        atomic::can_write_into(folder)
             .map_err(|e| anyhow::anyhow!("cannot write to the output folder ({e}): {shown}"))?;
         Ok(())
     }
@@ -185,7 +213,14 @@ impl Context {
                 input.sha256 = Some(fingerprint::of_path(path).map_err(failed)?);
             }
         }
-        self.lock().inputs.push(input);
+        let mut state = self.lock();
+        if let Ok(full) = path.canonicalize() {
+            if state.replaced.contains(&full) && is_replaced(&full) {
+                return Err(both(path).into());
+            }
+            state.read.push(full);
+        }
+        state.inputs.push(input);
         Ok(())
     }
 
@@ -258,6 +293,11 @@ impl Context {
         Err(DryRun { report: Some((report.to_string(), value)) }.into())
     }
 
+    /// Whether the option `id` (`--max-steps` is `max_steps`) was set by `--config`, not by the user's own words.
+    pub fn is_from_config(&self, id: &str) -> bool {
+        self.from_config.iter().any(|set| set == id)
+    }
+
     /// Whether no run record is wanted, nor what only it needs.
     pub fn skips_provenance(&self) -> bool {
         self.common.no_provenance
@@ -292,6 +332,16 @@ impl Context {
         let gates = self.lock().gates_missed.join("; ");
         (!gates.is_empty()).then_some(Explanation { text: gates, help: None })
     }
+}
+
+/// Whether writing there takes away what was there: a device or a pipe stays what it is.
+fn is_replaced(full: &Path) -> bool {
+    full.is_file() || full.is_dir()
+}
+
+fn both(path: &Path) -> StageError {
+    StageError::usage(format!("this is an input, and would be replaced: {}", path.display()))
+        .help("write to another path")
 }
 
 #[cfg(test)]

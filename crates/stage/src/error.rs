@@ -148,6 +148,10 @@ fn status_of_format(error: &FormatError) -> ExitStatus {
         FormatError::Io { source, .. } if source.kind() == std::io::ErrorKind::NotFound => {
             ExitStatus::BadInput
         }
+        // It was free when it was claimed: another program was quicker.
+        FormatError::Io { source, .. } if source.kind() == std::io::ErrorKind::AlreadyExists => {
+            ExitStatus::Usage
+        }
         FormatError::Io { .. } => ExitStatus::Failed,
     }
 }
@@ -182,6 +186,7 @@ mod tests {
             (FormatError::not_supported("a.ply", "", "version 9"), ExitStatus::BadInput),
             (io(std::io::ErrorKind::NotFound), ExitStatus::BadInput),
             (io(std::io::ErrorKind::StorageFull), ExitStatus::Failed),
+            (io(std::io::ErrorKind::AlreadyExists), ExitStatus::Usage),
         ] {
             assert_eq!(status_of(&anyhow::Error::from(error).context("reading")), status);
         }

@@ -11,11 +11,12 @@ use clap::Parser;
 use serde::Serialize;
 use serde_json::{Value, json};
 
+use crate::config::Merged;
 use crate::context::DryRun;
 use crate::error::{Explanation, explain, status_of};
 use crate::{
     CommonArgs, Context, ExitStatus, HasCommon, ProgressMode, StageError, config, generate,
-    interrupt, log, panics, provenance, stdout,
+    interrupt, log, memory, panics, provenance, stdout,
 };
 
 /// Set by the dispatcher, so that usage lines show what the user typed.
@@ -101,8 +102,14 @@ where
     A: Parser + Serialize + HasCommon,
     R: Serialize + Display,
 {
-    let args = match parse::<A>(arguments, program) {
-        Ok(Parsed::Run(args)) => args,
+    if let Some(odd) = arguments.iter().find(|argument| argument.to_str().is_none()) {
+        // Found now, not when the product is there and its report cannot be written.
+        let text = format!("reports cannot name what is not UTF-8: {}", odd.to_string_lossy());
+        let error = StageError::usage(text).help("rename the file, or give a link to it");
+        return fail(program, &error.into());
+    }
+    let (args, from_config) = match parse::<A>(arguments, program) {
+        Ok(Parsed::Run(args, from_config)) => (args, from_config),
         Ok(Parsed::Print(text)) => return print_or_fail(program, &text),
         Ok(Parsed::Clap(error)) => return clap_message(program, &error),
         Err(error) => return fail(program, &error),
@@ -111,7 +118,8 @@ where
     if let Err(error) = prepare(&common, program) {
         return fail(program, &error);
     }
-    let context = Context::new(program.to_owned(), common);
+    let mut context = Context::new(program.to_owned(), common);
+    context.from_config = from_config;
     match run(&args, &context) {
         Ok(report) => finish(&args, &report, &context, arguments),
         Err(error) if error.is::<DryRun>() => {
@@ -127,7 +135,8 @@ where
 }
 
 enum Parsed<A> {
-    Run(A),
+    /// Arguments, and the ids of those that a config file set.
+    Run(A, Vec<String>),
     Print(String),
     Clap(clap::Error),
 }
@@ -146,9 +155,9 @@ where
     }
     let merged = match config::config_path(arguments) {
         Some(path) => config::merged(&command, arguments, &path)?,
-        None => arguments.to_vec(),
+        None => Merged { line: arguments.to_vec(), from_config: Vec::new() },
     };
-    let parsed = command.try_get_matches_from(merged).and_then(|mut matches| {
+    let parsed = command.try_get_matches_from(merged.line).and_then(|mut matches| {
         A::from_arg_matches_mut(&mut matches)
             .map_err(|e| e.format(&mut self::command::<A>(program)))
     });
@@ -162,17 +171,35 @@ where
     if let Some(what) = args.common().generate {
         return Ok(Parsed::Print(generate::text(what, self::command::<A>(program))?));
     }
-    Ok(Parsed::Run(args))
+    Ok(Parsed::Run(args, merged.from_config))
 }
 
 fn prepare(common: &CommonArgs, program: &str) -> anyhow::Result<()> {
     log::emit_events(common.progress == ProgressMode::Json);
     log::install(common, program)?;
     interrupt::install(program.to_owned());
+    let limit = common.max_memory.or_else(memory::available_bytes);
+    if let Some(limit) = limit {
+        motes_formats::budget::limit_memory(limit);
+    }
+    let threads = threads_to_use(common.threads);
+    if threads < common.threads {
+        let text = format!(
+            "--threads {}: this machine runs {threads} at a time, and so many are used",
+            common.threads
+        );
+        tracing::warn!("{text}");
+    }
     rayon::ThreadPoolBuilder::new()
-        .num_threads(common.threads)
+        .num_threads(threads)
         .build_global()
-        .map_err(|e| anyhow::anyhow!("cannot start {} worker threads ({e})", common.threads))
+        .map_err(|e| anyhow::anyhow!("cannot start {threads} worker threads ({e})"))
+}
+
+/// More threads than cores make nothing faster; thousands of them take all memory for their stacks.
+fn threads_to_use(asked: usize) -> usize {
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    if asked == 0 { cores } else { asked.min(cores) }
 }
 
 fn finish<A: Serialize, R: Serialize + Display>(
@@ -258,9 +285,19 @@ fn fail(program: &str, error: &anyhow::Error) -> ExitStatus {
     status_of(error)
 }
 
+/// What a terminal shows of a message: its input may be quoted in it, however long that is.
+fn shortened(text: &str) -> String {
+    const MOST: usize = 1500;
+    match text.char_indices().nth(MOST) {
+        Some((end, _)) => format!("{}…", &text[..end]),
+        None => text.to_owned(),
+    }
+}
+
 fn say(program: &str, explanation: &Explanation) {
     let Explanation { text, help } = explanation;
-    let help = help.as_ref().map(|help| format!("\nhelp: {help}")).unwrap_or_default();
+    let text = shortened(text);
+    let help = help.as_ref().map(|help| format!("\nhelp: {}", shortened(help))).unwrap_or_default();
     log::print(&format!("{program}: {text}{help}"));
 }
 

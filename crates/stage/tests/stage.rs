@@ -324,6 +324,43 @@ fn warnings_are_said_and_recorded() {
 }
 
 #[cfg(unix)]
+#[test]
+fn more_threads_than_cores_are_not_started() {
+    let bench = Bench::new();
+    let output = bench.run(&["a.txt", "-o", "j.txt", "--json", "--threads", "100000"]);
+    assert_eq!(code(&output), 0, "{}", String::from_utf8_lossy(&output.stderr));
+    let report: Value = serde_json::from_str(stdout(&output)).unwrap();
+    let cores = std::thread::available_parallelism().unwrap().get() as u64;
+    assert_eq!(report["threads"].as_u64(), Some(cores));
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(said.contains("--threads 100000") && said.contains("warning"), "{said}");
+}
+
+#[cfg(unix)]
+#[test]
+fn a_path_that_no_report_can_name_is_refused_before_work() {
+    use std::os::unix::ffi::OsStrExt as _;
+    let bench = Bench::new();
+    let odd = std::ffi::OsStr::from_bytes(b"j\xff.txt");
+    let mut command = demo();
+    command.current_dir(bench.dir.path()).args(["a.txt", "-o"]).arg(odd);
+    assert_eq!(code(&command.output().unwrap()), 2);
+    assert_eq!(bench.files(), ["a.txt"]);
+}
+
+#[test]
+fn an_output_that_appears_meanwhile_is_not_replaced() {
+    let bench = Bench::new();
+    let line = ["a.txt", "-o", "j.txt", "--repeat", "20", "--wait", "100", "-q"];
+    let child = demo().current_dir(bench.dir.path()).args(line).spawn().unwrap();
+    std::thread::sleep(std::time::Duration::from_millis(700));
+    std::fs::write(bench.path("j.txt"), "theirs").unwrap();
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(code(&output), 2);
+    assert_eq!(std::fs::read_to_string(bench.path("j.txt")).unwrap(), "theirs");
+    assert_eq!(bench.files(), ["a.txt", "j.txt"]);
+}
+
 mod interrupt {
     use super::*;
 
@@ -377,8 +414,26 @@ mod interrupt {
         let bench = Bench::new();
         let mut child = start(&bench, "60000", &[]);
         signal(&child, "-INT");
-        std::thread::sleep(std::time::Duration::from_millis(200));
+        // What comes within a second is one wish.
+        std::thread::sleep(std::time::Duration::from_millis(1200));
+        let again = std::time::Instant::now();
         signal(&child, "-INT");
         assert_eq!(child.wait().unwrap().code(), Some(130));
+        assert!(again.elapsed().as_secs() < 20, "it finished its step");
+    }
+
+    /// `timeout` signals a process and its group: both arrive at the same process.
+    #[test]
+    fn two_signals_at_once_are_one() {
+        let bench = Bench::new();
+        let mut child = start(&bench, "300", &[]);
+        for _ in 0..3 {
+            signal(&child, "-TERM");
+            std::thread::sleep(std::time::Duration::from_millis(20));
+        }
+        let mut rest = String::new();
+        child.stderr.take().unwrap().read_to_string(&mut rest).unwrap();
+        assert_eq!(child.wait().unwrap().code(), Some(130));
+        assert!(rest.contains("interrupted after "), "{rest}");
     }
 }

@@ -18,6 +18,8 @@ struct Args {
     verbose: u8,
     #[arg(long, num_args = 2)]
     between: Vec<String>,
+    #[arg(long)]
+    python: Option<String>,
 }
 
 fn parse(config: &str, line: &[&str]) -> Result<Args, String> {
@@ -26,8 +28,8 @@ fn parse(config: &str, line: &[&str]) -> Result<Args, String> {
     std::fs::write(&path, config).unwrap();
     let line: Vec<OsString> =
         std::iter::once("demo").chain(line.iter().copied()).map(Into::into).collect();
-    let line = merged(&Args::command(), &line, &path).map_err(|e| e.to_string())?;
-    Args::try_parse_from(line).map_err(|e| e.to_string())
+    let merged = merged(&Args::command(), &line, &path).map_err(|e| e.to_string())?;
+    Args::try_parse_from(merged.line).map_err(|e| e.to_string())
 }
 
 #[test]
@@ -47,6 +49,7 @@ fn a_file_can_give_every_kind_of_option() {
         require: vec!["psnr>=1".into(), "ssim>=0".into()],
         verbose: 2,
         between: vec!["a.jpg".into(), "b c.jpg".into()],
+        python: None,
     };
     assert_eq!(args, expected);
 }
@@ -83,4 +86,22 @@ fn the_file_is_found_before_the_line_is_parsed() {
     assert_eq!(config_path(&line(&["demo", "--config", "a"])), Some("a".into()));
     assert_eq!(config_path(&line(&["demo", "x", "--config=b"])), Some("b".into()));
     assert_eq!(config_path(&line(&["demo", "--", "--config", "a"])), None);
+}
+
+#[test]
+fn what_the_file_set_is_known() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("c.json");
+    std::fs::write(&path, r#"{"sh-degree": 1, "output": "o.ply"}"#).unwrap();
+    let line = ["demo", "--output", "mine.ply"].map(OsString::from);
+    let merged = merged(&Args::command(), &line, &path).unwrap();
+    assert_eq!(merged.from_config, ["sh_degree"]);
+}
+
+#[test]
+fn a_file_names_no_program() {
+    let file = r#"{"output": "o.ply", "python": "./evil"}"#;
+    assert!(parse(file, &[]).unwrap_err().contains("starts none"));
+    assert_eq!(parse(file, &["--python", "mine"]).unwrap().python, Some("mine".into()));
+    assert_eq!(parse(r#"{"output": "o.ply", "python": null}"#, &[]).unwrap().python, None);
 }

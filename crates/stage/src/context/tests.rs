@@ -66,3 +66,29 @@ fn a_missing_input_is_bad_input() {
     let hash = context.lock().inputs[0].sha256.clone().unwrap();
     assert!(hash.starts_with("ba7816bf") && hash.len() == 64);
 }
+
+#[test]
+fn what_is_read_is_not_replaced() {
+    let dir = tempfile::tempdir().unwrap();
+    let (file, folder) = (dir.path().join("a.ply"), dir.path().join("scene"));
+    std::fs::write(&file, "x").unwrap();
+    std::fs::create_dir(&folder).unwrap();
+    std::fs::write(folder.join("gaussians.ply"), "x").unwrap();
+    let usage = |result: anyhow::Result<PathBuf>| {
+        let error = result.unwrap_err();
+        assert!(error.to_string().contains("would be replaced"), "{error}");
+    };
+    let context = Context::quiet("test");
+    context.output(&file).unwrap();
+    let again = dir.path().join("scene/../a.ply");
+    usage(context.input("gaussians", &again).map(|()| file.clone()));
+    let context = Context::quiet("test");
+    context.input("gaussians", folder.join("gaussians.ply")).unwrap();
+    usage(context.output(folder.join("gaussians.ply")));
+    // A folder of pictures may hold the file that they are drawn from; a scene folder would replace it.
+    context.output(&folder).unwrap();
+    assert!(context.output_files(&folder, &["surface.ply"]).is_ok());
+    assert!(context.output_files(&folder, &["gaussians.ply"]).is_err());
+    context.input("null", "/dev/null").unwrap();
+    context.output("/dev/null").unwrap();
+}
