@@ -3,18 +3,19 @@
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
+use motes_formats::atomic::{FolderDraft, ScratchFolder};
 use motes_formats::capture::write_capture;
 use motes_formats::images::{exposure_stops, image_dimensions, image_dimensions_upright};
 use motes_math::median::median;
-use motes_scene::{Camera, Capture, Pose, SparsePoints, Split, UnitWorld, View};
+use motes_scene::{Camera, Capture, Pose, SparsePoints, Split, UnitWorld, View, told_apart};
 
 use crate::error::{IngestError, Result};
 use crate::exposure_response::{self, PhotoBrightness};
 use crate::gathered::{Gathered, Photo, Point};
 use crate::locate_image::find_mask;
 use crate::options::ImportOptions;
-use crate::photos_out::{Done, Job, run, unique_stems};
-use crate::plan::{Kind, Plans};
+use crate::photos_out::{Done, Job, Outcome, broken_photo, run, unique_stems};
+use crate::plan::{Kind, Plan, Plans};
 use crate::progress::Progress;
 use crate::report::ImportReport;
 use crate::sfm::{self, SfmOptions};
@@ -61,19 +62,18 @@ pub fn import_photos(
     let workspace = match &sfm_options.sfm_workspace {
         Some(folder) => folder.as_path(),
         None => {
-            temporary =
-                tempfile::Builder::new().prefix("motes-sfm-").tempdir().map_err(|error| {
-                    IngestError::Failed {
-                        cause: format!("cannot make a temporary folder ({error})"),
-                        remedy: "give a folder with --sfm-workspace".into(),
-                    }
-                })?;
+            temporary = ScratchFolder::new().map_err(|error| IngestError::Failed {
+                cause: format!("cannot make a temporary folder ({error})"),
+                remedy: "give a folder with --sfm-workspace".into(),
+            })?;
             temporary.path()
         }
     };
     // Inverted masks would hide the subject from the solver; it does without masks then.
     let masks = options.masks.as_deref().filter(|_| !options.invert_masks);
-    let (gathered, sfm_report) = sfm::gather(photos, workspace, masks, sfm_options, progress)?;
+    let is_scratch = sfm_options.sfm_workspace.is_none();
+    let (gathered, sfm_report) =
+        sfm::gather(photos, workspace, is_scratch, masks, sfm_options, progress)?;
     let mut report = write(gathered, output, options, progress)?;
     report.sfm = Some(sfm_report);
     Ok(report)
@@ -86,18 +86,11 @@ pub(crate) fn write(
     options: &ImportOptions,
     progress: &dyn Progress,
 ) -> Result<ImportReport> {
-    let splits = split::assign(&gathered.photos, options, &mut gathered.notes)?;
-    if !splits.contains(&Some(Split::Train)) {
-        return Err(IngestError::bad_input(
-            "no photo is left to train on",
-            "give more photos, or hold out fewer of them",
-        ));
-    }
+    let mut splits = split::assign(&gathered.photos, options, &mut gathered.notes)?;
+    some_train(&splits, &[])?;
     let mut plans = Plans::new(options.keep_border, options.max_resolution);
-    let mut plan_of = Vec::with_capacity(gathered.photos.len());
-    for photo in &mut gathered.photos {
-        plan_of.push(plan_for(photo, &mut plans, &mut gathered.warnings)?);
-    }
+    let (plan_of, mut broken) = plan_photos(&mut gathered, &mut splits, &mut plans)?;
+    some_train(&splits, &broken)?;
     gathered.warnings.append(&mut plans.warnings);
     let masks = masks_of(&gathered, options)?;
     protect_sources(&gathered, &masks, output)?;
@@ -105,16 +98,23 @@ pub(crate) fn write(
     let kept: Vec<usize> = (0..gathered.photos.len()).filter(|&i| splits[i].is_some()).collect();
     let names = view_names(&gathered, &kept, &plans, &plan_of);
     let mut stems = unique_stems(&names).into_iter();
+    // A document has no control characters, a file name on a disk may.
+    let clean = |name: String| name.replace(char::is_control, "_");
+    let names = told_apart(names.into_iter().map(clean).collect());
     let jobs: Vec<Job<'_>> = kept
         .iter()
         .map(|&i| {
             let plan = &plans.plans[plan_of[i]];
-            let count = if plan.kind == Kind::Panorama { panorama::CROPS } else { 1 };
-            let stems = stems.by_ref().take(count).collect();
+            let stems = stems.by_ref().take(crops(plan)).collect();
             Job { photo: &gathered.photos[i], plan, mask: masks[i].clone(), stems }
         })
         .collect();
-    let done = run(&jobs, output, options.invert_masks, progress)?;
+    let draft = FolderDraft::new(output, "capture.json")?;
+    let done = run(&jobs, draft.path(), options.invert_masks, progress)?;
+    let crops_of = |i: usize| crops(&plans.plans[plan_of[i]]);
+    let (kept, names, done) = without_broken(kept, names, done, crops_of, &mut splits, &mut broken);
+    some_train(&splits, &broken)?;
+    gathered.warnings.extend(left_out(&broken));
 
     let centers: Vec<DVec3> =
         kept.iter().map(|&i| gathered.photos[i].camera_from_world.center_in_world()).collect();
@@ -122,7 +122,12 @@ pub(crate) fn write(
     let (views, brightness) =
         views_of(&gathered, &kept, &splits, (&plans, &plan_of), world_origin, names, done);
     let unit = UnitWorld::of(&centers, gathered.points.iter().map(|point| point.position));
-    let points = start_points(&gathered, &splits, options, world_origin, &unit);
+    let (points, too_far) = start_points(&gathered, &splits, options, world_origin, &unit);
+    if too_far > 0 {
+        gathered.warnings.push(format!(
+            "{too_far} points are so far away that single precision cannot hold them, and were left out"
+        ));
+    }
     let fitted = exposure_response::fit(&brightness, gathered.points.len());
     if let Some(note) = exposure_response::note(fitted) {
         gathered.notes.push(note);
@@ -139,7 +144,8 @@ pub(crate) fn write(
             .warnings
             .push("there are no start points: training starts from random ones".into());
     }
-    write_capture(&output.join("capture.json"), &capture)?;
+    write_capture(&draft.path().join("capture.json"), &capture)?;
+    draft.publish()?;
     Ok(report(&gathered, &capture))
 }
 
@@ -203,13 +209,103 @@ fn views_of(
     (views, brightness)
 }
 
+/// Pictures that a photo becomes.
+fn crops(plan: &Plan) -> usize {
+    if plan.kind == Kind::Panorama { panorama::CROPS } else { 1 }
+}
+
+/// The plan of every photo, and what is wrong with those that cannot be read, which lose their split.
+fn plan_photos(
+    gathered: &mut Gathered,
+    splits: &mut [Option<Split>],
+    plans: &mut Plans,
+) -> Result<(Vec<usize>, Vec<String>)> {
+    let mut plan_of = Vec::with_capacity(gathered.photos.len());
+    let mut broken = Vec::new();
+    for (photo, split) in gathered.photos.iter_mut().zip(splits) {
+        let plan = match dimensions(&photo.path) {
+            Ok(sizes) => plan_for(photo, sizes, plans, &mut gathered.warnings)?,
+            Err(error) => {
+                broken.push(broken_photo(error.into())?);
+                *split = None;
+                usize::MAX
+            }
+        };
+        plan_of.push(plan);
+    }
+    Ok((plan_of, broken))
+}
+
+/// Checks that there is a photo to train on.
+fn some_train(splits: &[Option<Split>], broken: &[String]) -> Result<()> {
+    if splits.contains(&Some(Split::Train)) {
+        return Ok(());
+    }
+    match broken.first() {
+        None => Err(IngestError::bad_input(
+            "no photo is left to train on",
+            "give more photos, or hold out fewer of them",
+        )),
+        Some(first) => Err(IngestError::bad_input(
+            format!("no photo that can be read is left to train on: {first}"),
+            "copy the photos again: files that end early were not copied to their end",
+        )),
+    }
+}
+
+/// A sentence about photos that cannot be read.
+fn left_out(broken: &[String]) -> Option<String> {
+    let first = broken.iter().take(3).cloned().collect::<Vec<_>>().join("; ");
+    let more = if broken.len() > 3 { "; ..." } else { "" };
+    let count = broken.len();
+    (count > 0).then(|| {
+        format!("{count} photos cannot be read and were left out: {first}{more}; copy them again")
+    })
+}
+
+/// Size of a photo as stored, and upright.
+fn dimensions(path: &Path) -> motes_formats::Result<[(usize, usize); 2]> {
+    Ok([image_dimensions(path)?, image_dimensions_upright(path)?])
+}
+
+/// What is left when photos that could not be processed lose their split and their names.
+fn without_broken(
+    kept: Vec<usize>,
+    names: Vec<String>,
+    outcomes: Vec<Outcome>,
+    crops_of: impl Fn(usize) -> usize,
+    splits: &mut [Option<Split>],
+    broken: &mut Vec<String>,
+) -> (Vec<usize>, Vec<String>, Vec<Done>) {
+    let mut left = (Vec::new(), Vec::new(), Vec::new());
+    let mut names = names.into_iter();
+    for (i, outcome) in kept.into_iter().zip(outcomes) {
+        let own: Vec<String> = names.by_ref().take(crops_of(i)).collect();
+        match outcome {
+            Outcome::Done(done) => {
+                left.0.push(i);
+                left.1.extend(own);
+                left.2.push(done);
+            }
+            Outcome::LeftOut(why) => {
+                broken.push(why);
+                splits[i] = None;
+            }
+        }
+    }
+    left
+}
+
 /// The plan of a photo; decides whether its pixels must be turned upright.
 ///
 /// COLMAP ignores EXIF orientation, so poses belong to the pixels as stored. Only when those do
 /// not fit the camera and the upright ones do, the poses were made from upright copies.
-fn plan_for(photo: &mut Photo, plans: &mut Plans, warnings: &mut Vec<String>) -> Result<usize> {
-    let stored = image_dimensions(&photo.path)?;
-    let upright = image_dimensions_upright(&photo.path)?;
+fn plan_for(
+    photo: &mut Photo,
+    [stored, upright]: [(usize, usize); 2],
+    plans: &mut Plans,
+    warnings: &mut Vec<String>,
+) -> Result<usize> {
     let (width, height) = if photo.upright { upright } else { stored };
     let cause = match plans.plan_for(&photo.lens.camera(width, height), width, height) {
         Ok(plan) => return Ok(plan),
@@ -278,20 +374,25 @@ fn start_points(
     options: &ImportOptions,
     origin: DVec3,
     unit: &UnitWorld,
-) -> SparsePoints {
+) -> (SparsePoints, usize) {
     let seen_in_training = |point: &&Point| {
         let training = point.track.iter().filter(|&&photo| splits[photo] == Some(Split::Train));
         !options.points_from_train || training.count() >= 2
     };
-    let mut points = SparsePoints::default();
+    let (mut points, mut too_far) = (SparsePoints::default(), 0);
     for point in gathered.points.iter().filter(seen_in_training) {
         // On the grid of the fit while all digits are there: after single precision, points of
         // the same scene in another unit would not snap to the same places.
         let position = unit.point_in_world(unit.point(point.position));
-        points.positions.push((position - origin).as_vec3().to_array());
-        points.colors.push(point.color);
+        let position = (position - origin).as_vec3();
+        if position.is_finite() {
+            points.positions.push(position.to_array());
+            points.colors.push(point.color);
+        } else {
+            too_far += 1;
+        }
     }
-    points
+    (points, too_far)
 }
 
 fn report(gathered: &Gathered, capture: &Capture) -> ImportReport {

@@ -4,9 +4,10 @@ use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use motes_formats::FormatError;
 use motes_formats::images::{read_image, read_image_upright, read_mask, write_png};
 use motes_math::resample::Filter;
-use motes_scene::ImageU8;
+use motes_scene::{ImageU8, told_apart};
 use rayon::prelude::*;
 
 use crate::error::{IngestError, Result};
@@ -36,13 +37,33 @@ pub(crate) struct Done {
     pub(crate) brightness: Vec<(usize, f64)>,
 }
 
+/// A photo that was processed, or why it could not be.
+pub(crate) enum Outcome {
+    Done(Done),
+    LeftOut(String),
+}
+
+/// What is wrong with a photo, when it is the photo.
+///
+/// # Errors
+/// The same error, when it is something else: a disk that is full, a file that may not be read.
+pub(crate) fn broken_photo(error: IngestError) -> Result<String> {
+    match error {
+        IngestError::Format(FormatError::Invalid { .. } | FormatError::NotSupported { .. })
+        | IngestError::BadInput { .. } => {
+            Ok(error.to_string().lines().next().unwrap_or_default().to_owned())
+        }
+        other => Err(other),
+    }
+}
+
 /// Processes all photos in parallel; the results are in the order of the jobs.
 pub(crate) fn run(
     jobs: &[Job<'_>],
     output: &Path,
     invert_masks: bool,
     progress: &dyn Progress,
-) -> Result<Vec<Done>> {
+) -> Result<Vec<Outcome>> {
     progress.begin("images", jobs.len());
     let finished = AtomicUsize::new(0);
     jobs.par_iter()
@@ -50,11 +71,19 @@ pub(crate) fn run(
             if progress.interrupted() {
                 return Err(IngestError::Interrupted);
             }
-            let done = process(job, output, invert_masks)?;
+            let done = match process(job, output, invert_masks) {
+                Ok(done) => Outcome::Done(done),
+                Err(error) => Outcome::LeftOut(broken_photo(error)?),
+            };
             progress.advance_to(finished.fetch_add(1, Ordering::Relaxed) + 1);
             Ok(done)
         })
         .collect()
+}
+
+/// `name` without what a file name or a document cannot have: other systems' separators, control characters.
+pub(crate) fn printable(name: &str) -> String {
+    name.replace(|c: char| c.is_control() || c == '\\', "_")
 }
 
 /// File stems for images named `names`: the name without its suffix, or with it where two names
@@ -77,7 +106,7 @@ pub(crate) fn unique_stems(names: &[String]) -> Vec<String> {
         let short = stem(name);
         if twice.contains(&short.to_lowercase()) { name.clone() } else { short }
     };
-    names.iter().map(pick).collect()
+    told_apart(names.iter().map(|name| printable(&pick(name))).collect())
 }
 
 fn process(job: &Job<'_>, output: &Path, invert_masks: bool) -> Result<Done> {
@@ -220,5 +249,7 @@ mod tests {
         let names: Vec<String> = names.map(String::from).to_vec();
         let stems = unique_stems(&names);
         assert_eq!(stems, ["a/1.jpg", "a/1.png", "b/1", "x.y", "plain", "B/2.JPG", "b/2.jpg"]);
+        let names = ["a\tb.jpg", "a\\b.jpg", "a_b.jpg"].map(String::from);
+        assert_eq!(unique_stems(&names), ["a_b", "a_b_2", "a_b_3"]);
     }
 }

@@ -174,3 +174,46 @@ fn help_teaches_by_example() {
         assert!(help.contains(part), "{part}");
     }
 }
+
+/// A killed import takes the solver along: it holds the solver's standard input open as long as it lives.
+#[cfg(unix)]
+#[test]
+fn the_solver_ends_with_an_import_that_is_killed() {
+    use std::os::unix::fs::PermissionsExt as _;
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    // The folder is called like an option.
+    std::fs::create_dir(at("--seed")).unwrap();
+    std::fs::write(at("--seed/a.png"), "x").unwrap();
+    let script = format!(
+        "#!/bin/sh\n[ \"$1\" = -c ] && exit 0\necho \"$@\" > {0}/line\necho $TMPDIR > {0}/begun\ncat > {0}/heard\ntouch {0}/ended\n",
+        folder.path().display()
+    );
+    std::fs::write(at("python"), script).unwrap();
+    std::fs::set_permissions(at("python"), std::fs::Permissions::from_mode(0o755)).unwrap();
+    let mut child = Command::new(env!("CARGO_BIN_EXE_import-colmap"))
+        .args(["--photos=--seed", "-o", "out", "-q"])
+        .args(["--python", shown(&at("python"))])
+        .current_dir(folder.path())
+        .spawn()
+        .unwrap();
+    let wait_for = |name: &str| {
+        let began = std::time::Instant::now();
+        while std::fs::metadata(at(name)).is_err() {
+            assert!(began.elapsed().as_secs() < 30, "no {name}");
+            std::thread::sleep(std::time::Duration::from_millis(20));
+        }
+        std::fs::read_to_string(at(name)).unwrap()
+    };
+    let temporary = wait_for("begun");
+    assert!(temporary.contains(".motes-"), "logs would go to {temporary}");
+    let line = std::fs::read_to_string(at("line")).unwrap();
+    assert!(line.contains("/--seed ") && line.contains("--end-with-parent"), "{line}");
+    child.kill().unwrap();
+    child.wait().unwrap();
+    wait_for("ended");
+    // Its folder goes with the next import, at the latest.
+    let scratch = std::path::PathBuf::from(temporary.trim());
+    motes_formats::atomic::remove_stale(scratch.parent().unwrap());
+    assert!(!scratch.exists());
+}

@@ -25,6 +25,8 @@ fn colmap(command: &Path) -> Command {
     let mut colmap = Command::new(command);
     // Debian's build opens a window system even for commands without windows.
     colmap.env("QT_QPA_PLATFORM", "offscreen");
+    // What it would log to a file is on standard error, too.
+    colmap.env("GLOG_logtostderr", "1");
     colmap
 }
 

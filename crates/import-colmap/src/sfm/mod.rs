@@ -66,6 +66,8 @@ struct Solution {
 struct Request<'a> {
     photos: &'a Path,
     workspace: &'a Path,
+    /// What goes with this process, however it ends.
+    scratch: Option<&'a Path>,
     masks: Option<&'a Path>,
     options: &'a SfmOptions,
     focal_prior: FocalPrior,
@@ -82,10 +84,11 @@ enum FocalPrior {
 }
 
 /// Finds poses for the photos in a folder and gathers them as a source. `workspace` is a folder
-/// for the database and the models.
+/// for the database and the models, `is_scratch` when it is to go with this process.
 pub(crate) fn gather(
     photos: &Path,
     workspace: &Path,
+    is_scratch: bool,
     masks: Option<&Path>,
     options: &SfmOptions,
     progress: &dyn Progress,
@@ -95,6 +98,7 @@ pub(crate) fn gather(
     let mut request = Request {
         photos: &staged.folder,
         workspace,
+        scratch: is_scratch.then_some(workspace),
         masks,
         options,
         focal_prior: options.focal.map_or(FocalPrior::Exif, FocalPrior::Pixels),

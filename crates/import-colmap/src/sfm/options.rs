@@ -69,8 +69,8 @@ pub struct SfmOptions {
     #[arg(long, value_enum, default_value_t, value_name = "HOW")]
     pub matcher: Matcher,
 
-    /// Python that has pycolmap (default: .venv/bin/python here or beside this program, or in a
-    /// folder above either, then python3)
+    /// Python that has pycolmap [default: .venv/bin/python beside this program or of the checkout that it was
+    /// built in, then python3 of PATH]
     #[arg(long, value_name = "FILE", env = "MOTES_PYTHON")]
     pub python: Option<PathBuf>,
 

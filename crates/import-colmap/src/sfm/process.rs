@@ -28,7 +28,7 @@ pub(super) struct Ended {
 }
 
 /// Runs a command to its end, hands every line to `hear`, and kills it when the user asks to
-/// stop.
+/// stop. Its standard input stays empty and open as long as this process lives.
 pub(super) fn run(
     command: &mut Command,
     progress: &dyn Progress,
@@ -40,11 +40,13 @@ pub(super) fn run(
         remedy: "check that the program is there and may be run".into(),
     };
     let mut child = command
-        .stdin(Stdio::null())
+        .stdin(Stdio::piped())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()
         .map_err(|error| failed("cannot start", error))?;
+    // Waiting would close it first, and the child would take this for the end of its parent.
+    let alive = child.stdin.take();
     let (sender, receiver) = channel();
     let mut readers = Vec::new();
     if let Some(out) = child.stdout.take() {
@@ -81,6 +83,7 @@ pub(super) fn run(
         let _ = reader.join();
     }
     let status = child.wait().map_err(|error| failed("lost", error))?;
+    drop(alive);
     Ok(Ended { status, last_words: last_words.into() })
 }
 

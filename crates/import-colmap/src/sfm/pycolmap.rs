@@ -66,6 +66,10 @@ pub(super) fn solve(
     std::fs::write(&script, DRIVER).map_err(|e| cannot_write(&script, &e))?;
     let mut command = Command::new(python);
     command.arg(&script).args(arguments(request)).env("PYTHONDONTWRITEBYTECODE", "1");
+    // COLMAP writes a log of every run into the folder for temporary files.
+    for variable in ["TMPDIR", "TEST_TMPDIR", "GLOG_log_dir"] {
+        command.env(variable, request.workspace);
+    }
     let (mut warnings, mut outcome, mut error) = (Vec::new(), None, None);
     let mut phase_now = String::new();
     let ended = run(&mut command, progress, &mut |line| {
@@ -109,14 +113,16 @@ pub(super) fn solve(
 fn arguments(request: &Request<'_>) -> Vec<std::ffi::OsString> {
     let options = request.options;
     let mut list: Vec<std::ffi::OsString> = Vec::new();
+    let camera_model = format!("--camera-model={}", options.camera_model);
     let mut add = |flag: &str, value: &dyn AsRef<std::ffi::OsStr>| {
         list.push(flag.into());
         list.push(value.as_ref().into());
     };
-    add("--photos", &request.photos);
-    add("--workspace", &request.workspace);
+    // Absolute: a folder may be named like an option.
+    let absolute = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+    add("--photos", &absolute(request.photos));
+    add("--workspace", &absolute(request.workspace));
     add("--seed", &options.seed.to_string());
-    add("--camera-model", &options.camera_model);
     add("--threads", &request.threads.max(1).to_string());
     match options.share_camera {
         CameraSharing::One => add("--single-camera", &"true"),
@@ -129,12 +135,16 @@ fn arguments(request: &Request<'_>) -> Vec<std::ffi::OsString> {
         Matcher::Sequential => add("--matcher", &"sequential"),
     }
     if let Some(masks) = request.masks {
-        add("--masks", &masks);
+        add("--masks", &absolute(masks));
+    }
+    if let Some(scratch) = request.scratch {
+        add("--scratch", &absolute(scratch));
     }
     match request.focal_prior {
         FocalPrior::Pixels(focal) => add("--focal-px", &focal.to_string()),
         FocalPrior::Exif => list.push("--focal-from-exif".into()),
     }
+    list.extend([camera_model.into(), "--end-with-parent".into()]);
     list
 }
 

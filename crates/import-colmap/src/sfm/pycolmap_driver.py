@@ -117,6 +117,21 @@ class CountRows:
             self.events.progress(self.phase, self.total, self.total)
 
 
+def end_with_parent(scratch):
+    """motes holds our standard input open as long as it lives, and never writes: the end of it is the end of motes,
+    also of one that was killed. Nobody would hear us then, so end too, and take the scratch folder along."""
+
+    def watch():
+        while sys.stdin.buffer.read(4096):
+            pass
+        if scratch:
+            for _ in range(3):  # other threads may still write into it
+                shutil.rmtree(scratch, ignore_errors=True)
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
+
+
 class Arguments(argparse.ArgumentParser):
     def error(self, message):
         raise Failure("bad_usage", message, "Run with --help to see the options.")
@@ -151,6 +166,9 @@ def parse_arguments(argv):
     p = Arguments(description="camera poses from photos with pycolmap; JSON lines on stdout")
     p.add_argument("--photos", required=True, metavar="DIR", help="folder of photos, subfolders included")
     p.add_argument("--workspace", required=True, metavar="DIR", help="where database.db and sparse/ go")
+    p.add_argument("--end-with-parent", action="store_true",
+                   help="end when the program that holds standard input open does")
+    p.add_argument("--scratch", metavar="DIR", help="a folder to remove then")
     p.add_argument("--seed", type=at_least(0), default=0, metavar="N")
     prior = p.add_mutually_exclusive_group()
     prior.add_argument("--focal-px", type=focal, metavar="F",
@@ -416,6 +434,8 @@ def describe_model(numpy, model, path, groups):
 
 def run(arguments, events):
     started = time.monotonic()
+    if arguments.end_with_parent:
+        end_with_parent(arguments.scratch)
     names = list_photos(arguments.photos)
     try:
         import numpy

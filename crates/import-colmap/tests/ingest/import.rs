@@ -387,3 +387,73 @@ fn an_input_that_is_nothing_says_what_could_be() {
     );
     assert!(bad_input(recognise(&folder.path().join("no"))).0.contains("no such folder"));
 }
+
+#[test]
+fn a_cut_photo_is_left_out_and_told() {
+    let project = Project::new(pinhole(), &NAMES);
+    project.write_photos();
+    project.write_model();
+    let cut = project.path().join("images/p3.png");
+    let bytes = std::fs::read(&cut).unwrap();
+    std::fs::write(&cut, &bytes[..bytes.len() / 2]).unwrap();
+    std::fs::write(project.path().join("images/p4.png"), "no picture").unwrap();
+    let report = project.import_written(&ImportOptions::default()).unwrap();
+    assert_eq!(report.views, 8, "{report:?}");
+    let told = |w: &String| w.contains("2 photos") && w.contains("p3.png") && w.contains("p4.png");
+    assert!(report.warnings.iter().any(told), "{:?}", report.warnings);
+    let capture = capture_of(&project);
+    assert!(capture.view_named("p3.png").is_none() && capture.view_named("p2.png").is_some());
+    for name in NAMES {
+        std::fs::write(project.path().join("images").join(name), "no picture").unwrap();
+    }
+    let (cause, _) = bad_input(project.import_written(&ImportOptions::default()).unwrap_err());
+    assert!(cause.contains("no photo that can be read"), "{cause}");
+}
+
+#[cfg(unix)]
+#[test]
+fn odd_names_are_imported_each_to_a_file_of_its_own() {
+    let project =
+        Project::new(pinhole(), &["a/b.png", "a__b.png", "a\\b.png", "a\tb.png", "a_b.png"]);
+    project.write_photos();
+    project.write_model();
+    let report = project.import_written(&ImportOptions::default()).unwrap();
+    assert_eq!(report.views, 5);
+    let capture = capture_of(&project);
+    let files: std::collections::BTreeSet<_> =
+        capture.views.iter().map(|v| v.image.clone()).collect();
+    assert_eq!(files.len(), 5, "{files:?}");
+    assert!(files.iter().all(|file| project.output().join(file).is_file()));
+}
+
+#[test]
+fn a_model_may_start_with_a_byte_order_mark_and_lie_in_a_numbered_folder() {
+    let project = Project::new(pinhole(), &NAMES);
+    project.write_photos();
+    project.write_model();
+    let file = project.path().join("sparse/0/cameras.txt");
+    let text = std::fs::read_to_string(&file).unwrap();
+    std::fs::write(&file, format!("\u{feff}{text}")).unwrap();
+    let source = Source::recognise(&ImportInput {
+        model: Some(project.path().join("sparse")),
+        ..Default::default()
+    })
+    .unwrap();
+    let report = import(&source, &project.output(), &ImportOptions::default(), &Silent).unwrap();
+    assert_eq!(report.views, 10);
+}
+
+#[test]
+fn points_beyond_single_precision_are_left_out_and_told() {
+    let mut project = Project::new(pinhole(), &NAMES);
+    project.points.push(DVec3::new(1e39, 0.0, 0.0));
+    project.write_photos();
+    project.write_model();
+    let report = project.import_written(&ImportOptions::default()).unwrap();
+    assert_eq!(report.points, 4);
+    assert!(
+        report.warnings.iter().any(|w| w.contains("single precision")),
+        "{:?}",
+        report.warnings
+    );
+}
