@@ -401,3 +401,64 @@ fn the_schema_is_printed() {
     let committed: Value = serde_json::from_slice(&std::fs::read(committed).unwrap()).unwrap();
     assert_eq!(schema, committed);
 }
+
+/// A plan is a document of anybody: it starts a program only when the user named the same one.
+#[cfg(unix)]
+#[test]
+fn a_plan_starts_no_program_that_the_user_did_not_name() {
+    let toy = toy_scene();
+    let editor = "sh -c 'touch started; cp \"$0\" \"$1\"' {input} {output}";
+    let op = json!({ "op": "stylize", "editor": editor, "views": 1, "rounds": 1, "steps": 1 });
+    let select = json!({ "op": "select", "steps": [{ "by": "all" }] });
+    put_plan(&toy, "plan.json", &json!([select, op]));
+    std::fs::write(toy.path("config.json"), json!({ "op": [op.to_string()] }).to_string()).unwrap();
+    let started = toy.path("started");
+    let line = ["--gaussians", "scene/gaussians.ply", "--capture", "capture.json", "-q", "-o"];
+    for more in [
+        &["a.ply", "--plan", "plan.json"][..],
+        &["a.ply", "--plan", "plan.json", "--dry-run"],
+        &["a.ply", "--plan", "plan.json", "--editor", "another {input} {output}"],
+        &["a.ply", "--config", "config.json"],
+    ] {
+        let done = edit(&toy, &[&line[..], more].concat());
+        assert_code(&done, 3);
+        assert!(text(&done).contains("not started") && text(&done).contains("/editor"), "{more:?}");
+        assert!(!started.exists() && !toy.path("a.ply").exists(), "{more:?}");
+    }
+    let named = ["a.ply", "--plan", "plan.json", "--editor", editor];
+    let dry = [&line[..], &named, &["--dry-run", "--json"]].concat();
+    let said = answer(&edit(&toy, &dry));
+    assert!(!started.exists(), "a dry run starts a program");
+    assert_eq!(said["report"]["skipped"][0]["op"], "stylize", "{said}");
+    assert_code(&edit(&toy, &[&line[..], &named].concat()), 0);
+    assert!(started.exists());
+    std::fs::remove_file(&started).unwrap();
+    let replay = [&line[..], &["b.ply", "--plan", "a.ply.edit-log.json"]].concat();
+    assert_code(&edit(&toy, &replay), 3);
+    assert!(!started.exists(), "a replayed log starts a program");
+}
+
+/// Ends an edit while its editor works: the editor ends too, and the exit code says why.
+#[cfg(unix)]
+#[test]
+fn an_interrupted_edit_ends_its_editor() {
+    let toy = toy_scene();
+    let editor = "sh -c 'touch started; sleep 30'";
+    let mut child = Command::new(env!("CARGO_BIN_EXE_edit"))
+        .args(["--gaussians", "scene/gaussians.ply", "--capture", "capture.json", "-o", "a.ply"])
+        .args(["--select", BOX_STEP, "--stylize", "autumn", "--editor", editor])
+        .current_dir(toy.folder.path())
+        .spawn()
+        .unwrap();
+    let begun = std::time::Instant::now();
+    while !toy.path("started").exists() {
+        assert_eq!(child.try_wait().unwrap(), None, "the editor is not started");
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+    let kill = Command::new("kill").args(["-TERM", &child.id().to_string()]).status().unwrap();
+    assert!(kill.success());
+    let status = child.wait().unwrap();
+    assert_eq!(status.code(), Some(130));
+    assert!(begun.elapsed().as_secs() < 25, "it waits for the editor");
+    assert!(!toy.path("a.ply").exists());
+}

@@ -9,6 +9,7 @@ use std::path::Path;
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
 use motes_formats::edit_plan::{OpDocument, parse_op};
 use motes_formats::selectors::parse_step;
+use motes_stage::Context;
 use serde::ser::SerializeMap as _;
 use serde::{Serialize, Serializer};
 use serde_json::{Map, Value, json};
@@ -91,6 +92,16 @@ const FILL_OPS: &[&str] = &["delete", "transform", "swap"];
 pub struct OpFlags {
     /// In order.
     pub ops: Vec<OpDocument>,
+    /// Programs that edit pictures, each after the flag that named it.
+    editors: Vec<(&'static str, String)>,
+}
+
+impl OpFlags {
+    /// Programs that the user typed. What comes from a configuration file is a document like any other.
+    pub fn typed_editors(&self, context: &Context) -> Vec<String> {
+        let typed = |(flag, _): &&(&str, String)| !context.is_from_config(flag);
+        self.editors.iter().filter(typed).map(|(_, command)| command.clone()).collect()
+    }
 }
 
 impl Serialize for OpFlags {
@@ -142,7 +153,7 @@ impl Args for OpFlags {
             .arg(one(
                 "editor",
                 "COMMAND",
-                "Command line of --stylize: {input}, {output} and {prompt} are replaced",
+                "Command line of --stylize: {input}, {output} and {prompt} are replaced; a plan starts this one only",
             ))
     }
 
@@ -164,10 +175,17 @@ impl FromArgMatches for OpFlags {
             }
             name => name.map(|name| json!(name)),
         };
+        let mut editors: Vec<(&'static str, String)> = Vec::new();
+        editors.extend(single("editor").map(|command| ("editor", command.to_owned())));
+        let mut note_editor = |flag: &'static str, keys: &Value| {
+            let command = keys.get("editor").and_then(Value::as_str);
+            editors.extend(command.map(|command| (flag, command.to_owned())));
+        };
         let mut found: Vec<(usize, Value)> = Vec::new();
         for flag in FLAGS {
             for (at, text) in occurrences(matches, flag.flag) {
                 let mut keys = keys_of(flag, text).map_err(invalid)?;
+                note_editor(flag.flag, &Value::Object(keys.clone()));
                 for (key, value, ops) in [
                     ("pivot", &pivot, PIVOT_OPS),
                     ("fill", &fill, FILL_OPS),
@@ -191,6 +209,7 @@ impl FromArgMatches for OpFlags {
         for (at, text) in occurrences(matches, "op") {
             let value = serde_json::from_str(text)
                 .map_err(|error| invalid(format!("--op is not JSON: {error}")))?;
+            note_editor("op", &value);
             found.push((at, value));
         }
         found.sort_by_key(|(at, _)| *at);
@@ -198,7 +217,7 @@ impl FromArgMatches for OpFlags {
             parse_op(value, &format!("/ops/{i}"), Path::new("the command line"))
         };
         let ops = found.into_iter().enumerate().map(parse).collect::<Result<_, _>>();
-        Ok(Self { ops: ops.map_err(|error| invalid(error.to_string()))? })
+        Ok(Self { ops: ops.map_err(|error| invalid(error.to_string()))?, editors })
     }
 
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
@@ -305,7 +324,8 @@ mod tests {
     #[test]
     fn what_is_dumped_reads_back() {
         let ops = line("--select sphere=0,0,1,0.5 --rotate-axis 0,0,1,30 --pivot base --set-material {\"roughness\":0.5} --merge a.ply --undo").unwrap();
-        let dumped = serde_json::to_value(OpFlags { ops: ops.clone() }).unwrap();
+        let dumped =
+            serde_json::to_value(OpFlags { ops: ops.clone(), ..OpFlags::default() }).unwrap();
         let mut words = vec!["edit".to_owned()];
         for op in dumped["op"].as_array().unwrap() {
             words.push(format!("--op={}", op.as_str().unwrap()));

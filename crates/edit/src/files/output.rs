@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use crate::plan::Preview;
 use crate::{EditState, SceneParts};
 use motes_formats::decomposition::{
-    ConventionDocument, DecompositionCounts, DecompositionDocument, write_decomposition,
+    ConventionDocument, DecompositionCounts, DecompositionDocument, scene_draft,
+    write_decomposition,
 };
 use motes_formats::documents::write_document;
 use motes_formats::edit_plan::{EDIT_LOG_FILE, EditPlanDocument};
@@ -74,6 +75,8 @@ pub(super) fn write_scene(
         vertices: surface.vertices.len() as u64,
         triangles: surface.triangles.len() as u64,
     };
+    let draft = scene_draft(folder)?;
+    let folder = draft.path();
     write_gaussians(&folder.join(&document.gaussians), &state.gaussians, options)?;
     write_surface(&folder.join(&document.surface), surface)?;
     let attributes = [
@@ -83,7 +86,6 @@ pub(super) fn write_scene(
     .map(|(k, v)| (k.to_owned(), v.to_owned()));
     write_environment(&folder.join(&document.environment), &parts.environment, &attributes)?;
     write_log(&folder.join(EDIT_LOG_FILE), log)?;
-    // Last: a folder with this document is whole.
     write_decomposition(folder, &document)?;
-    Ok(())
+    Ok(draft.publish()?)
 }

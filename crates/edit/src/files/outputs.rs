@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use motes_formats::decomposition::SCENE_FILES;
 use motes_formats::edit_plan::EditPlanDocument;
 use motes_formats::ply::write_gaussians;
 use motes_scene::Surface;
@@ -38,6 +39,9 @@ impl Outputs {
             return Err(StageError::usage(text).help(help).into());
         }
         let output = context.output(output)?;
+        if is_scene {
+            context.output_files(&output, &SCENE_FILES)?;
+        }
         let log = log_path(&output, is_scene);
         let log = if is_scene { log } else { context.output(log)? };
         let thumbnails = thumbnails.map(|folder| context.output(folder)).transpose()?;

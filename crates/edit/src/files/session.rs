@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use crate::EditState;
 use crate::plan::{
-    EditError, Edited, Preview, Resources, orbit_camera, picture, prepare, run_plan, whole_extent,
+    EditError, Edited, Editors, Preview, Resources, orbit_camera, picture, prepare, run_plan,
+    whole_extent,
 };
 use crate::refit::{Fills, RefitOptions, RefitReport, Refitted, refit};
 use crate::reshade::{ReshadeOptions, ReshadeReport, moved_surface, reshade};
@@ -16,7 +17,7 @@ use motes_formats::edit_plan::{
     EditPlanDocument, EditRecord, MAX_FIT_STEPS, MAX_RESHADE_SAMPLES, ShadowDocument, SkipRecord,
     check_plan, read_edit_plan,
 };
-use motes_scene::{Capture, Pinhole, Pose, Split, Surface};
+use motes_scene::{Capture, Pinhole, Pose, Split, Surface, View};
 use motes_stage::{Context, OrBadInput as _, StageError};
 use serde::Serialize;
 
@@ -30,6 +31,8 @@ use train_splat::files::load_training_images;
 
 /// Steps of the fit of fillings when nothing is said.
 const REFIT_STEPS: u32 = 100;
+/// A view that is drawn.
+const VIEW_BYTES_PER_PIXEL: u64 = 72;
 /// Longer side of thumbnails, pixels.
 const THUMBNAIL: usize = 480;
 
@@ -113,7 +116,9 @@ pub fn run_edit(job: &EditJob<'_>, context: &Context) -> anyhow::Result<EditAnsw
     let folder = name.parent().filter(|p| job.plan.is_some() && !p.as_os_str().is_empty());
     let folder = folder.unwrap_or(Path::new("."));
     let failed = |error| stage_error(error, &name);
-    let prepared = prepare(&plan, folder, &outputs.paths()).map_err(failed)?;
+    let named = job.flags.typed_editors(context);
+    let editors = Editors { named: &named, start: !context.dry_run() };
+    let prepared = prepare(&plan, folder, &outputs.paths(), editors).map_err(failed)?;
     let capture = job.capture.map(|path| load_capture(path, context)).transpose()?;
     let mut input = load_input(job, capture.as_ref(), context)?;
     let count = input.state.len();
@@ -125,6 +130,7 @@ pub fn run_edit(job: &EditJob<'_>, context: &Context) -> anyhow::Result<EditAnsw
         bound: &|| source.bound(),
         capture: capture.as_ref().zip(job.capture),
         antialias: input.antialias,
+        editors,
         stopped: &|| context.interrupted(),
     };
     let thumbnails = outputs.thumbnails.as_ref();
@@ -287,7 +293,11 @@ fn plan_of(job: &EditJob<'_>, context: &Context) -> anyhow::Result<(EditPlanDocu
 
 fn load_capture(path: &Path, context: &Context) -> anyhow::Result<Capture> {
     context.input("capture", path)?;
-    Ok(read_capture(path)?)
+    let capture = read_capture(path)?;
+    let camera = |view: &View| &capture.cameras[view.camera];
+    let sizes = capture.views.iter().map(camera).map(|c| (c.width, c.height));
+    context.need_memory_for_pictures(sizes, VIEW_BYTES_PER_PIXEL)?;
+    Ok(capture)
 }
 
 /// The first view of the capture, or a camera beside the scene.

@@ -67,6 +67,9 @@ impl Run<'_> {
         at: &str,
     ) -> Result<Outcome, EditError> {
         let rows = rows_of(state, op.target.as_deref(), at)?;
+        if !self.resources.editors.starts(&op.editor, at)? {
+            return skipped("a dry run starts no program");
+        }
         let numbers = apply_style(state, &rows, op, self.seed, self.resources, at)?;
         if state.parts.is_some() {
             self.warn(at, "colours changed, base colors did not: relighting shows the old ones");

@@ -20,8 +20,36 @@ pub struct Resources<'a> {
     pub capture: Option<(&'a Capture, &'a Path)>,
     /// The footprint to draw the Gaussians with.
     pub antialias: Antialias,
+    /// Programs that may be started.
+    pub editors: Editors<'a>,
     /// Whether the user asked to stop.
     pub stopped: &'a dyn Fn() -> bool,
+}
+
+/// Programs that operations may start. A plan is a document of anybody: what it names is started only when the user
+/// named the same command.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Editors<'a> {
+    /// Command lines that the user named.
+    pub named: &'a [String],
+    /// Whether any is started. A dry run starts none: operations that need one are skipped.
+    pub start: bool,
+}
+
+impl Editors<'_> {
+    /// Whether the operation at `at` is to start `command`.
+    ///
+    /// # Errors
+    /// The user did not name it.
+    pub fn starts(self, command: &str, at: &str) -> Result<bool, EditError> {
+        if self.named.iter().any(|named| named == command) {
+            return Ok(self.start);
+        }
+        let cause = "this program of a file is not started: the command line does not name it";
+        Err(EditError::plan(format!("{at}/editor"), cause).remedy(
+            "read the command in the file; if you trust it, give the same one with --editor",
+        ))
+    }
 }
 
 impl Resources<'_> {

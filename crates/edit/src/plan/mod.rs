@@ -19,6 +19,6 @@ mod style;
 mod values;
 
 pub use apply::{Edited, run_plan};
-pub use context::{EditError, Resources};
+pub use context::{EditError, Editors, Resources};
 pub use prepare::{Prepared, prepare};
 pub use preview::{Preview, orbit_camera, picture, whole_extent};

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use motes_formats::edit_plan::{EditPlanDocument, OpDocument, op_pointer};
 use motes_formats::selectors::{SelectStep, Selector};
 
-use super::EditError;
+use super::{EditError, Editors};
 use crate::ops::materials::{material_named, material_names};
 
 /// Which operations of a plan are applied.
@@ -18,14 +18,16 @@ pub struct Prepared {
 }
 
 /// Finds what `undo` takes back, and checks that files and materials that the plan names are there. `written` are the
-/// files and folders that the plan will be answered with.
+/// files and folders that the plan will be answered with, `editors` the programs that it may start.
 ///
 /// # Errors
-/// A file does not exist or is one that will be written, or the library has no such material.
+/// A file does not exist or is one that will be written, the library has no such material, or the user did not name
+/// a program that the plan would start.
 pub fn prepare(
     plan: &EditPlanDocument,
     folder: &Path,
     written: &[&Path],
+    editors: Editors<'_>,
 ) -> Result<Prepared, EditError> {
     let written: Vec<PathBuf> =
         written.iter().filter_map(|path| std::fs::canonicalize(path).ok()).collect();
@@ -64,6 +66,11 @@ pub fn prepare(
         }
     }
     undone.sort_unstable();
+    for &i in &effective {
+        if let OpDocument::Stylize(op) = &plan.ops[i] {
+            editors.starts(&op.editor, &op_pointer(i))?;
+        }
+    }
     Ok(Prepared { effective, undone })
 }
 

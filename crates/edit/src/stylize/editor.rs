@@ -1,12 +1,22 @@
 //! The external program.
 
+use std::fs::File;
+use std::io::{Read as _, Seek as _, SeekFrom};
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::time::{Duration, Instant};
 
 use motes_formats::FormatError;
 use motes_formats::images::{read_image, write_png};
 use motes_scene::ImageF32;
 use thiserror::Error;
+
+/// How often an interruption is looked for while the program works.
+const POLL: Duration = Duration::from_millis(20);
+/// What a program that was asked to end is granted before it is killed.
+const GRACE: Duration = Duration::from_secs(2);
+/// Bytes of its error output, from the end, among which the last line is looked for.
+const KEPT_BYTES: u64 = 4096;
 
 /// A command line that edits a picture.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -55,6 +65,9 @@ pub enum EditorError {
         /// Rows.
         height: usize,
     },
+    /// The user asked to stop.
+    #[error("interrupted")]
+    Stopped,
     /// A picture cannot be written or read.
     #[error(transparent)]
     Picture(#[from] FormatError),
@@ -88,12 +101,14 @@ impl Editor {
     /// The edited picture of a view.
     ///
     /// # Errors
-    /// The program cannot be started, fails, or writes no picture of the same size.
+    /// The program cannot be started, fails, or writes no picture of the same size; the user asked to stop, which ends
+    /// the program, too.
     pub fn edit(
         &self,
         original: &ImageF32,
         current: &ImageF32,
         view: &str,
+        stopped: &dyn Fn() -> bool,
     ) -> Result<ImageF32, EditorError> {
         let io = |source| FormatError::io(Path::new("temporary folder"), source);
         let folder = tempfile::tempdir().map_err(io)?;
@@ -108,18 +123,12 @@ impl Editor {
                 .replace("{prompt}", &self.prompt)
         };
         let words: Vec<String> = self.words.iter().map(filled).collect();
-        let start = |source| EditorError::Start { program: words[0].clone(), source };
-        let done = Command::new(&words[0])
-            .args(&words[1..])
-            .stdin(Stdio::null())
-            .stdout(Stdio::null())
-            .output()
-            .map_err(start)?;
-        if !done.status.success() {
-            let text = String::from_utf8_lossy(&done.stderr);
-            let said = text.lines().rfind(|l| !l.trim().is_empty()).unwrap_or("it said nothing");
-            let (view, status) = (view.to_owned(), done.status.to_string());
-            return Err(EditorError::Failed { view, status, said: said.trim().to_owned() });
+        let errors = at("errors.txt");
+        let status = self.run(&words, &errors, stopped)?;
+        if !status.success() {
+            let said = last_line(&errors).unwrap_or_else(|| "it said nothing".into());
+            let (view, status) = (view.to_owned(), status.to_string());
+            return Err(EditorError::Failed { view, status, said });
         }
         if !at("output.png").exists() {
             return Err(EditorError::NoPicture { view: view.to_owned() });
@@ -133,6 +142,68 @@ impl Editor {
         let rgb = data.data.chunks_exact(data.channels).flat_map(|p| [p[0], p[1], p[2]]).collect();
         Ok(ImageF32::from_data(width, height, 3, rgb))
     }
+
+    /// Runs the program to its end, or until the user asks to stop. What it says goes to the file `errors`.
+    fn run(
+        &self,
+        words: &[String],
+        errors: &Path,
+        stopped: &dyn Fn() -> bool,
+    ) -> Result<ExitStatus, EditorError> {
+        let io = |source| FormatError::io(errors, source);
+        let start = |source| EditorError::Start { program: words[0].clone(), source };
+        let mut command = Command::new(&words[0]);
+        command
+            .args(&words[1..])
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .stderr(File::create(errors).map_err(io)?);
+        // A group of its own, so that what it starts can be ended with it.
+        #[cfg(unix)]
+        std::os::unix::process::CommandExt::process_group(&mut command, 0);
+        let mut child = command.spawn().map_err(start)?;
+        loop {
+            let ended = child.try_wait().map_err(start)?;
+            if stopped() {
+                end(&mut child);
+                return Err(EditorError::Stopped);
+            }
+            match ended {
+                Some(status) => return Ok(status),
+                None => std::thread::sleep(POLL),
+            }
+        }
+    }
+}
+
+/// Ends a child and what it started.
+fn end(child: &mut Child) {
+    #[cfg(unix)]
+    if let Ok(group) = i32::try_from(child.id()) {
+        let group = nix::unistd::Pid::from_raw(group);
+        let gone = |child: &mut Child| child.try_wait().is_ok_and(|status| status.is_some());
+        let _ = nix::sys::signal::killpg(group, nix::sys::signal::Signal::SIGTERM);
+        let asked = Instant::now();
+        while asked.elapsed() < GRACE && !gone(child) {
+            std::thread::sleep(POLL);
+        }
+        let _ = nix::sys::signal::killpg(group, nix::sys::signal::Signal::SIGKILL);
+    }
+    // Both fail only when it has ended by itself.
+    let _ = child.kill();
+    let _ = child.wait();
+}
+
+/// The last line with words of a file, of which only the end is read: a program may have said a lot.
+fn last_line(path: &Path) -> Option<String> {
+    let mut file = File::open(path).ok()?;
+    let length = file.metadata().ok()?.len();
+    file.seek(SeekFrom::Start(length.saturating_sub(KEPT_BYTES))).ok()?;
+    let mut bytes = Vec::new();
+    file.take(KEPT_BYTES).read_to_end(&mut bytes).ok()?;
+    let text = String::from_utf8_lossy(&bytes);
+    let line = text.lines().rfind(|line| !line.trim().is_empty())?;
+    Some(line.trim().chars().take(200).collect())
 }
 
 #[cfg(test)]
@@ -150,7 +221,7 @@ mod tests {
     fn a_copy_changes_nothing_and_failures_are_told() {
         let image = ImageF32::filled(6, 4, 3, 0.5);
         let copy = Editor::new("cp {input} {output}", "").unwrap();
-        let edited = copy.edit(&image, &image, "a").unwrap();
+        let edited = copy.edit(&image, &image, "a", &|| false).unwrap();
         assert!(edited.data.iter().all(|v| (v - 0.5).abs() < 3e-3));
         for (command, says) in [
             ("no-such-program-here {input} {output}", "cannot start no-such-program-here"),
@@ -160,8 +231,25 @@ mod tests {
             ),
             ("true {input} {output}", "wrote no picture for a"),
         ] {
-            let error = Editor::new(command, "").unwrap().edit(&image, &image, "a").unwrap_err();
+            let error =
+                Editor::new(command, "").unwrap().edit(&image, &image, "a", &|| false).unwrap_err();
             assert!(error.to_string().contains(says), "{command}: {error}");
         }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn an_interruption_ends_the_program_and_what_it_started() {
+        let image = ImageF32::filled(6, 4, 3, 0.5);
+        let dir = tempfile::tempdir().unwrap();
+        let late = dir.path().join("late");
+        let command = format!("sh -c 'sleep 3; touch {}; sleep 60' {{input}}", late.display());
+        let started = Instant::now();
+        let stopped = || started.elapsed() > Duration::from_millis(300);
+        let error = Editor::new(&command, "").unwrap().edit(&image, &image, "a", &stopped);
+        assert!(matches!(error, Err(EditorError::Stopped)));
+        assert!(started.elapsed() < Duration::from_secs(10));
+        std::thread::sleep(Duration::from_millis(3200));
+        assert!(!late.exists(), "it goes on after its end");
     }
 }

@@ -104,7 +104,10 @@ pub fn stylize(
                 0 => originals[i].clone(),
                 _ => picture(gaussians, antialias, view),
             };
-            let picture = editor.edit(&originals[i], &current, &view.name)?;
+            let picture = match editor.edit(&originals[i], &current, &view.name, stopped) {
+                Err(EditorError::Stopped) => return Err(StyleError::Stopped),
+                edited => edited?,
+            };
             edited.push(limited(&originals[i], &picture, &sights[i].share));
         }
         report.edited = disagreements(&sights, &edited);
