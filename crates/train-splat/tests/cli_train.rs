@@ -294,3 +294,51 @@ fn a_fit_that_fails_says_why_and_ends_with_4() {
     // The photos said nothing, and random Gaussians did not help either.
     assert_eq!(report["verdict"]["failed_starts"], serde_json::json!(["photos"]));
 }
+
+#[test]
+fn a_checkpoint_that_was_changed_or_is_not_finite_is_refused() {
+    let folder = imported();
+    let path = |name: &str| folder.path().join(name);
+    ok(&train(folder.path(), &["-n=2", "-o", "k.ply", "--save-every", "1"]));
+    let whole = fs::read(path("k.checkpoint.safetensors")).unwrap();
+    let resume = |extra: &[&str]| {
+        let line = ["-n=3", "-o", "r.ply", "-w", "--resume", "changed.safetensors"];
+        let output = train(folder.path(), &[&line[..], extra].concat());
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    // One value becomes NaN: in a file with a checksum, and in one of version 3.0, which has none.
+    let mut changed = whole.clone();
+    let end = changed.len();
+    changed[end - 4000..end - 3996].copy_from_slice(&f32::NAN.to_le_bytes());
+    fs::write(path("changed.safetensors"), &changed).unwrap();
+    let (code, said) = resume(&[]);
+    assert!(code == Some(3) && said.contains("changed after it was written"), "{code:?} {said}");
+    let (mut tensors, mut metadata) =
+        motes_formats::tensors::read_tensors(&path("k.checkpoint.safetensors")).unwrap();
+    metadata.remove("checksum").unwrap();
+    metadata.insert("version".into(), "3.0".into());
+    let Some(motes_formats::tensors::TensorData::F32(_, means)) = tensors.get_mut("means") else {
+        panic!("no means");
+    };
+    means[7] = f32::NAN;
+    let tensors: Vec<_> = tensors.into_iter().collect();
+    let file = path("changed.safetensors");
+    motes_formats::tensors::write_tensors(&file, &tensors, &metadata).unwrap();
+    let (code, said) = resume(&[]);
+    assert!(code == Some(3) && said.contains("not finite"), "{code:?} {said}");
+    assert!(!path("r.ply").exists());
+}
+
+#[test]
+fn a_fit_that_diverges_is_no_product() {
+    let folder = imported();
+    fs::write(folder.path().join("c.json"), r#"{"lr_means": 1e38, "lr_sh0": 1e38}"#).unwrap();
+    let output = train(folder.path(), &["-n=5", "-o", "d.ply", "--config", "c.json"]);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    if output.status.success() {
+        let model = motes_formats::ply::read_gaussians(&folder.path().join("d.ply")).unwrap();
+        assert!(!model.is_empty() && model.invalid_rows().is_empty());
+    } else {
+        assert!(!folder.path().join("d.ply").exists() && !said.contains("panicked"), "{said}");
+    }
+}

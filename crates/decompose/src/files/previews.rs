@@ -6,7 +6,7 @@ use crate::State;
 use anyhow::Context as _;
 use motes_formats::images::write_png;
 use motes_math::srgb;
-use motes_scene::{Gaussians, ImageF32};
+use motes_scene::{Gaussians, ImageF32, told_apart};
 
 /// `previews/VIEW_COMPONENT.png` of `count` views, and the light.
 ///
@@ -25,10 +25,12 @@ pub(super) fn previews(
     let path = folder.join("previews");
     std::fs::create_dir_all(&path).with_context(|| format!("cannot make {}", path.display()))?;
     let photos: Vec<_> = state.inputs.photos.iter().chain(state.inputs.held_out).collect();
-    for view in state.views.iter().step_by(state.views.len().div_ceil(count)) {
+    let shown: Vec<_> = state.views.iter().step_by(state.views.len().div_ceil(count)).collect();
+    let stem =
+        |name: &str| Path::new(name).with_extension("").to_string_lossy().replace(['/', '\\'], "_");
+    let stems = told_apart(shown.iter().map(|v| stem(&photos[v.photo].name)).collect());
+    for (view, stem) in shown.into_iter().zip(stems) {
         let photo = photos[view.photo];
-        let stem =
-            Path::new(&photo.name).with_extension("").to_string_lossy().replace(['/', '\\'], "_");
         let attribute = |of: &dyn Fn(usize) -> [f32; 3]| {
             motes_raster::render(
                 &gaussians.colored(of),

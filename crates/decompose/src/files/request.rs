@@ -7,7 +7,7 @@ use crate::{
     DecomposeError, DecomposeOptions, Inputs, Known, Photo, Pipeline, Progress, RenderedView,
 };
 use motes_codecs::open_gaussians;
-use motes_formats::decomposition::StepTimeDocument;
+use motes_formats::decomposition::{SCENE_FILES, StepTimeDocument};
 use motes_formats::ply::{GaussianFile, PlyWriteOptions, RenderMode};
 use motes_formats::selection::BoundGaussians;
 use motes_raster::{Antialias, RenderOptions};
@@ -72,6 +72,9 @@ impl Request<'_> {
             hashes: Default::default(),
         });
         let output = self.output.map(|path| context.output(path)).transpose()?;
+        if let Some(folder) = &output {
+            context.output_files(folder, &SCENE_FILES)?;
+        }
         if let Some(work) = &work {
             work.claim(context)?;
         }

@@ -3,12 +3,11 @@
 use std::path::Path;
 
 use crate::{Anchor, LobesChoice, Pipeline, RenderedView, State, Term};
-use anyhow::Context as _;
 use motes_formats::capture::SplitDocument;
 use motes_formats::decomposition::{
     ConventionDocument, DecomposedViewDocument, DecompositionCounts, DecompositionDocument,
     LobesDocument, ScaleAnchorDocument, ScaleAnchorKind, StepTimeDocument, TermDocument,
-    write_decomposition,
+    scene_draft, write_decomposition,
 };
 use motes_formats::documents::Document as _;
 use motes_formats::environment::write_environment;
@@ -36,7 +35,7 @@ pub(super) struct SceneFolder<'a> {
     pub made_by: &'a str,
 }
 
-/// Writes everything; `decomposition.json` last, so that a folder with it is whole.
+/// Writes everything; the files appear together.
 ///
 /// # Errors
 /// When a file cannot be written.
@@ -44,8 +43,8 @@ pub(super) fn write_scene(
     folder: &SceneFolder<'_>,
     pipeline: &Pipeline<'_>,
 ) -> anyhow::Result<DecompositionDocument> {
-    let (path, state) = (folder.path, &pipeline.state);
-    std::fs::create_dir_all(path).with_context(|| format!("cannot make {}", path.display()))?;
+    let draft = scene_draft(folder.path)?;
+    let (path, state) = (draft.path(), &pipeline.state);
     let gaussians = gaussians_of(state);
     write_gaussians(&path.join("gaussians.ply"), &gaussians, &folder.ply)?;
     write_surface(&path.join("surface.ply"), state.surface())?;
@@ -58,6 +57,7 @@ pub(super) fn write_scene(
     previews(path, folder.previews, state, &gaussians, maps.first())?;
     let document = document(folder, pipeline);
     write_decomposition(path, &document)?;
+    draft.publish()?;
     Ok(document)
 }
 

@@ -15,8 +15,12 @@ use motes_formats::atomic::write_atomic;
 use motes_formats::capture::read_capture;
 use motes_formats::documents::write_document;
 use motes_formats::images::write_png;
+use motes_scene::View;
 use motes_stage::{CommonArgs, Context, HasCommon, OrBadInput as _, StageError};
 use serde::Serialize;
+
+/// A photo, its render, and the planes of the scores.
+const VIEW_BYTES_PER_PIXEL: u64 = 120;
 
 /// Score Gaussians, or the renders of any program, against the photos of a capture
 #[derive(Parser, Debug, Serialize)]
@@ -88,6 +92,9 @@ pub fn run(args: &Args, context: &Context) -> anyhow::Result<EvaluationReport> {
     context.input("capture", &args.capture)?;
     let capture = read_capture(&args.capture)?;
     let splits = options.splits();
+    let camera = |view: &View| &capture.cameras[view.camera];
+    let sizes = capture.views.iter().map(camera).map(|c| (c.width, c.height));
+    context.need_memory_for_pictures(sizes, VIEW_BYTES_PER_PIXEL)?;
     let course = Course::new(&args.capture, &capture, &splits).or_bad_input()?;
     let contestants = load_contestants(args, context)?;
     for (role, path) in [("lpips-weights", &options.lpips_weights), ("training", &outputs.training)]

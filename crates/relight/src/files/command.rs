@@ -9,9 +9,13 @@ use super::{
 use crate::lift::LiftOptions;
 use crate::{Background, BakeOptions, LightOptions, QualityOptions};
 use clap::Parser;
+use motes_formats::decomposition::SCENE_FILES;
 use motes_stage::{CommonArgs, Context, HasCommon, StageError};
 use render::frames::{PictureFormat, VideoOptions, shell_words};
 use serde::Serialize;
+
+/// The G-buffer, the planes of light, their noise and what a picture is made of.
+const PICTURE_BYTES_PER_PIXEL: u64 = 256;
 
 /// Relight a decomposed scene, or lift relit views to 3D
 #[derive(Parser, Debug, Serialize)]
@@ -116,8 +120,14 @@ pub fn run(args: &Args, context: &Context) -> anyhow::Result<Outcome> {
     let product = args.product.unwrap_or(if is_ply { Product::Splat } else { Product::Pictures });
     let frames = match product {
         Product::Pictures => load_frames(&args.poses, args.capture.as_ref(), context)?,
-        Product::Splat | Product::Scene => Vec::new(),
+        Product::Splat => Vec::new(),
+        Product::Scene => {
+            context.output_files(&output, &SCENE_FILES)?;
+            Vec::new()
+        }
     };
+    let sizes = frames.iter().map(|(frame, _)| (frame.camera.width, frame.camera.height));
+    context.need_memory_for_pictures(sizes, PICTURE_BYTES_PER_PIXEL)?;
     let loaded = LoadedScene::load(scene, context)?;
     let light = NewLight::load(&args.light, &loaded, context)?;
     let report = light.report(&light.turned(0.0)?, context);

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::{Background, Components, Picture, PictureStats, QualityOptions, Relighter};
-use motes_formats::exr_aov::{AovChannel, write_exr};
+use motes_formats::exr_aov::{AovChannel, write_finite_exr};
 use motes_formats::images::write_png;
 use motes_scene::ImageF32;
 use motes_stage::Context;
@@ -113,7 +113,7 @@ fn write_picture(
         ]
         .map(|(k, v)| (k.to_owned(), v.to_owned()));
         let path = folder.join(format!("{name}.exr"));
-        write_exr(&path, width, height, &channels(components), &attributes)?;
+        write_finite_exr(&path, width, height, &channels(components), &attributes)?;
     }
     Ok(())
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::{BakeOptions, Relighter, environment_image};
 use anyhow::Context as _;
-use motes_formats::decomposition::{ConventionDocument, write_decomposition};
+use motes_formats::decomposition::{ConventionDocument, scene_draft, write_decomposition};
 use motes_formats::environment::write_environment;
 use motes_formats::ply::{PlyWriteOptions, write_gaussians};
 use motes_scene::{ImageF32, Residual};
@@ -78,6 +78,8 @@ pub fn write_scene(
     };
     // They are about another light.
     document.views.clear();
+    let draft = scene_draft(folder)?;
+    let folder = draft.path();
     write_baked(job, bake, &folder.join(&document.gaussians), report, context)?;
     copy(&loaded.decomposition.surface, &folder.join(&document.surface))?;
     let attributes = [
@@ -86,9 +88,8 @@ pub fn write_scene(
     ]
     .map(|(k, v)| (k.to_owned(), v.to_owned()));
     write_environment(&folder.join(&document.environment), &image, &attributes)?;
-    // Last: a folder with this document is whole.
     write_decomposition(folder, &document)?;
-    Ok(())
+    Ok(draft.publish()?)
 }
 
 fn copy(from: &Path, to: &Path) -> anyhow::Result<()> {

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 use motes_scene::camera_path::{self, CameraPathError};
-use motes_scene::{Capture, Pinhole, Pose, Split};
+use motes_scene::{Capture, Pinhole, Pose, Split, told_apart};
 use thiserror::Error;
 
 /// One picture to render.
@@ -126,7 +126,7 @@ pub fn numbered(i: usize) -> String {
 }
 
 /// File stem per view: the view's name without its suffix and with folders flattened, or the
-/// whole name where two views would share a file.
+/// whole name where two views would share a file; a number behind it where they still would.
 pub fn view_stems(capture: &Capture) -> Vec<String> {
     let flat = |name: &str| name.replace(['/', '\\'], "__");
     let stem = |name: &str| match name.rsplit_once('.') {
@@ -138,7 +138,9 @@ pub fn view_stems(capture: &Capture) -> Vec<String> {
         *uses.entry(stem(&view.name)).or_default() += 1;
     }
     let names = capture.views.iter().map(|view| &view.name);
-    names.map(|name| if uses[&stem(name)] == 1 { stem(name) } else { flat(name) }).collect()
+    told_apart(
+        names.map(|name| if uses[&stem(name)] == 1 { stem(name) } else { flat(name) }).collect(),
+    )
 }
 
 fn find(capture: &Capture, name: &str) -> Result<usize, PlanError> {

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use motes_formats::Result;
 use motes_formats::camera_path::CameraPath;
-use motes_formats::exr_aov::{AovChannel, write_exr};
+use motes_formats::exr_aov::{AovChannel, write_finite_exr};
 use motes_formats::images::write_png;
 use motes_raster::Rendering;
 
@@ -68,7 +68,7 @@ impl FrameWriter {
             let mut channels = exr_channels(rendering);
             channels.extend(more);
             let (width, height) = (rendering.color.width, rendering.color.height);
-            write_exr(&path("exr"), width, height, &channels, &attributes)?;
+            write_finite_exr(&path("exr"), width, height, &channels, &attributes)?;
         }
         self.depth_range = self.depth_range.or_else(|| depth_range(rendering));
         let range = self.depth_range.unwrap_or(DepthRange { near: 0.0, far: 1.0 });

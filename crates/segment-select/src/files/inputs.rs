@@ -9,8 +9,11 @@ use motes_formats::decomposition::read_decomposition;
 use motes_formats::ply::{GaussianFile, RenderMode};
 use motes_formats::selection::BoundGaussians;
 use motes_raster::Antialias;
-use motes_scene::Capture;
+use motes_scene::{Capture, View};
 use motes_stage::{Context, StageError};
+
+/// A view that is drawn: its planes, and what covers each pixel.
+const VIEW_BYTES_PER_PIXEL: u64 = 72;
 
 /// What is selected from.
 pub struct Inputs {
@@ -59,7 +62,11 @@ impl Inputs {
             None => None,
             Some(path) => {
                 context.input("capture", path)?;
-                Some((read_capture(path)?, path.to_owned()))
+                let capture = read_capture(path)?;
+                let camera = |view: &View| &capture.cameras[view.camera];
+                let sizes = capture.views.iter().map(camera).map(|c| (c.width, c.height));
+                context.need_memory_for_pictures(sizes, VIEW_BYTES_PER_PIXEL)?;
+                Some((capture, path.to_owned()))
             }
         };
         Ok(Self { file, bound, capture })

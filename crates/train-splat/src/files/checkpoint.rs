@@ -15,12 +15,14 @@ use crate::{
     BackgroundColor, Exposures, FitOptions, FitState, MomentColumns, Moments, RefineStats,
     ScenePlace, SkipState,
 };
-use motes_formats::tensors::{TensorData, read_tensors, write_tensors};
+use motes_formats::tensors::{TensorData, checksum, read_tensors, write_tensors};
 use motes_formats::{FormatError, Result};
 use motes_scene::Gaussians;
 
 const FORMAT: &str = "motes/fit-checkpoint";
-const VERSION: &str = "3.0";
+const VERSION: &str = "3.1";
+/// CRC-32 of all the rest; files of version 3.0 have none.
+const CHECKSUM: &str = "checksum";
 
 /// A checkpoint and what it belongs to.
 #[derive(Clone, Debug)]
@@ -38,9 +40,10 @@ pub(super) struct Checkpoint {
 /// Writes a checkpoint atomically.
 ///
 /// # Errors
-/// When the file cannot be written.
+/// When a value is not finite or the file cannot be written.
 pub(super) fn write_checkpoint(path: &Path, checkpoint: &Checkpoint) -> Result<()> {
     let s = &checkpoint.state;
+    check_finite(s, path)?;
     let n = s.gaussians.len();
     let k = s.gaussians.sh_coefficients();
     let mut tensors = Vec::new();
@@ -91,8 +94,11 @@ pub(super) fn write_checkpoint(path: &Path, checkpoint: &Checkpoint) -> Result<(
         ("options", options),
         ("capture_sha256", checkpoint.capture_sha256.clone()),
     ];
-    let metadata: BTreeMap<String, String> =
+    let mut metadata: BTreeMap<String, String> =
         metadata.into_iter().map(|(key, value)| (key.to_owned(), value)).collect();
+    let named = tensors.iter().map(|(name, tensor)| (name.as_str(), tensor));
+    let sum = checksum(named, metadata.iter().map(|(key, value)| (key.as_str(), value.as_str())));
+    metadata.insert(CHECKSUM.into(), sum.to_string());
     write_tensors(path, &tensors, &metadata)
 }
 
@@ -100,6 +106,36 @@ pub(super) fn write_checkpoint(path: &Path, checkpoint: &Checkpoint) -> Result<(
 fn scene_bits(scene: &ScenePlace) -> [u64; 5] {
     let [x, y, z] = scene.shell_center.to_array();
     [scene.extent, x, y, z, scene.shell_radius].map(f64::to_bits)
+}
+
+/// A fit that has gone to infinity cannot be continued, and one that was written so is broken.
+fn check_finite(s: &FitState, path: &Path) -> Result<()> {
+    let of = |m: &MomentColumns| {
+        let arrays: [&[f32]; 5] = [
+            m.means.as_flattened(),
+            m.rotations.as_flattened(),
+            m.log_scales.as_flattened(),
+            &m.opacity_logits,
+            &m.sh,
+        ];
+        arrays.into_iter().all(|values| values.iter().all(|v| !v.is_nan()))
+    };
+    let g = &s.gaussians;
+    let colors = [s.background.value, s.background.first, s.background.second];
+    for (what, is_finite) in [
+        ("the Gaussians", g.invalid_rows().is_empty()),
+        ("the first moments", of(&s.moments.first)),
+        ("the second moments", of(&s.moments.second)),
+        ("the exposures", s.exposures.values.as_flattened().iter().all(|v| v.is_finite())),
+        ("the background", colors.as_flattened().iter().all(|v| v.is_finite())),
+    ] {
+        if !is_finite {
+            let cause = format!("{what} have values that are not finite");
+            return Err(FormatError::invalid(path, format!("step {}", s.step), cause)
+                .with_remedy("train again; a smaller learning rate keeps a fit finite"));
+        }
+    }
+    Ok(())
 }
 
 fn columns_of(g: &Gaussians) -> MomentColumns {
@@ -118,6 +154,7 @@ fn columns_of(g: &Gaussians) -> MomentColumns {
 /// When the file is no checkpoint of this version or its arrays do not belong together.
 pub(super) fn read_checkpoint(path: &Path) -> Result<Checkpoint> {
     let (tensors, metadata) = read_tensors(path)?;
+    check_sum(&tensors, &metadata, path)?;
     let mut file = File { path, tensors, metadata };
     if file.text("format")? != FORMAT {
         return Err(file.invalid("metadata", "not a checkpoint of train-splat"));
@@ -177,6 +214,7 @@ pub(super) fn read_checkpoint(path: &Path) -> Result<Checkpoint> {
     if !belongs_together(&state) {
         return Err(file.invalid("tensors", "the arrays differ in length"));
     }
+    check_finite(&state, path)?;
     let options = serde_json::from_str(&file.text("options")?)
         .map_err(|e| file.invalid("metadata options", &e.to_string()))?;
     Ok(Checkpoint {
@@ -185,6 +223,22 @@ pub(super) fn read_checkpoint(path: &Path) -> Result<Checkpoint> {
         seed: file.number("seed")?,
         capture_sha256: file.text("capture_sha256")?,
     })
+}
+
+fn check_sum(
+    tensors: &BTreeMap<String, TensorData>,
+    metadata: &BTreeMap<String, String>,
+    path: &Path,
+) -> Result<()> {
+    let Some(said) = metadata.get(CHECKSUM) else { return Ok(()) };
+    let named = tensors.iter().map(|(name, tensor)| (name.as_str(), tensor));
+    let others = metadata.iter().filter(|(key, _)| key.as_str() != CHECKSUM);
+    let found = checksum(named, others.map(|(key, value)| (key.as_str(), value.as_str())));
+    if *said == found.to_string() {
+        return Ok(());
+    }
+    Err(FormatError::invalid(path, "checksum", "the file was changed after it was written")
+        .with_remedy("copy it again, or resume from another checkpoint"))
 }
 
 fn belongs_together(s: &FitState) -> bool {

@@ -145,6 +145,13 @@ pub fn run(args: &Args, context: &Context) -> anyhow::Result<TrainReport> {
         ..PlyWriteOptions::default()
     };
     let model = start.world.gaussians_in_world(session.trainer.model());
+    let broken = model.invalid_rows().len();
+    if broken > 0 {
+        let text =
+            format!("the fit diverged: {broken} of {} Gaussians are not finite", model.len());
+        let help = "lower the learning rates, and look at the cameras of the capture";
+        anyhow::bail!("{text}\nhelp: {help}");
+    }
     write_gaussians(&output, &model, &ply)?;
     session.trainer.profile.add(Phase::Write, lap);
     let scores = session.final_scores(&start);
