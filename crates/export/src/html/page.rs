@@ -5,6 +5,7 @@ use std::io::Write;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use glam::DVec3;
+use motes_figures::html::policy_element;
 use serde::Serialize;
 
 use super::manifest::{LightEntry, Manifest, PhotoEntry, PinholeEntry, SplatEntry, StartEntry};
@@ -79,16 +80,15 @@ impl ViewerPage<'_> {
             let (name, after) = after.split_once("}}").unwrap_or((after, ""));
             match name {
                 "generator" => writer.write_all(generator.as_bytes())?,
+                "policy" => {
+                    let policy = policy_element(&script(&shaders));
+                    writer.write_all(policy.as_bytes())?;
+                }
                 "title" => writer.write_all(escaped(&self.title).as_bytes())?,
                 "style" => writer.write_all(STYLE.as_bytes())?,
                 "manifest" => writer.write_all(manifest.as_bytes())?,
-                "shaders" => writer.write_all(shaders.as_bytes())?,
                 "data" => self.data(&splats, writer)?,
-                "script" => {
-                    for script in SCRIPTS.iter().chain([&START]) {
-                        writer.write_all(script.as_bytes())?;
-                    }
-                }
+                "script" => writer.write_all(script(&shaders).as_bytes())?,
                 _ => {}
             }
             rest = after;
@@ -155,4 +155,10 @@ fn json(value: &impl Serialize) -> std::io::Result<String> {
 
 fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+}
+
+/// The text of the one `<script>` element.
+fn script(shaders: &str) -> String {
+    let parts: String = SCRIPTS.iter().chain([&START]).copied().collect();
+    format!("\n\"use strict\";\n(() => {{\nconst SHADERS = {shaders};\n{parts}}})();\n")
 }

@@ -4,6 +4,7 @@
 //! dark setting, and prints. Every text that comes from a file passes [`escape`].
 
 mod compare;
+mod policy;
 mod table;
 
 use std::fmt::Write as _;
@@ -13,6 +14,7 @@ use motes_formats::images::{encode_jpeg, encode_png};
 use motes_scene::ImageU8;
 
 pub use compare::{Comparison, Layer};
+pub use policy::policy_element;
 pub use table::{Cell, Table};
 
 use crate::svg_plot::{LinePlot, escape};
@@ -99,12 +101,14 @@ impl Page {
     /// The finished document.
     pub fn finish(self) -> String {
         let title = escape(&self.title);
+        let script = format!("\n{SCRIPT}");
+        let policy = policy_element(&script);
         format!(
-            "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+            "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n{policy}\n\
              <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
              <meta name=\"color-scheme\" content=\"light dark\">\n\
              <title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n{}\
-             </main>\n<script>\n{SCRIPT}</script>\n</body>\n</html>\n",
+             </main>\n<script>{script}</script>\n</body>\n</html>\n",
             self.body
         )
     }
