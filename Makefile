@@ -18,7 +18,7 @@ CONSUMERS := $(CURDIR)/.consumers
 LOCKED := $(if $(CI),--locked)
 
 .DELETE_ON_ERROR:
-.PHONY: build setup setup-consumers docs test fmt tidy licenses clippy doc unit lab lab-ci relight relight-ci edit edit-ci truth schemas install uninstall clean help
+.PHONY: build setup setup-consumers docs test fmt tidy licenses clippy doc unit fuzz lab lab-ci relight relight-ci edit edit-ci truth schemas install uninstall clean help
 
 build: ## build the stages and the dispatcher into target/release (the default)
 	$(CARGO) build --release $(LOCKED) -p motes $(addprefix -p ,$(STAGES))
@@ -52,6 +52,9 @@ doc:
 unit: setup-consumers
 	$(CARGO) test --workspace --release $(LOCKED)
 	$(CARGO) run --quiet --release $(LOCKED) -p xtask -- manuals
+
+fuzz: build ## hostile files, kills and rivals for the stages, two minutes long
+	$(CARGO) run --quiet --release $(LOCKED) -p motes-fuzz -- --minutes 2
 
 # The folder is made absolute here, because the recipe below changes folders.
 define run-lab

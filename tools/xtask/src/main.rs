@@ -11,7 +11,7 @@ mod versions;
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
+use std::process::{Command, ExitCode};
 
 const USAGE: &str = "\
 cargo xtask TASK
@@ -21,6 +21,7 @@ cargo xtask TASK
   schemas      write docs/formats/schema/ and the version numbers of pages from the code
   licenses     compare the licences of all dependencies with deny.toml
   man          write the manual pages of the built stages to target/man/
+  fuzz         hostile files, kills and rivals for the built stages: fuzz --minutes N --seed S
   completions  write the shell completions of the built stages to target/completions/
   manuals      check that the flags in docs/stages are those of the built stages
   help-words   check that the help of the built stages has no word that the glossary refuses
@@ -34,6 +35,9 @@ fn main() -> ExitCode {
         return if tasks.is_empty() { ExitCode::from(2) } else { ExitCode::SUCCESS };
     }
     let root = root();
+    if tasks[0] == "fuzz" {
+        return fuzz(&root, &tasks[1..]);
+    }
     for task in &tasks {
         let result = match task.as_str() {
             "tidy" => tidy::run(&root),
@@ -55,6 +59,26 @@ fn main() -> ExitCode {
         }
     }
     ExitCode::SUCCESS
+}
+
+/// The programs under attack are another package: checks of the repository build without it.
+fn fuzz(root: &Path, arguments: &[String]) -> ExitCode {
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let ended = Command::new(cargo)
+        .args(["run", "--quiet", "--release", "--package", "motes-fuzz", "--"])
+        .args(arguments)
+        .current_dir(root)
+        .status();
+    match ended {
+        Ok(status) => status
+            .code()
+            .and_then(|c| u8::try_from(c).ok())
+            .map_or(ExitCode::FAILURE, ExitCode::from),
+        Err(error) => {
+            say(&format!("xtask fuzz: cannot start cargo ({error})"));
+            ExitCode::FAILURE
+        }
+    }
 }
 
 /// The workspace: two folders above this package.
