@@ -137,10 +137,9 @@ fn shorten_names(photos: &mut [Photo]) {
 
 fn points_from_ply(path: &Path, gathered: &mut Gathered) -> Result<Vec<Point>> {
     if !path.is_file() {
-        gathered.warnings.push(format!(
-            "the start points that the file names are missing: {}; training starts from random points",
-            path.display()
-        ));
+        gathered
+            .warnings
+            .push(format!("the start points that the file names are missing: {}", path.display()));
         return Ok(Vec::new());
     }
     let points = read_points(path)?;
@@ -161,7 +160,6 @@ fn points_from_models(
     gathered: &mut Gathered,
 ) -> Result<Vec<Point>> {
     if models.is_empty() {
-        gathered.notes.push("there are no start points".into());
         return Ok(Vec::new());
     }
     let (directory, model, notes) = largest(models)?;
@@ -188,8 +186,7 @@ fn points_from_models(
     let same_world = apart <= SAME_FRAME * extent.max(1e-9);
     if pairs.is_empty() || !same_world {
         gathered.warnings.push(format!(
-            "the model in {} is in another world than the transforms; its points were not used and \
-             training starts from random points",
+            "the model in {} is in another world than the transforms; its points were not used",
             directory.display()
         ));
         return Ok(Vec::new());

@@ -18,7 +18,7 @@ use crate::photos_out::{Done, Job, Outcome, broken_photo, run, unique_stems};
 use crate::plan::{Kind, Plan, Plans};
 use crate::progress::Progress;
 use crate::report::ImportReport;
-use crate::sfm::{self, SfmOptions};
+use crate::sfm::{self, SfmOptions, Triangulate};
 use crate::source::Source;
 use crate::{from_colmap, from_transforms, geometry, origin, panorama, split};
 
@@ -34,6 +34,7 @@ pub fn import(
     source: &Source,
     output: &Path,
     options: &ImportOptions,
+    sfm_options: &SfmOptions,
     progress: &dyn Progress,
 ) -> Result<ImportReport> {
     let gathered = match source {
@@ -42,7 +43,7 @@ pub fn import(
             from_transforms::gather(train, test.as_deref(), val.as_deref(), models)?
         }
     };
-    write(gathered, output, options, progress)
+    write(gathered, output, options, sfm_options, progress)
 }
 
 /// Imports photos without poses: finds the poses by structure from motion, then imports as
@@ -74,7 +75,7 @@ pub fn import_photos(
     let is_scratch = sfm_options.sfm_workspace.is_none();
     let (gathered, sfm_report) =
         sfm::gather(photos, workspace, is_scratch, masks, sfm_options, progress)?;
-    let mut report = write(gathered, output, options, progress)?;
+    let mut report = write(gathered, output, options, sfm_options, progress)?;
     report.sfm = Some(sfm_report);
     Ok(report)
 }
@@ -84,6 +85,7 @@ pub(crate) fn write(
     mut gathered: Gathered,
     output: &Path,
     options: &ImportOptions,
+    sfm_options: &SfmOptions,
     progress: &dyn Progress,
 ) -> Result<ImportReport> {
     let mut splits = split::assign(&gathered.photos, options, &mut gathered.notes)?;
@@ -132,7 +134,7 @@ pub(crate) fn write(
     if let Some(note) = exposure_response::note(fitted) {
         gathered.notes.push(note);
     }
-    let capture = Capture {
+    let mut capture = Capture {
         cameras: plans.plans.iter().map(|plan| Camera::from_pinhole(plan.pinhole)).collect(),
         views,
         points,
@@ -140,9 +142,8 @@ pub(crate) fn write(
         exposure_response: fitted.filter(|fit| fit.evidence > 0.0).map(|fit| fit.response),
     };
     if capture.points.is_empty() {
-        gathered
-            .warnings
-            .push("there are no start points: training starts from random ones".into());
+        let folder = draft.path();
+        find_points(&mut capture, folder, options, sfm_options, &mut gathered, progress)?;
     }
     write_capture(&draft.path().join("capture.json"), &capture)?;
     draft.publish()?;
@@ -294,6 +295,47 @@ fn without_broken(
         }
     }
     left
+}
+
+/// Triangulates start points for a capture that has none, as far as the options say.
+fn find_points(
+    capture: &mut Capture,
+    output: &Path,
+    options: &ImportOptions,
+    sfm_options: &SfmOptions,
+    gathered: &mut Gathered,
+    progress: &dyn Progress,
+) -> Result<()> {
+    const WITHOUT: &str = "there are no start points: train-splat finds its own in the photos";
+    if sfm_options.triangulate == Triangulate::Off {
+        gathered.notes.push(WITHOUT.into());
+        return Ok(());
+    }
+    let (folder, train_only) = (output.join("images"), options.points_from_train);
+    let found = sfm::triangulate(capture, &folder, train_only, sfm_options, progress);
+    match (found, sfm_options.triangulate) {
+        (Ok(Some(found)), _) => {
+            capture.points = found.points;
+            gathered.notes.push(found.note);
+        }
+        (Ok(None), Triangulate::On) => {
+            return Err(IngestError::Failed {
+                cause: "--triangulate on: no Python with pycolmap was found".into(),
+                remedy: "make setup installs it; or name one with --python".into(),
+            });
+        }
+        (Ok(None), _) => gathered.notes.push(format!(
+            "{WITHOUT} (with pycolmap, which make setup installs, they are triangulated here)"
+        )),
+        (Err(IngestError::Interrupted), _) => return Err(IngestError::Interrupted),
+        (Err(error), Triangulate::On) => return Err(error),
+        (Err(error), _) => {
+            gathered
+                .warnings
+                .push(format!("no start points were triangulated ({error}); {WITHOUT}"));
+        }
+    }
+    Ok(())
 }
 
 /// The plan of a photo; decides whether its pixels must be turned upright.

@@ -119,7 +119,7 @@ pub fn run(args: &Args, context: &Context) -> anyhow::Result<ImportReport> {
         }
         let source = Source::recognise(&ImportInput { input, model, images }).map_err(to_stage)?;
         context.stop_if_dry_run()?;
-        import(&source, &args.output, &args.options, &shown)
+        import(&source, &args.output, &args.options, &args.sfm, &shown)
     };
     let report = report.map_err(to_stage)?;
     report.warnings.iter().for_each(|warning| context.warn(warning.clone()));

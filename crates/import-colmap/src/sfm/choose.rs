@@ -55,6 +55,13 @@ pub(super) fn tool(options: &SfmOptions) -> Result<Tool> {
     }
 }
 
+/// A Python with pycolmap, unless the options ask for another program.
+pub(super) fn python_with_pycolmap(options: &SfmOptions) -> Option<PathBuf> {
+    let tried = pythons(options.python.as_deref());
+    let allowed = options.sfm != SfmTool::Colmap;
+    tried.into_iter().filter(|_| allowed).find(|python| has_pycolmap(python))
+}
+
 /// Interpreters to try, in order. Never one of the current folder or above it: photos come in archives of other people.
 fn pythons(given: Option<&Path>) -> Vec<PathBuf> {
     if let Some(python) = given {

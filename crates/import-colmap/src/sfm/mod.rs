@@ -11,12 +11,14 @@ mod options;
 mod process;
 mod pycolmap;
 mod staged_photos;
+mod triangulate;
 
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-pub use options::{CameraSharing, Matcher, SfmOptions, SfmTool};
+pub use options::{CameraSharing, Matcher, SfmOptions, SfmTool, Triangulate};
+pub(crate) use triangulate::triangulate;
 
 use crate::error::Result;
 use crate::from_colmap;

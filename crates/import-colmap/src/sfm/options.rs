@@ -44,6 +44,19 @@ pub enum Matcher {
     Sequential,
 }
 
+/// Whether points are triangulated for input that has poses and no points.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Triangulate {
+    /// Where a Python with pycolmap is found
+    #[default]
+    Auto,
+    /// Always; without pycolmap the import fails
+    On,
+    /// Never: train-splat finds start points in the photos by itself
+    Off,
+}
+
 /// How poses are found for photos without poses.
 #[derive(Clone, Debug, PartialEq, clap::Args, Serialize, Deserialize)]
 #[serde(default)]
@@ -69,6 +82,10 @@ pub struct SfmOptions {
     #[arg(long, value_enum, default_value_t, value_name = "HOW")]
     pub matcher: Matcher,
 
+    /// Triangulate start points with pycolmap for input that has poses and no points
+    #[arg(long, value_enum, default_value_t, value_name = "WHEN")]
+    pub triangulate: Triangulate,
+
     /// Python that has pycolmap [default: .venv/bin/python beside this program or of the checkout that it was
     /// built in, then python3 of PATH]
     #[arg(long, value_name = "FILE", env = "MOTES_PYTHON")]
@@ -91,6 +108,7 @@ impl Default for SfmOptions {
             camera_model: "SIMPLE_RADIAL".into(),
             share_camera: CameraSharing::One,
             matcher: Matcher::Auto,
+            triangulate: Triangulate::default(),
             python: None,
             seed: 0,
             sfm_workspace: None,

@@ -12,7 +12,7 @@ use super::{FocalPrior, Request, SfmReport, Solution};
 use crate::error::{IngestError, Result};
 use crate::progress::Progress;
 
-const DRIVER: &str = include_str!("pycolmap_driver.py");
+pub(super) const DRIVER: &str = include_str!("pycolmap_driver.py");
 
 /// Warnings of the driver that this program words itself.
 const RESTATED: [&str; 4] =
@@ -172,7 +172,7 @@ fn solution(outcome: Outcome, warnings: Vec<String>) -> Solution {
     }
 }
 
-fn error_of(code: &str, cause: String, remedy: String) -> IngestError {
+pub(super) fn error_of(code: &str, cause: String, remedy: String) -> IngestError {
     match code {
         "bad_usage" => IngestError::Usage { cause, remedy },
         "no_photos" | "too_few_photos" | "bad_photo" | "bad_mask" | "too_few_features"

@@ -6,7 +6,10 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use glam::{DVec2, DVec3};
-use import_colmap::{ImportInput, ImportOptions, ImportReport, Result, Silent, Source, import};
+use import_colmap::{
+    ImportInput, ImportOptions, ImportReport, Result, SfmOptions, Silent, Source, Triangulate,
+    import,
+};
 use motes_formats::images::write_png;
 use motes_scene::{Camera, ImageU8, Pose};
 
@@ -158,5 +161,7 @@ pub(crate) fn import_path(
 ) -> Result<ImportReport> {
     std::fs::create_dir_all(output).unwrap();
     let input = ImportInput { input: Some(input.to_path_buf()), ..ImportInput::default() };
-    import(&Source::recognise(&input)?, output, options, &Silent)
+    // Without pycolmap, whether this machine has it or not.
+    let sfm = SfmOptions { triangulate: Triangulate::Off, ..SfmOptions::default() };
+    import(&Source::recognise(&input)?, output, options, &sfm, &Silent)
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::common::{Project, import_path, ring_pose};
 use glam::DVec3;
-use import_colmap::{ImportInput, ImportOptions, IngestError, Silent, Source, import};
+use import_colmap::{ImportInput, ImportOptions, IngestError, SfmOptions, Silent, Source, import};
 use motes_formats::capture::read_capture;
 use motes_formats::images::{encode_png, read_image, read_mask, write_png};
 use motes_scene::{Camera, CameraModel, Capture, ImageU8, Pose, Split};
@@ -266,8 +266,9 @@ fn model_and_images_may_lie_apart() {
         images: Some(project.path().join("images")),
         ..ImportInput::default()
     };
-    let report =
-        import(&Source::recognise(&input).unwrap(), &output, &ImportOptions::default(), &Silent);
+    let (options, sfm) = (ImportOptions::default(), SfmOptions::default());
+    let source = Source::recognise(&input).unwrap();
+    let report = import(&source, &output, &options, &sfm, &Silent);
     assert_eq!(report.unwrap().registered, 2);
     input.images = None;
     assert!(matches!(Source::recognise(&input), Err(IngestError::Usage { .. })));
@@ -336,7 +337,7 @@ fn a_nerf_synthetic_folder_is_read() {
     let report = import_path(folder.path(), &output, &ImportOptions::default()).unwrap();
     assert_eq!((report.train_views, report.test_views, report.points), (3, 2, 0));
     assert!(report.notes.iter().any(|note| note.contains("transforms_val.json was not used")));
-    assert!(report.warnings.iter().any(|warning| warning.contains("no start points")));
+    assert!(report.notes.iter().any(|note| note.contains("no start points")));
     let capture = read_capture(&output.join("capture.json")).unwrap();
     let focal = 0.5 * 40.0 / 0.45f64.tan();
     assert!((capture.cameras[0].params[0] - focal).abs() < 1e-9);

@@ -7,7 +7,8 @@ use std::os::unix::fs::PermissionsExt as _;
 use std::path::PathBuf;
 
 use import_colmap::{
-    ImportOptions, ImportReport, IngestError, Result, SfmOptions, Silent, import_photos,
+    ImportInput, ImportOptions, ImportReport, IngestError, Result, SfmOptions, Silent, Source,
+    Triangulate, import, import_photos,
 };
 use motes_formats::capture::read_capture;
 use motes_scene::{Camera, CameraModel};
@@ -157,4 +158,53 @@ fn photos_lying_on_their_side_are_solved_and_written_upright() {
     let image = motes_formats::images::read_image(&project.output().join("images/a.png")).unwrap();
     assert_eq!((image.width, image.height), (64, 48));
     assert_eq!((image.pixel(63, 0), image.pixel(0, 0)), (&[250, 20, 30][..], &[10, 20, 30][..]));
+}
+
+/// Imports posed photos without points. In the stand-in $7 is the request.
+fn triangulate(project: &Project, body: &str, when: Triangulate) -> Result<ImportReport> {
+    let python = Some(python(project, body));
+    let sfm = SfmOptions { python, triangulate: when, ..SfmOptions::default() };
+    let output = project.output();
+    std::fs::create_dir_all(&output).unwrap();
+    // The model without its points: poses alone.
+    let posed = project.path().join("posed");
+    std::fs::create_dir_all(&posed).unwrap();
+    for name in ["cameras.txt", "images.txt"] {
+        std::fs::copy(project.path().join("solved").join(name), posed.join(name)).unwrap();
+    }
+    std::fs::write(posed.join("points3D.txt"), "").unwrap();
+    let (model, images) = (Some(posed), Some(project.path().join("images")));
+    let source = Source::recognise(&ImportInput { input: None, model, images })?;
+    import(&source, &output, &ImportOptions::default(), &sfm, &Silent)
+}
+
+const TRIANGULATED: &str = r#"echo '{"event":"result","points":4,"pycolmap":"0.0","mean_reprojection_error_px":0.5,"seconds":1.0}'"#;
+
+#[test]
+fn posed_photos_without_points_get_triangulated_ones() {
+    let project = project();
+    let keep = project.path().join("request.json");
+    let body = format!("cp \"$7\" '{}'\n{TRIANGULATED}", keep.display());
+    let report = triangulate(&project, &body, Triangulate::Auto).unwrap();
+    assert_eq!(report.points, 4);
+    assert!(report.notes.iter().any(|note| note.contains("4 start points triangulated")));
+    let request = std::fs::read_to_string(keep).unwrap();
+    let request: serde_json::Value = serde_json::from_str(&request).unwrap();
+    assert_eq!(request["photos"].as_array().unwrap().len(), 3);
+    assert!(!request["pairs"].as_array().unwrap().is_empty());
+    let capture = read_capture(&project.output().join("capture.json")).unwrap();
+    assert_eq!(capture.points.len(), 4);
+}
+
+#[test]
+fn a_triangulation_that_fails_is_an_error_only_when_it_was_asked_for() {
+    let fails = r#"echo '{"event":"error","code":"too_few_matches","message":"no two match","remedy":"r"}'; exit 1"#;
+    let project = project();
+    let report = triangulate(&project, fails, Triangulate::Auto).unwrap();
+    assert_eq!(report.points, 0);
+    assert!(report.warnings.iter().any(|w| w.contains("no two match")), "{:?}", report.warnings);
+    let error = triangulate(&project, fails, Triangulate::On).unwrap_err();
+    assert!(matches!(error, IngestError::BadInput { .. }), "{error}");
+    let report = triangulate(&project, "exit 7", Triangulate::Off).unwrap();
+    assert!(report.warnings.is_empty() && report.points == 0);
 }
