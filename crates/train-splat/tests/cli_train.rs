@@ -342,3 +342,18 @@ fn a_fit_that_diverges_is_no_product() {
         assert!(!folder.path().join("d.ply").exists() && !said.contains("panicked"), "{said}");
     }
 }
+
+#[test]
+fn a_world_beyond_single_precision_is_refused() {
+    for scale in [1e-20, 1e30] {
+        let mut photos = made_photos::walk(3);
+        for photo in &mut photos {
+            photo.camera_from_world.translation *= scale;
+        }
+        let folder = made(&photos);
+        let output = train(folder.path(), &["-o", "g.ply"]);
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(3), "{scale:e}: {said}");
+        assert!(said.contains("the cameras span") && said.contains("1e9 units"), "{said}");
+    }
+}

@@ -4,6 +4,7 @@ use std::path::Path;
 use std::process::Command;
 
 use glam::Vec3;
+use motes_formats::atomic::ScratchFolder;
 use motes_formats::colmap::read_model;
 use motes_scene::{Capture, Pose, SparsePoints, Split, View};
 use serde::Deserialize;
@@ -53,13 +54,10 @@ pub(crate) fn triangulate(
         .filter(|view| !train_only || view.split == Split::Train)
         .filter(|view| capture.cameras[view.camera].as_pinhole().is_some())
         .collect();
-    let workspace =
-        tempfile::Builder::new().prefix("motes-points-").tempdir().map_err(|error| {
-            IngestError::Failed {
-                cause: format!("cannot make a temporary folder ({error})"),
-                remedy: "free some space, or leave it out with --triangulate off".into(),
-            }
-        })?;
+    let workspace = ScratchFolder::new().map_err(|error| IngestError::Failed {
+        cause: format!("cannot make a temporary folder ({error})"),
+        remedy: "free some space, or leave it out with --triangulate off".into(),
+    })?;
     let workspace = workspace.path();
     let write = |name: &str, text: &str| {
         let file = workspace.join(name);
@@ -74,6 +72,10 @@ pub(crate) fn triangulate(
     command.arg("--request").arg(&request).env("PYTHONDONTWRITEBYTECODE", "1");
     command.args(["--threads", &rayon::current_num_threads().to_string()]);
     command.args(["--seed", &options.seed.to_string()]);
+    // COLMAP writes a log of every run into the folder for temporary files.
+    for variable in ["TMPDIR", "TEST_TMPDIR", "GLOG_log_dir"] {
+        command.env(variable, workspace);
+    }
     let said = listen(&mut command, progress)?;
     let model = read_model(&workspace.join("sparse/0"))?;
     let mut points = SparsePoints::default();

@@ -440,7 +440,8 @@ fn a_model_may_start_with_a_byte_order_mark_and_lie_in_a_numbered_folder() {
         ..Default::default()
     })
     .unwrap();
-    let report = import(&source, &project.output(), &ImportOptions::default(), &Silent).unwrap();
+    let (options, sfm) = (ImportOptions::default(), SfmOptions::default());
+    let report = import(&source, &project.output(), &options, &sfm, &Silent).unwrap();
     assert_eq!(report.views, 10);
 }
 

@@ -30,6 +30,9 @@ pub fn parse_seconds(text: &str) -> Result<f64, String> {
     }
 }
 
+/// Spans of the cameras, world units, whose Gaussians single precision holds with their squares.
+const SPANS: std::ops::RangeInclusive<f64> = 1e-9..=1e9;
+
 /// What the command line asks for.
 pub struct StartRequest<'a> {
     /// Capture document.
@@ -131,6 +134,16 @@ impl StartRequest<'_> {
             _ => {}
         }
         let world = unit_world(&capture, &options);
+        if !SPANS.contains(&world.length) {
+            let text = format!(
+                "the cameras span {:.0e} units: Gaussians of that size have no place in the single \
+                 precision of a PLY: {}",
+                world.length,
+                self.capture.display()
+            );
+            let remedy = "scale poses and points so that the cameras span 1e-9 to 1e9 units";
+            return Err(StageError::bad_input(text).help(remedy).into());
+        }
         let world_poses = [into_unit(&world, &mut train), into_unit(&world, &mut held_out)];
         let mut points = capture.points;
         points_into_unit(&world, &mut points);

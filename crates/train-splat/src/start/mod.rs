@@ -41,6 +41,10 @@ const FEWEST_POINTS: usize = 100;
 const SEARCHED_PER_POINT: usize = 8;
 /// Finest spacing of the dense search, pixels at a long side of 512.
 const FINEST_STEP: usize = 3;
+/// With so many photos, points of a capture that are fewer than one in [`FEW_POINTS`] of those wanted
+/// are searched around too.
+const MANY_PHOTOS: usize = 40;
+const FEW_POINTS: usize = 4;
 /// Share of the largest number of Gaussians that points of the hull or the sphere may take.
 const FILL_SHARE: f64 = 0.35;
 
@@ -110,12 +114,19 @@ pub(crate) fn first_gaussians(
     let wanted = (options.dense_share * plan.max_gaussians as f64) as usize;
     match from {
         StartFrom::Points if !points.is_empty() => {
-            let all = init::with_dense_points(images, points, plan.dense_step, wanted);
-            let reason = format!(
+            let few = images.len() >= MANY_PHOTOS && FEW_POINTS * points.len() < wanted;
+            let step = match options.dense_step {
+                None if few => dense_step(images, wanted - points.len(), options),
+                _ => plan.dense_step,
+            };
+            let mut all = init::with_dense_points(images, points, step, wanted);
+            let mut reason = format!(
                 "{} points of the capture{}",
                 points.len(),
                 matched(all.len() - points.len())
             );
+            let most = (FILL_SHARE * plan.max_gaussians as f64) as usize;
+            reason += &fill_from_hull(&mut all, images, most, options);
             let gaussians = init::from_points(&all, extent(points), options);
             Start { gaussians, points: points.clone(), reason, poses: None }
         }
@@ -190,21 +201,31 @@ fn find_points(images: &[TrainingImage], plan: &Plan, options: &FitOptions) -> F
     }
     let triangulated = triangulation::triangulate(&views, &near);
     drop(views);
-    let hull = hull::hull_points(images, options.alpha_mode);
     let wanted = (options.dense_share * plan.max_gaussians as f64) as usize;
     let step = dense_step(images, wanted.saturating_sub(triangulated.len()), options);
     let mut points = init::with_dense_points(images, &triangulated, step, wanted);
     let dense = points.len() - triangulated.len();
-    let added = fill::fill(&mut points, &hull.points, hull.cell, fill);
     let mut reason = format!(
         "{} points triangulated from keypoints of the photos{}",
         triangulated.len(),
         matched(dense)
     );
-    if added > 0 {
-        reason += &format!(", {added} on the visual hull of the silhouettes");
-    }
+    reason += &fill_from_hull(&mut points, images, fill, options);
     Found { points, reason, poses }
+}
+
+/// Adds up to `most` points of the visual hull where there are none; the words for it.
+fn fill_from_hull(
+    points: &mut SparsePoints,
+    images: &[TrainingImage],
+    most: usize,
+    options: &FitOptions,
+) -> String {
+    let hull = hull::hull_points(images, options.alpha_mode);
+    match fill::fill(points, &hull.points, hull.cell, most) {
+        0 => String::new(),
+        added => format!(", {added} on the visual hull of the silhouettes"),
+    }
 }
 
 /// The spacing at which the dense search looks at a few pixels per point that is wanted.
