@@ -134,16 +134,7 @@ impl StartRequest<'_> {
             _ => {}
         }
         let world = unit_world(&capture, &options);
-        if !SPANS.contains(&world.length) {
-            let text = format!(
-                "the cameras span {:.0e} units: Gaussians of that size have no place in the single \
-                 precision of a PLY: {}",
-                world.length,
-                self.capture.display()
-            );
-            let remedy = "scale poses and points so that the cameras span 1e-9 to 1e9 units";
-            return Err(StageError::bad_input(text).help(remedy).into());
-        }
+        self.check_span(&world)?;
         let world_poses = [into_unit(&world, &mut train), into_unit(&world, &mut held_out)];
         let mut points = capture.points;
         points_into_unit(&world, &mut points);
@@ -168,6 +159,21 @@ impl StartRequest<'_> {
 }
 
 impl StartRequest<'_> {
+    /// Refuses a world whose Gaussians a PLY cannot hold.
+    fn check_span(&self, world: &UnitWorld) -> anyhow::Result<()> {
+        if !SPANS.contains(&world.length) {
+            let text = format!(
+                "the cameras span {:.0e} units: Gaussians of that size have no place in the single \
+                 precision of a PLY: {}",
+                world.length,
+                self.capture.display()
+            );
+            let remedy = "scale poses and points so that the cameras span 1e-9 to 1e9 units";
+            return Err(StageError::bad_input(text).help(remedy).into());
+        }
+        Ok(())
+    }
+
     /// Says now what the system would say by killing the run later.
     fn check_memory(&self, capture: &Capture, context: &Context) -> anyhow::Result<()> {
         let views = capture.views_of(Split::Train).len();
