@@ -33,6 +33,21 @@ pub fn parse_seconds(text: &str) -> Result<f64, String> {
 /// Spans of the cameras, world units, whose Gaussians single precision holds with their squares.
 const SPANS: std::ops::RangeInclusive<f64> = 1e-9..=1e9;
 
+/// Refuses a world whose Gaussians a PLY cannot hold.
+fn check_span(world: &UnitWorld, capture: &Path) -> Result<(), StageError> {
+    if SPANS.contains(&world.length) {
+        return Ok(());
+    }
+    let text = format!(
+        "the cameras span {:.0e} units: Gaussians of that size have no place in the single \
+         precision of a PLY: {}",
+        world.length,
+        capture.display()
+    );
+    let remedy = "scale poses and points so that the cameras span 1e-9 to 1e9 units";
+    Err(StageError::bad_input(text).help(remedy))
+}
+
 /// What the command line asks for.
 pub struct StartRequest<'a> {
     /// Capture document.
@@ -134,7 +149,7 @@ impl StartRequest<'_> {
             _ => {}
         }
         let world = unit_world(&capture, &options);
-        self.check_span(&world)?;
+        check_span(&world, self.capture)?;
         let world_poses = [into_unit(&world, &mut train), into_unit(&world, &mut held_out)];
         let mut points = capture.points;
         points_into_unit(&world, &mut points);
@@ -159,21 +174,6 @@ impl StartRequest<'_> {
 }
 
 impl StartRequest<'_> {
-    /// Refuses a world whose Gaussians a PLY cannot hold.
-    fn check_span(&self, world: &UnitWorld) -> anyhow::Result<()> {
-        if !SPANS.contains(&world.length) {
-            let text = format!(
-                "the cameras span {:.0e} units: Gaussians of that size have no place in the single \
-                 precision of a PLY: {}",
-                world.length,
-                self.capture.display()
-            );
-            let remedy = "scale poses and points so that the cameras span 1e-9 to 1e9 units";
-            return Err(StageError::bad_input(text).help(remedy).into());
-        }
-        Ok(())
-    }
-
     /// Says now what the system would say by killing the run later.
     fn check_memory(&self, capture: &Capture, context: &Context) -> anyhow::Result<()> {
         let views = capture.views_of(Split::Train).len();
