@@ -198,9 +198,6 @@ def gaussians_invalid():
         ply("ascii", floats(["x", "y", "z"]), 3,
             after="element face 1\nproperty list uchar int vertex_indices",
             after_body=b"3 0 1 2\n"))
-    bad("compressed-without-chunks", "there is no element chunk",
-        ply(LE, [("uint", n, lambda r: 5) for n in
-                 ("packed_position", "packed_rotation", "packed_scale", "packed_color")], 2))
     rows = text.split("end_header\n")
     lines = rows[1].split("\n")
     bad("ascii-row-short", "the row ends before its 26 properties do (line 32)",

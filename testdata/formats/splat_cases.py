@@ -277,6 +277,9 @@ def compressed():
         compressed_file().replace(b"element vertex 300", b"element vertex 4000000000"))
     bad("no-vertex-column", "property \"packed_scale\" is missing",
         compressed_file().replace(b"packed_scale", b"packed_scala"))
+    bad("without-chunks", "there is no element chunk",
+        ply(LE, [("uint", n, lambda r: 5) for n in
+                 ("packed_position", "packed_rotation", "packed_scale", "packed_color")], 2))
     bad("harmonics-8", "there is data after the last row",
         compressed_file().replace(b"property uchar f_rest_8\n", b""))
 

@@ -17,8 +17,8 @@ pub(super) fn check(source: &Source) -> Vec<Problem> {
     for (start, line) in lines[..tests].iter().enumerate().filter(|(_, line)| is_function(line)) {
         let indent = line.len() - line.trim_start().len();
         // rustfmt closes a function in the column where it begins.
-        let closes = |line: &&str| line.trim_end() == format!("{}}}", " ".repeat(indent));
-        let Some(length) = lines[start..].iter().position(|line| closes(&line)) else { continue };
+        let closes = |line: &str| line.trim_end() == format!("{}}}", " ".repeat(indent));
+        let Some(length) = lines[start..].iter().position(|line| closes(line)) else { continue };
         let above = lines[start.saturating_sub(4)..start].iter();
         if length + 1 > LONG && !above.clone().any(|line| line.contains(MARK)) {
             let text = format!("a function of {} lines, more than {LONG}: split it", length + 1);
