@@ -443,7 +443,7 @@ fn a_plan_starts_no_program_that_the_user_did_not_name() {
 #[test]
 fn an_interrupted_edit_ends_its_editor() {
     let toy = toy_scene();
-    let editor = "sh -c 'touch started; sleep 30'";
+    let editor = "sh -c 'touch started; sleep 30' {input} {output}";
     let mut child = Command::new(env!("CARGO_BIN_EXE_edit"))
         .args(["--gaussians", "scene/gaussians.ply", "--capture", "capture.json", "-o", "a.ply"])
         .args(["--select", BOX_STEP, "--stylize", "autumn", "--editor", editor])

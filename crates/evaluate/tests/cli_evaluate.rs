@@ -120,7 +120,11 @@ fn page_and_metrics_are_written_and_not_replaced() {
     assert!(done.stdout.is_empty(), "nothing on stdout without --json");
     let html = std::fs::read_to_string(toy.path("out/r.html")).unwrap();
     assert_eq!(html.matches("<figure class=\"compare\">").count(), 2);
-    assert!(html.contains("data:image/jpeg;base64,") && !html.contains("http"));
+    assert!(
+        html.contains("data:image/jpeg;base64,")
+            && !html.contains("http://")
+            && !html.contains("https://")
+    );
     let metrics: Value =
         serde_json::from_slice(&std::fs::read(toy.path("out/m.json")).unwrap()).unwrap();
     assert_eq!(metrics["views"].as_array().unwrap().len(), 2);

@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use motes_codecs::{CODECS, open_gaussians};
-use motes_formats::ply::{PlyWriteOptions, write_gaussians};
 use motes_scene::Gaussians;
 use serde_json::Value;
 
@@ -27,7 +26,7 @@ impl Bench {
     }
 
     fn put(&self, name: &str, gaussians: &Gaussians) {
-        write_gaussians(&self.path(name), gaussians, &PlyWriteOptions::default()).unwrap();
+        motes_testkit::write_broken_gaussians(&self.path(name), gaussians);
     }
 
     fn run(&self, program: &str, arguments: &[&str]) -> Output {

@@ -13,8 +13,18 @@ fn run(toy: &ToyScene, program: &str, arguments: &[&str]) -> Output {
     Command::new(program).args(arguments).current_dir(toy.folder.path()).output().unwrap()
 }
 
-const REPORT: [&str; 9] =
-    ["--scene", "scene", "--capture", "capture.json", "--own", "own", "--light", "dusk=dusk", "-o"];
+const REPORT: [&str; 10] = [
+    "relight",
+    "--scene",
+    "scene",
+    "--capture",
+    "capture.json",
+    "--own",
+    "own",
+    "--light",
+    "dusk=dusk",
+    "-o",
+];
 
 /// A toy scene with photos of its two first views, and its pictures in two lights.
 fn relit() -> ToyScene {
@@ -56,7 +66,7 @@ fn relit() -> ToyScene {
 fn the_page_shows_photos_lights_components_and_what_was_left_out() {
     let toy = relit();
     let more = ["page.html", "--contact-sheet", "sheet.png", "--run", "dusk.run.json", "--json"];
-    let done = run(&toy, motes_testkit::program("relight-report"), &[&REPORT[..], &more].concat());
+    let done = run(&toy, env!("CARGO_BIN_EXE_report"), &[&REPORT[..], &more].concat());
     assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
     let report: serde_json::Value = serde_json::from_slice(&done.stdout).unwrap();
     assert_eq!((&report["views"], &report["left_out"][0]), (&2.into(), &"specular".into()));
@@ -77,7 +87,7 @@ fn the_page_shows_photos_lights_components_and_what_was_left_out() {
 #[test]
 fn a_picture_that_is_missing_or_of_another_view_is_an_error_that_names_it() {
     let toy = relit();
-    let program = motes_testkit::program("relight-report");
+    let program = env!("CARGO_BIN_EXE_report");
     let small = motes_scene::ImageU8::filled(8, 8, 3, 0);
     write_png(&toy.path("dusk/view_1.png"), &small).unwrap();
     let done = run(&toy, program, &[&REPORT[..], &["page.html"]].concat());

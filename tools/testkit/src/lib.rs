@@ -1,5 +1,6 @@
 //! Synthetic scenes and checkers for the tests of motes; a dev-dependency only.
 
+mod broken;
 mod chi_square;
 mod consumers;
 mod extremes;
@@ -11,6 +12,7 @@ mod scenes;
 pub mod toy_capture;
 pub mod toy_scene;
 
+pub use broken::write_broken_gaussians;
 pub use chi_square::chi_square_z;
 pub use consumers::consumer;
 pub use extremes::{ExtremeGaussian, ExtremeScene, extreme_scenes};

@@ -83,7 +83,6 @@ impl HasCommon for Args {
         "environment",
         "lobes",
         "specular",
-        "samples",
     ];
 
     fn common(&self) -> &CommonArgs {

@@ -66,7 +66,7 @@ impl Scalar {
     /// The value at the start of `bytes`, exact: every type fits into f64.
     ///
     /// # Panics
-    /// When there are fewer than [`Self::size`] bytes.
+    /// When there are fewer bytes than the type has.
     pub fn decode(self, bytes: &[u8], big_endian: bool) -> f64 {
         fn first<const N: usize>(bytes: &[u8], big_endian: bool) -> [u8; N] {
             let mut value = [0; N];

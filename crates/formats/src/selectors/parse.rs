@@ -362,7 +362,7 @@ mod tests {
     #[test]
     fn what_is_wrong_is_said() {
         for (text, part) in [
-            ("blob=1", "no selector"),
+            ("blob=1", "not a selector"),
             ("sphere=1,2,3", "X,Y,Z,RADIUS"),
             ("sphere=1,2,3,nan", "finite"),
             ("sphere=1,2,3,-1", "above 0"),

@@ -36,7 +36,10 @@ impl Bench {
     }
 
     pub(super) fn command(&self, program: &str, arguments: &[&str]) -> Command {
-        let mut command = Command::new(motes_testkit::program(program));
+        let mut command = Command::new(match program {
+            "bash" => program,
+            stage => motes_testkit::program(stage),
+        });
         command.args(arguments).current_dir(self.folder.path()).stdin(Stdio::null());
         command.env_remove("MOTES_THREADS");
         command

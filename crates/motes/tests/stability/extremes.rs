@@ -5,7 +5,6 @@ use std::time::Instant;
 
 use motes_formats::exr_aov::read_exr;
 use motes_formats::images::read_image;
-use motes_formats::ply::{PlyWriteOptions, write_gaussians};
 use motes_scene::Gaussians;
 
 use super::bench::{Bench, EVALUATE, RENDER, TRAIN, clear_error};
@@ -23,7 +22,7 @@ fn one(value: f32) -> Gaussians {
 }
 
 fn write(bench: &Bench, name: &str, gaussians: &Gaussians) {
-    write_gaussians(&bench.path(name), gaussians, &PlyWriteOptions::default()).unwrap();
+    motes_testkit::write_broken_gaussians(&bench.path(name), gaussians);
 }
 
 const CAPTURE: [&str; 3] = ["--capture", "cap/capture.json", "-q"];

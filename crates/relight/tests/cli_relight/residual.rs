@@ -1,11 +1,12 @@
 //! What the model left unexplained.
 
 use motes_formats::images::read_image;
-use motes_formats::ply::{PlyWriteOptions, read_gaussians, write_gaussians};
+use motes_formats::ply::read_gaussians;
 use motes_scene::{ColumnValues, ImageU8, Residual};
 
 use super::{VIEW, assert_code, assert_near, at, decode, picture, relight, run_program, text};
 use motes_testkit::toy_scene::{BOX, ToyScene, toy_scene};
+use motes_testkit::write_broken_gaussians;
 
 /// Puts the same log ratio on all Gaussians of the scene, for every direction of view.
 fn put_residual(toy: &ToyScene, log_ratio: f32) {
@@ -13,7 +14,7 @@ fn put_residual(toy: &ToyScene, log_ratio: f32) {
     let mut gaussians = read_gaussians(&path).unwrap();
     let log_ratio_sh = vec![log_ratio / 0.282_094_8; 3 * gaussians.len()];
     Residual { degree: 0, log_ratio_sh }.attach(&mut gaussians);
-    write_gaussians(&path, &gaussians, &PlyWriteOptions::default()).unwrap();
+    write_broken_gaussians(&path, &gaussians);
 }
 
 #[test]
@@ -59,7 +60,7 @@ fn columns_of_the_residual_that_are_broken_are_told_or_do_nothing() {
     let mut gaussians = read_gaussians(&path).unwrap();
     let column = gaussians.extra.iter_mut().find(|c| c.name == "residual_1").unwrap();
     column.values = ColumnValues::U8(vec![1; column.values.len()]);
-    write_gaussians(&path, &gaussians, &PlyWriteOptions::default()).unwrap();
+    write_broken_gaussians(&path, &gaussians);
     let done = relight(&toy, &[&VIEW[..], &["-o", "broken"]].concat());
     assert_code(&done, 3);
     assert!(text(&done).contains("residual_1") && text(&done).contains("gaussians.ply"));
