@@ -100,7 +100,6 @@ impl HasCommon for Args {
         "time-budget",
         "target",
         "iterations",
-        "max-gaussians",
     ];
 
     fn common(&self) -> &CommonArgs {
