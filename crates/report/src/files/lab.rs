@@ -60,6 +60,9 @@ pub struct Args {
 }
 
 impl HasCommon for Args {
+    const BASIC: &'static [&'static str] =
+        &["output", "contact-sheet", "halfway", "pose-error", "note"];
+
     fn common(&self) -> &CommonArgs {
         &self.common
     }

@@ -67,6 +67,9 @@ pub struct Args {
 }
 
 impl HasCommon for Args {
+    const BASIC: &'static [&'static str] =
+        &["scene", "capture", "own", "light", "run", "output", "contact-sheet", "note"];
+
     fn common(&self) -> &CommonArgs {
         &self.common
     }
