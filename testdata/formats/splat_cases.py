@@ -317,7 +317,7 @@ def sog():
     bad("version-1", "SOG version 1", pack({**good, "meta.json": "{}"}))
     bad("version-3", "SOG version 3", changed(version=3))
     bad("count-1e12", "more than the 2^32 - 1 that fit", changed(count=10**12))
-    bad("count-4e9", "too few for 4000000000 Gaussians", changed(count=4 * 10**9))
+    bad("count-4e9", "bytes cannot hold", changed(count=4 * 10**9))
     bad("count-more", "pixels for", changed(count=100000))
     bad("image-text", "not a WebP image", pack({**good, "scales.webp": "text"}))
     bad("image-cut", "not a WebP image that can be read",

@@ -2,6 +2,7 @@
 
 use glam::{DVec3, Vec3};
 use motes_math::knn::rms_neighbour_distance;
+use motes_math::median::upper_median;
 use motes_math::rng::keyed_rng;
 use motes_math::sh::SH_C0;
 use motes_math::sigmoid::logit;
@@ -160,11 +161,7 @@ pub fn scene_extent<'a>(
         .map(|p| (Vec3::from(*p).as_dvec3() - mean).length())
         .filter(|d| d.is_finite())
         .collect();
-    let middle = distances.len() / 2;
-    let median = match distances.is_empty() {
-        true => 0.0,
-        false => *distances.select_nth_unstable_by(middle, f64::total_cmp).1,
-    };
+    let median = upper_median(&mut distances, f64::total_cmp).unwrap_or(0.0);
     let extent = (1.1 * radius).max(0.1 * median);
     if extent > 0.0 && extent.is_finite() { extent } else { 1.0 }
 }

@@ -13,9 +13,6 @@ use super::{MOST_PALETTE, PALETTE_COLUMNS, ROTATION_TAG, fault};
 use motes_formats::error::{FormatError, Result};
 use motes_formats::ply::{GaussianFile, RenderMode};
 
-/// Gaussians per byte beyond which a number is no number of Gaussians.
-const MOST_PER_BYTE: u64 = 4096;
-
 /// Reads an archive.
 pub(in super::super) fn read(data: &[u8], path: &Path) -> Result<GaussianFile> {
     let mut archive = Archive::open(data, path)?;
@@ -43,10 +40,6 @@ fn read_files(
     let mut image = |files: &[String], i: usize, count: u64| -> Result<Pixels> {
         let name = files.get(i).ok_or_else(|| fault(path, "meta.json", "an image has no name"))?;
         let bytes = archive.read(name)?;
-        if meta.count > (packed as u64).saturating_mul(MOST_PER_BYTE) {
-            let cause = format!("{packed} bytes are too few for {} Gaussians", meta.count);
-            return Err(fault(path, name, cause));
-        }
         check_rows(path, "meta.json", meta.count, bands, packed)?;
         decode(&bytes, count, path, name)
     };

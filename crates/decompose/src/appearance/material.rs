@@ -1,6 +1,7 @@
 //! Materials of the parts of a surface, and what they tell about the brightness of the light.
 
 use glam::Vec3;
+use motes_math::median::upper_median;
 use motes_scene::Surface;
 
 use crate::observation::Sample;
@@ -72,9 +73,10 @@ impl FoundMaterials {
             all[part as usize].extend(corners.iter().filter_map(|&v| of_vertex[v as usize]));
         }
         for (part, values) in self.parts.iter_mut().zip(&mut all) {
-            if part.kind == Kind::Metal && !values.is_empty() {
-                let middle = values.len() / 2;
-                part.roughness = *values.select_nth_unstable_by(middle, f32::total_cmp).1;
+            if part.kind == Kind::Metal
+                && let Some(roughness) = upper_median(values, f32::total_cmp)
+            {
+                part.roughness = roughness;
             }
         }
     }

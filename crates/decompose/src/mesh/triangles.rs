@@ -1,6 +1,7 @@
 //! Triangle meshes while they are worked on.
 
 use glam::Vec3;
+use motes_math::median::upper_median;
 use motes_scene::Surface;
 use rayon::prelude::*;
 
@@ -27,10 +28,7 @@ impl Mesh {
         let mut all: Vec<f32> = counted
             .map(|t| (self.vertices[t[0] as usize] - self.vertices[t[1] as usize]).length())
             .collect();
-        let middle = all.len() / 2;
-        (!all.is_empty())
-            .then(|| *all.select_nth_unstable_by(middle, f32::total_cmp).1)
-            .filter(|edge| *edge > 0.0 && edge.is_finite())
+        upper_median(&mut all, f32::total_cmp).filter(|edge| *edge > 0.0 && edge.is_finite())
     }
 
     #[inline]

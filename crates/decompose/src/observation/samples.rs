@@ -57,11 +57,7 @@ pub(crate) fn body_radiance(observations: &mut [Observation]) -> Option<Vec3> {
     (!half.is_empty()).then(|| sum / weight.max(1e-6))
 }
 
-/// Luminance of a linear Rec. 709 colour.
-#[inline]
-pub(crate) fn luminance(c: Vec3) -> f32 {
-    c.dot(Vec3::new(0.2126, 0.7152, 0.0722))
-}
+pub(crate) use motes_math::luminance::luminance;
 
 /// A photo with its rays and hits.
 #[derive(Debug)]

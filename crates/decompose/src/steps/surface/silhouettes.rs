@@ -5,6 +5,7 @@
 //! plane, so the pit is closed up to what the silhouettes leave over (the visual hull, Laurentini 1994), weakly.
 
 use glam::Vec2;
+use motes_math::median::upper_median;
 use rayon::prelude::*;
 
 use super::splat_depth::DepthMap;
@@ -120,8 +121,7 @@ fn spread_map(i: usize, views: &[View], maps: &[DepthMap], flat: &[bool], voxel:
 }
 
 fn median(values: &mut [f32]) -> f32 {
-    let middle = values.len() / 2;
-    if values.is_empty() { 0.0 } else { *values.select_nth_unstable_by(middle, f32::total_cmp).1 }
+    upper_median(values, f32::total_cmp).unwrap_or(0.0)
 }
 
 /// Median distance from the median.

@@ -2,6 +2,7 @@
 //! blocks after Nießner et al. 2013).
 
 use glam::IVec3;
+use motes_math::median::upper_median;
 use rayon::prelude::*;
 
 use super::silhouettes::Silhouette;
@@ -116,8 +117,7 @@ pub(super) fn median_footprint(views: &[View], maps: &[DepthMap]) -> Option<f32>
             m.depth.iter().step_by(7).filter(|&&z| z > 0.0).map(move |&z| z * v.footprint())
         })
         .collect();
-    let middle = sizes.len() / 2;
-    (!sizes.is_empty()).then(|| *sizes.select_nth_unstable_by(middle, f32::total_cmp).1)
+    upper_median(&mut sizes, f32::total_cmp)
 }
 
 /// Fuses the maps on a grid of the given voxel, or of a coarser one when that takes more than
