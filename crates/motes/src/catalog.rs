@@ -20,16 +20,16 @@ const KNOWN: &[(&str, &str)] = &[
     ("report", "Measure"),
 ];
 
-/// Earlier names of programs: what they are called, and their first argument.
-const EARLIER_NAMES: &[(&str, &str, &str)] =
-    &[("lab-report", "report", "lab"), ("relight-report", "report", "relight")];
+/// Short and earlier names: the program that is meant, and its first argument.
+const OTHER_NAMES: &[(&str, &str, &str)] = &[
+    ("lab-report", "report", "lab"),
+    ("relight-report", "report", "relight"),
+    ("table", "report", "table"),
+];
 
-/// The stage and the first argument that an earlier name stands for.
+/// The stage and the first argument that a short or earlier name stands for.
 pub(crate) fn renamed(typed: &str) -> Option<(&'static str, &'static str)> {
-    EARLIER_NAMES
-        .iter()
-        .find(|(old, ..)| *old == typed)
-        .map(|&(_, stage, subject)| (stage, subject))
+    OTHER_NAMES.iter().find(|(old, ..)| *old == typed).map(|&(_, stage, subject)| (stage, subject))
 }
 
 /// A stage that can run.

@@ -4,3 +4,4 @@ pub mod lab;
 mod lab_folders;
 pub mod relight;
 mod relit_scene;
+pub mod table;
