@@ -117,10 +117,15 @@ install: ## install to PREFIX (default /usr/local); DESTDIR stages a package
 	    install -m 755 "$(BIN)/$$stage" '$(DESTDIR)$(PREFIX)/libexec/motes/' || exit 1; \
 	done
 	install -m 644 target/man/*.1 '$(DESTDIR)$(PREFIX)/share/man/man1/'
+	@for place in bash:bash-completion/completions/motes zsh:zsh/site-functions/_motes fish:fish/vendor_completions.d/motes.fish; do \
+	    file='$(DESTDIR)$(PREFIX)/share/'"$${place#*:}"; \
+	    mkdir -p "$${file%/*}" && MOTES_STAGE_PATH= PATH=/nowhere '$(BIN)/motes' completions "$${place%%:*}" >"$$file" || exit 1; \
+	done
 
 uninstall: ## remove what install wrote
 	rm -rf '$(DESTDIR)$(PREFIX)/libexec/motes'
 	rm -f '$(DESTDIR)$(PREFIX)/bin/motes' '$(DESTDIR)$(PREFIX)/share/man/man1/'motes-*.1
+	cd '$(DESTDIR)$(PREFIX)/share' && rm -f bash-completion/completions/motes zsh/site-functions/_motes fish/vendor_completions.d/motes.fish
 
 clean: ## remove build products and the Python environment
 	$(CARGO) clean

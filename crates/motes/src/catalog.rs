@@ -32,6 +32,11 @@ pub(crate) fn renamed(typed: &str) -> Option<(&'static str, &'static str)> {
     OTHER_NAMES.iter().find(|(old, ..)| *old == typed).map(|&(_, stage, subject)| (stage, subject))
 }
 
+/// Whether a stage is one of the suite.
+pub(crate) fn is_known(name: &str) -> bool {
+    KNOWN.iter().any(|(known, _)| *known == name)
+}
+
 /// A stage that can run.
 #[derive(Debug)]
 pub(crate) struct Stage {
@@ -57,7 +62,7 @@ pub(crate) fn available(finder: &Finder) -> Vec<Stage> {
             let name = name.strip_suffix(std::env::consts::EXE_SUFFIX)?.strip_prefix("motes-")?;
             is_program(&entry.path()).then(|| name.to_owned())
         })
-        .filter(|name| KNOWN.iter().all(|(known, _)| known != name))
+        .filter(|name| !is_known(name))
         .filter(|name| finder.find(name).is_some())
         .collect();
     others.sort();

@@ -5,8 +5,8 @@ use std::io::{self, Write};
 use std::path::Path;
 use std::process::{Command, ExitCode};
 
-use crate::catalog;
 use crate::find::Finder;
+use crate::{catalog, completions};
 
 const USAGE: &str = "\
 motes - from photos to Gaussian splats, one small program per step
@@ -15,6 +15,7 @@ Usage: motes STAGE [OPTIONS]      run a stage
        motes help [STAGE]         this text, or the manual of a stage
        motes which STAGE          print the path of the program that would run
        motes list                 print the names of the stages, one per line
+       motes completions SHELL    print completions for bash, zsh or fish
 ";
 
 const FAILED: u8 = 1;
@@ -40,7 +41,19 @@ pub(crate) fn run(mut arguments: impl Iterator<Item = OsString>) -> ExitCode {
             Ok(path) => print(&format!("{}\n", path.display())),
             Err(code) => code,
         },
-        (Some("help" | "which" | "list"), _) => {
+        (Some("completions"), [shell]) => {
+            match completions::script(&finder, &shell.to_string_lossy()) {
+                Some(script) => print(&script),
+                None => {
+                    complain(
+                        "completions are for bash, zsh or fish",
+                        Some("motes completions bash"),
+                    );
+                    ExitCode::from(USAGE_ERROR)
+                }
+            }
+        }
+        (Some("help" | "which" | "list" | "completions"), _) => {
             complain("too many or too few arguments", Some("motes help"));
             ExitCode::from(USAGE_ERROR)
         }

@@ -6,6 +6,7 @@
 //! in: a stage that does not build cannot break this program.
 
 mod catalog;
+mod completions;
 mod dispatch;
 mod find;
 

@@ -169,3 +169,33 @@ fn a_swapped_stage_reaches_the_pipelines() {
     assert!(!output.status.success(), "the stage failed, so the pipeline must");
     assert_eq!(std::fs::read_to_string(marker).unwrap(), "--photos\n");
 }
+
+#[test]
+fn completions_of_a_stage_are_completions_of_motes() {
+    let install = Install::new();
+    install.script(
+        "bin/render",
+        "[ \"$MOTES_INVOKED_AS $*\" = \"motes render --generate bash\" ] || exit 1\n\
+         echo '_motes__render() { COMPREPLY=(\"$1:${COMP_WORDS[0]}:$COMP_CWORD\"); }'",
+    );
+    install.script("path/motes-denoise", "echo must-not-run >&2; exit 1");
+    let script = install.run(&["completions", "bash"]);
+    assert!(script.status.success(), "{script:?}");
+    let complete = |words: &str, at: usize| {
+        let line = format!(
+            "{}\nCOMP_WORDS=({words}); COMP_CWORD={at}\n\
+             _motes motes \"${{COMP_WORDS[{at}]}}\"\necho \"${{COMPREPLY[@]}}\"",
+            text(&script.stdout)
+        );
+        let done = Command::new("bash").args(["-c", &line]).output().unwrap();
+        assert!(done.stderr.is_empty(), "{done:?}");
+        text(&done.stdout).trim_end().to_owned()
+    };
+    assert_eq!(complete("motes re", 1), "render");
+    assert_eq!(complete("motes de", 1), "denoise");
+    assert_eq!(complete("motes help ren", 2), "render");
+    assert_eq!(complete("motes render --sp", 2), "render:render:1");
+    assert_eq!(complete("motes denoise --sp", 2), "");
+    let other = install.run(&["completions", "tcsh"]);
+    assert_eq!(other.status.code(), Some(2));
+}

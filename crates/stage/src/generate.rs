@@ -8,7 +8,8 @@ use crate::common::Generate;
 
 pub(crate) fn text(what: Generate, mut command: Command) -> io::Result<String> {
     use clap_complete::Shell;
-    let name = command.get_name().to_owned();
+    // Called as `motes render` it completes for the dispatcher, whose script names it so.
+    let name = command.get_bin_name().unwrap_or(command.get_name()).replace(' ', "-");
     let mut bytes = Vec::new();
     let shell = match what {
         Generate::Man => {
