@@ -5,8 +5,8 @@
     target/release/evaluate ... --lpips-weights lpips-alex.safetensors --lpips-net alex
 
 Needs the Python packages torch, torchvision, lpips and safetensors. torchvision fetches the
-weights of the classification network the first time it is asked for them; their licence and the
-licence of the lpips package apply to the file. motes itself ships no weights and fetches none.
+weights of the classification network the first time it is asked for them; their license and the
+license of the lpips package apply to the file. motes itself ships no weights and fetches none.
 
 Tensors in the file, all 32-bit floats:
     features.N.weight  [out, in, k, k]   convolution N of torchvision's `features`

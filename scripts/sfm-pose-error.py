@@ -5,11 +5,11 @@
 
 MODEL_DIR holds cameras.bin and images.bin; transforms.json is nerfstudio style (camera-to-world, x right, y up,
 z backward). Structure from motion knows neither where, nor which way up, nor how large the scene is, so the
-model is first laid on the truth by the similarity with the least squared camera-centre error (Umeyama 1991).
-Centre errors are then given in percent of the median distance from the true cameras to the point nearest to
+model is first laid on the truth by the similarity with the least squared camera-center error (Umeyama 1991).
+Center errors are then given in percent of the median distance from the true cameras to the point nearest to
 all their optical axes, rotation errors in degrees. Prints one JSON object. Needs numpy only.
 
---max-centre-percent X and --max-rotation-deg X turn it into a check: exit code 1 when the worst camera is
+--max-center-percent X and --max-rotation-deg X turn it into a check: exit code 1 when the worst camera is
 above, or when a camera of the truth is missing from the model.
 """
 
@@ -67,7 +67,7 @@ def quaternion_to_matrix(w, x, y, z):
 
 
 def read_images(path):
-    """Name to (centre, camera-to-world rotation with y down and z forward, camera id)."""
+    """Name to (center, camera-to-world rotation with y down and z forward, camera id)."""
     r = Reader(path)
     poses = {}
     for _ in range(r.take("Q")[0]):
@@ -119,9 +119,9 @@ def similarity(source, target):
     return scale, rotation, b - scale * rotation @ a
 
 
-def nearest_to_axes(centres, directions):
+def nearest_to_axes(centers, directions):
     a, b = np.zeros((3, 3)), np.zeros(3)
-    for c, d in zip(centres, directions):
+    for c, d in zip(centers, directions):
         p = np.eye(3) - np.outer(d, d)
         a += p
         b += p @ c
@@ -132,7 +132,7 @@ def main():
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("model")
     p.add_argument("truth")
-    p.add_argument("--max-centre-percent", type=float)
+    p.add_argument("--max-center-percent", type=float)
     p.add_argument("--max-rotation-deg", type=float)
     a = p.parse_args()
     truth = read_truth(a.truth)
@@ -142,13 +142,13 @@ def main():
     if len(pairs) < 3:
         raise SystemExit("error: %d photos are in both the model and the truth; an alignment needs 3" % len(pairs))
 
-    true_centres = np.array([truth[t][0] for t, _ in pairs])
+    true_centers = np.array([truth[t][0] for t, _ in pairs])
     true_turns = [truth[t][1] for t, _ in pairs]
-    scale, rotation, shift = similarity(np.array([found[f][0] for _, f in pairs]), true_centres)
-    centres = np.array([scale * rotation @ found[f][0] + shift for _, f in pairs])
-    scene = nearest_to_axes(true_centres, [r[:, 2] for r in true_turns])
-    distance = float(np.median(np.linalg.norm(true_centres - scene, axis=1)))
-    off = 100 * np.linalg.norm(centres - true_centres, axis=1) / distance
+    scale, rotation, shift = similarity(np.array([found[f][0] for _, f in pairs]), true_centers)
+    centers = np.array([scale * rotation @ found[f][0] + shift for _, f in pairs])
+    scene = nearest_to_axes(true_centers, [r[:, 2] for r in true_turns])
+    distance = float(np.median(np.linalg.norm(true_centers - scene, axis=1)))
+    off = 100 * np.linalg.norm(centers - true_centers, axis=1) / distance
     turns = []
     for (_, f), true in zip(pairs, true_turns):
         between = true.T @ rotation @ found[f][1]
@@ -161,16 +161,16 @@ def main():
     focal_error = {"max": max(focal_off, key=abs), "mean": float(np.mean(focal_off))} if focal_off else None
     print(json.dumps({
         "cameras": len(pairs), "missing": lost, "scale": float(scale), "median_camera_distance": distance,
-        "centre_error_percent": {"max": float(off.max()), "mean": float(off.mean()), "worst": pairs[worst][0]},
+        "center_error_percent": {"max": float(off.max()), "mean": float(off.mean()), "worst": pairs[worst][0]},
         "rotation_error_deg": {"max": max(turns), "mean": float(np.mean(turns))},
         "focal_error_percent": focal_error,
     }, indent=1))
     bad = []
-    if a.max_centre_percent is not None and off.max() > a.max_centre_percent:
-        bad.append("a camera centre is off by %.4f %%" % off.max())
+    if a.max_center_percent is not None and off.max() > a.max_center_percent:
+        bad.append("a camera center is off by %.4f %%" % off.max())
     if a.max_rotation_deg is not None and max(turns) > a.max_rotation_deg:
         bad.append("a camera is turned by %.4f degrees" % max(turns))
-    if bad or (lost and (a.max_centre_percent is not None or a.max_rotation_deg is not None)):
+    if bad or (lost and (a.max_center_percent is not None or a.max_rotation_deg is not None)):
         print("error: " + "; ".join(bad + ["missing: %s" % n for n in lost]), file=sys.stderr)
         return 1
     return 0

@@ -26,7 +26,7 @@ def name(number):
 
 
 def exif(lens_mm, sensor_mm, size):
-    """What a camera writes: the lens in millimetres, and its 35 mm equivalent rounded to a whole number."""
+    """What a camera writes: the lens in millimeters, and its 35 mm equivalent rounded to a whole number."""
     e = Image.Exif()
     e[0x010F], e[0x0110], e[0x0112] = "motes", "lab scene (rendered)", 1
     sub = e.get_ifd(0x8769)

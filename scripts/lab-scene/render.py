@@ -118,7 +118,7 @@ def exact(out, s, poses, count):
     os.makedirs(sparse, exist_ok=True)
     focal, cx, cy = LENS_MM / SENSOR_MM * width, width / 2, height / 2
     names = ["view_%02d.png" % (k + 1) for k in range(len(poses))]
-    colours = []
+    colors = []
     for name, pose in zip(names, poses):
         path = os.path.join(images, name)
         if not os.path.exists(path):
@@ -126,7 +126,7 @@ def exact(out, s, poses, count):
             os.replace(path + ".part.png", path)
         picture = bpy.data.images.load(path)
         pixels = np.array(picture.pixels[:]).reshape(height, width, -1)[::-1, :, :3]
-        colours.append(np.round(pixels * 255).astype(int))
+        colors.append(np.round(pixels * 255).astype(int))
     depsgraph = bpy.context.evaluated_depsgraph_get()
     inverse = [pose.inverted() for pose in poses]
 
@@ -160,7 +160,7 @@ def exact(out, s, poses, count):
                 track.append((j, at))
         if len(track) < 3:  # as in a real model: points seen from two places only are shaky
             continue
-        values = [colours[j][int(at[1])][int(at[0])] for j, at in track]
+        values = [colors[j][int(at[1])][int(at[0])] for j, at in track]
         entry = []
         for j, at in track:
             entry.append((j + 1, len(seen[j])))
@@ -180,9 +180,9 @@ def exact(out, s, poses, count):
             f.write(" ".join("%.3f %.3f %d" % o for o in seen[j]) + "\n")
     with open(os.path.join(sparse, "points3D.txt"), "w") as f:
         f.write("# POINT3D_ID X Y Z R G B ERROR, then IMAGE_ID POINT2D_IDX of its track\n")
-        for i, (point, colour, entry) in enumerate(points):
+        for i, (point, color, entry) in enumerate(points):
             track = " ".join("%d %d" % e for e in entry)
-            f.write("%d %.6f %.6f %.6f %d %d %d 0 %s\n" % (i + 1, *point, *colour, track))
+            f.write("%d %.6f %.6f %.6f %d %d %d 0 %s\n" % (i + 1, *point, *color, track))
 
 
 def main():

@@ -1,6 +1,6 @@
 """The still life of the lab: geometry, materials and light, built in Blender from nothing but numbers.
 
-Lengths are in decimetres (the table is 1 m across), +z is up, the table top is z = 0.
+Lengths are in decimeters (the table is 1 m across), +z is up, the table top is z = 0.
 Materials are diffuse but for the vase, which is mildly glossy: a capture of mirrors would teach the wrong lesson.
 Every pattern varies over the surface (random per tile, plank or cell), since repeated texture makes false matches.
 """
@@ -12,11 +12,11 @@ import bpy
 from mathutils import Vector
 
 
-def srgb(hex_colour):
+def srgb(hex_color):
     """'#rrggbb' to linear RGBA, which is what shader sockets take."""
     out = []
     for i in (1, 3, 5):
-        c = int(hex_colour[i:i + 2], 16) / 255
+        c = int(hex_color[i:i + 2], 16) / 255
         out.append(c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4)
     return (*out, 1.0)
 
@@ -100,14 +100,14 @@ class Shader:
         ramp.interpolation = interpolation
         while len(ramp.elements) < len(stops):
             ramp.elements.new(0.5)
-        for element, (position, colour) in zip(ramp.elements, stops):
+        for element, (position, color) in zip(ramp.elements, stops):
             element.position = position
-            element.color = srgb(colour)
+            element.color = srgb(color)
         self.put(value, node.inputs["Fac"])
         return node.outputs["Color"]
 
-    def palette(self, value, colours):
-        return self.ramp(value, [(i / len(colours), c) for i, c in enumerate(colours)], "CONSTANT")
+    def palette(self, value, colors):
+        return self.ramp(value, [(i / len(colors), c) for i, c in enumerate(colors)], "CONSTANT")
 
     def mix(self, factor, a, b, blend="MIX"):
         node = self.node("ShaderNodeMix", data_type="RGBA", blend_type=blend)
@@ -115,13 +115,13 @@ class Shader:
             self.put(srgb(value) if isinstance(value, str) else value, socket)
         return node.outputs[2]
 
-    def shade(self, colour, amount, scale, detail=5.0):
-        """Darkens and lightens a colour with a fractal: dirt, fibre, pigment."""
+    def shade(self, color, amount, scale, detail=5.0):
+        """Darkens and lightens a color with a fractal: dirt, fiber, pigment."""
         fractal = self.ramp(self.noise(scale, detail, roughness=0.65), [(0.3, "#404040"), (0.7, "#ffffff")])
-        return self.mix(amount, colour, fractal, "MULTIPLY")
+        return self.mix(amount, color, fractal, "MULTIPLY")
 
-    def done(self, colour, bump=None, strength=0.3, distance=0.05, roughness=None, specular=None):
-        self.put(colour, self.surface.inputs["Base Color"])
+    def done(self, color, bump=None, strength=0.3, distance=0.05, roughness=None, specular=None):
+        self.put(color, self.surface.inputs["Base Color"])
         if bump is not None:
             node = self.node("ShaderNodeBump")
             node.inputs["Strength"].default_value = strength
@@ -137,7 +137,7 @@ class Shader:
 
 # ---- materials
 
-def planks(name, width, along, colours, seed, gap="#2a1c12"):
+def planks(name, width, along, colors, seed, gap="#2a1c12"):
     """Boards side by side; every board has its own tone and grain."""
     s = Shader(name, seed)
     x, y, z = s.split(s.at)
@@ -147,7 +147,7 @@ def planks(name, width, along, colours, seed, gap="#2a1c12"):
     grain_at = s.join(s.math("MULTIPLY", x, 5.0),
                       s.math("ADD", s.math("MULTIPLY", y, along), s.math("MULTIPLY", board, 13.7)), z)
     grain = s.noise(1.3, 6.0, grain_at, 0.65, 0.6)
-    wood = s.ramp(grain, [(0.25, colours[0]), (0.45, colours[1]), (0.6, colours[2]), (0.75, colours[1])])
+    wood = s.ramp(grain, [(0.25, colors[0]), (0.45, colors[1]), (0.6, colors[2]), (0.75, colors[1])])
     tone = s.ramp(chance, [(0.0, "#8f8478"), (0.5, "#c9bfb2"), (1.0, "#ffffff")])
     wood = s.mix(0.8, wood, tone, "MULTIPLY")
     knots = s.voronoi(0.55, at=s.join(x, s.math("MULTIPLY", y, 0.45), board))
@@ -158,8 +158,8 @@ def planks(name, width, along, colours, seed, gap="#2a1c12"):
     return s.done(s.mix(seam, wood, gap), bump=grain, strength=0.15)
 
 
-def patchwork(name, tile, colours, seed):
-    """A quilt: every patch draws a ground colour, a figure colour and one of two figures."""
+def patchwork(name, tile, colors, seed):
+    """A quilt: every patch draws a ground color, a figure color and one of two figures."""
     s = Shader(name, seed)
     x, y, _ = s.split(s.at)
     u, v = s.math("DIVIDE", x, tile), s.math("DIVIDE", y, tile)
@@ -176,7 +176,7 @@ def patchwork(name, tile, colours, seed):
     pick = s.math("GREATER_THAN", second, 0.5)
     figure = s.math("ADD", s.math("MULTIPLY", diamond, pick),
                     s.math("MULTIPLY", stripes, s.math("SUBTRACT", 1.0, pick)))
-    cloth = s.mix(figure, s.palette(first, colours), s.palette(second, colours[3:] + colours[:3]))
+    cloth = s.mix(figure, s.palette(first, colors), s.palette(second, colors[3:] + colors[:3]))
     seam = s.math("GREATER_THAN", s.math("MAXIMUM", au, av), 0.47)
     cloth = s.mix(seam, cloth, "#d9cdb8")
     weave = s.noise(22.0, 2.0)
@@ -191,25 +191,25 @@ def spotted(name, ground, spots, seed, scale=3.0, grit=9.0, bump_strength=0.35, 
     inside = s.voronoi(scale, output="Distance")
     red = s.split(cells)[0]
     chip = s.math("MULTIPLY", s.math("LESS_THAN", inside, 0.33), s.math("LESS_THAN", s.split(cells)[1], cover))
-    colour = s.mix(chip, base, s.palette(red, spots))
-    colour = s.shade(colour, 0.4, grit)
-    return s.done(colour, bump=s.noise(grit, 4.0), strength=bump_strength, roughness=roughness)
+    color = s.mix(chip, base, s.palette(red, spots))
+    color = s.shade(color, 0.4, grit)
+    return s.done(color, bump=s.noise(grit, 4.0), strength=bump_strength, roughness=roughness)
 
 
-def book_cloth(name, colour, foil, seed):
+def book_cloth(name, color, foil, seed):
     s = Shader(name, seed)
     marble = s.noise(1.1, 6.0, distortion=2.5)
     veins = s.ramp(marble, [(0.40, "#000000"), (0.46, "#ffffff"), (0.5, "#000000"), (0.56, "#cccccc"),
                             (0.6, "#000000")])
-    ground = s.mix(s.math("MULTIPLY", s.split(veins)[0], 0.75), colour, foil)
+    ground = s.mix(s.math("MULTIPLY", s.split(veins)[0], 0.75), color, foil)
     return s.done(s.shade(ground, 0.5, 5.0), bump=s.noise(26.0, 2.0), strength=0.25)
 
 
 def paper_edges(name, seed):
     s = Shader(name, seed)
     sheets = s.noise(9.0, 4.0, s.scaled(s.at, 0.25, 0.25, 7.0))
-    colour = s.ramp(sheets, [(0.3, "#9c8a68"), (0.5, "#e0d3b4"), (0.7, "#f2e8d0")])
-    return s.done(s.shade(colour, 0.3, 3.0))
+    color = s.ramp(sheets, [(0.3, "#9c8a68"), (0.5, "#e0d3b4"), (0.7, "#f2e8d0")])
+    return s.done(s.shade(color, 0.3, 3.0))
 
 
 def glaze(name, seed):
@@ -220,14 +220,14 @@ def glaze(name, seed):
     strokes = s.ramp(brush, [(0.44, "#000000"), (0.50, "#ffffff"), (0.56, "#ffffff"), (0.6, "#000000")])
     band = s.math("SINE", s.math("ADD", s.math("MULTIPLY", z, 5.2), s.math("MULTIPLY", s.noise(0.9, 2.0), 3.0)))
     rings = s.math("GREATER_THAN", band, 0.86)
-    colour = s.mix(s.split(strokes)[0], "#e9e4d6", "#23459a")
-    colour = s.mix(rings, colour, "#b5532b")
+    color = s.mix(s.split(strokes)[0], "#e9e4d6", "#23459a")
+    color = s.mix(rings, color, "#b5532b")
     dots = s.math("LESS_THAN", s.voronoi(3.6), 0.22)
-    colour = s.mix(s.math("MULTIPLY", dots, 0.8), colour, "#1b2c5c")
-    return s.done(s.shade(colour, 0.25, 4.0), roughness=0.3, specular=0.4)
+    color = s.mix(s.math("MULTIPLY", dots, 0.8), color, "#1b2c5c")
+    return s.done(s.shade(color, 0.25, 4.0), roughness=0.3, specular=0.4)
 
 
-def fruit(name, colours, speckle, seed, streak=False, bump_scale=14.0):
+def fruit(name, colors, speckle, seed, streak=False, bump_scale=14.0):
     s = Shader(name, seed)
     if streak:
         x, y, z = s.split(s.node("ShaderNodeTexCoord").outputs["Object"])
@@ -235,31 +235,31 @@ def fruit(name, colours, speckle, seed, streak=False, bump_scale=14.0):
         field = s.noise(2.0, 5.0, s.join(s.math("MULTIPLY", angle, 3.2), seed, s.math("MULTIPLY", z, 0.8)), 0.6)
     else:
         field = s.noise(1.6, 5.0, distortion=0.7)
-    colour = s.ramp(field, [(0.3, colours[0]), (0.5, colours[1]), (0.7, colours[2])])
+    color = s.ramp(field, [(0.3, colors[0]), (0.5, colors[1]), (0.7, colors[2])])
     dots = s.math("LESS_THAN", s.voronoi(6.5), 0.2)
-    colour = s.mix(s.math("MULTIPLY", dots, 0.65), colour, speckle)
-    return s.done(s.shade(colour, 0.3, 6.0), bump=s.voronoi(bump_scale), strength=0.25, roughness=0.6)
+    color = s.mix(s.math("MULTIPLY", dots, 0.65), color, speckle)
+    return s.done(s.shade(color, 0.3, 6.0), bump=s.voronoi(bump_scale), strength=0.25, roughness=0.6)
 
 
 def leaf(name, seed):
     s = Shader(name, seed)
     field = s.noise(2.4, 5.0, distortion=1.0)
-    colour = s.ramp(field, [(0.28, "#355c2c"), (0.48, "#6f9c54"), (0.62, "#a9c583"), (0.75, "#5b7f62")])
+    color = s.ramp(field, [(0.28, "#355c2c"), (0.48, "#6f9c54"), (0.62, "#a9c583"), (0.75, "#5b7f62")])
     spots = s.math("LESS_THAN", s.voronoi(7.0), 0.2)
-    return s.done(s.shade(s.mix(s.math("MULTIPLY", spots, 0.6), colour, "#7c3f46"), 0.3, 6.0), roughness=0.7)
+    return s.done(s.shade(s.mix(s.math("MULTIPLY", spots, 0.6), color, "#7c3f46"), 0.3, 6.0), roughness=0.7)
 
 
 def ball_patches(name, seed):
     s = Shader(name, seed)
     cells = s.split(s.voronoi(1.35, output="Color"))[0]
-    colour = s.palette(cells, ["#c8442f", "#e8b33a", "#2f6e8e", "#efe6d2", "#4d8a54", "#7a3f78", "#df8a3c"])
+    color = s.palette(cells, ["#c8442f", "#e8b33a", "#2f6e8e", "#efe6d2", "#4d8a54", "#7a3f78", "#df8a3c"])
     seams = s.math("LESS_THAN", s.voronoi(1.35, "DISTANCE_TO_EDGE"), 0.045)
     figures = s.ramp(s.noise(3.2, 3.0, distortion=1.2), [(0.52, "#000000"), (0.56, "#ffffff")])
-    colour = s.mix(s.math("MULTIPLY", s.split(figures)[0], 0.35), colour, "#f4ead6")
-    return s.done(s.shade(s.mix(seams, colour, "#332a26"), 0.35, 7.0), bump=s.noise(20.0, 2.0), strength=0.2)
+    color = s.mix(s.math("MULTIPLY", s.split(figures)[0], 0.35), color, "#f4ead6")
+    return s.done(s.shade(s.mix(seams, color, "#332a26"), 0.35, 7.0), bump=s.noise(20.0, 2.0), strength=0.2)
 
 
-def tiles(name, tile, colours, grout, seed, plane="xy"):
+def tiles(name, tile, colors, grout, seed, plane="xy"):
     """Floor tiles or wall stones, each of its own tone, mottled, with stains and with grit of two sizes: far
     surfaces must be worth matching too, or nothing holds them in place."""
     s = Shader(name, seed)
@@ -268,35 +268,35 @@ def tiles(name, tile, colours, grout, seed, plane="xy"):
     u, v = s.math("DIVIDE", a, tile[0]), s.math("DIVIDE", b, tile[1])
     u = s.math("ADD", u, s.math("MULTIPLY", s.math("FLOOR", v), 0.5))  # laid like bricks
     chance = s.random(s.join(s.math("FLOOR", u), s.math("FLOOR", v), 0.5 + seed))
-    colour = s.palette(chance, colours)
+    color = s.palette(chance, colors)
     mottled = s.ramp(s.noise(0.9, 6.0, distortion=1.0), [(0.3, "#8f877c"), (0.7, "#ffffff")])
-    colour = s.mix(0.7, colour, mottled, "MULTIPLY")
+    color = s.mix(0.7, color, mottled, "MULTIPLY")
     stains = s.ramp(s.noise(0.28, 4.0, distortion=1.5), [(0.5, "#000000"), (0.62, "#ffffff")])
-    colour = s.mix(s.math("MULTIPLY", s.split(stains)[0], 0.4), colour, "#6d5a45")
+    color = s.mix(s.math("MULTIPLY", s.split(stains)[0], 0.4), color, "#6d5a45")
     for scale, cover, amount in ((1.7, 0.35, 0.55), (3.3, 0.4, 0.4)):
         cells = s.split(s.voronoi(scale, output="Color"))
         chip = s.math("MULTIPLY", s.math("LESS_THAN", s.voronoi(scale), s.math("MULTIPLY", cells[2], 0.42)),
                       s.math("LESS_THAN", cells[1], cover))
         chips = s.palette(cells[0], ["#efe3cf", "#5c4a3c", "#8a5a44", "#d9c7a8", "#4c5456"])
-        colour = s.mix(s.math("MULTIPLY", chip, amount), colour, chips)
+        color = s.mix(s.math("MULTIPLY", chip, amount), color, chips)
     eu = s.math("ABSOLUTE", s.math("SUBTRACT", s.math("FRACT", u), 0.5))
     ev = s.math("ABSOLUTE", s.math("SUBTRACT", s.math("FRACT", v), 0.5))
     seam = s.math("MAXIMUM", s.math("GREATER_THAN", eu, 0.5 - 0.03 / tile[0]),
                   s.math("GREATER_THAN", ev, 0.5 - 0.03 / tile[1]))
-    return s.done(s.mix(seam, colour, grout))
+    return s.done(s.mix(seam, color, grout))
 
 
-def plain(name, colour, seed=0.0):
+def plain(name, color, seed=0.0):
     s = Shader(name, seed)
-    return s.done(s.shade(colour, 0.4, 6.0))
+    return s.done(s.shade(color, 0.4, 6.0))
 
 
-def painting(name, colours, seed):
-    """An abstract picture for the wall: layered, warped fields of colour."""
+def painting(name, colors, seed):
+    """An abstract picture for the wall: layered, warped fields of color."""
     s = Shader(name, seed)
     field = s.noise(0.33, 5.0, distortion=2.2)
-    step = 0.5 / len(colours)
-    return s.done(s.shade(s.ramp(field, [(0.25 + i * step, c) for i, c in enumerate(colours)], "CONSTANT"), 0.35, 2.5))
+    step = 0.5 / len(colors)
+    return s.done(s.shade(s.ramp(field, [(0.25 + i * step, c) for i, c in enumerate(colors)], "CONSTANT"), 0.35, 2.5))
 
 
 # ---- geometry
@@ -570,10 +570,10 @@ def light():
     background = world.node_tree.nodes["Background"]
     background.inputs["Color"].default_value = (0.86, 0.93, 1.0, 1.0)
     background.inputs["Strength"].default_value = 0.62
-    for name, place, size, power, colour in (("window", (9.0, -5.0, 13.0), 5.0, 2300.0, (1.0, 0.93, 0.82)),
+    for name, place, size, power, color in (("window", (9.0, -5.0, 13.0), 5.0, 2300.0, (1.0, 0.93, 0.82)),
                                              ("fill", (-10.0, 8.0, 11.0), 8.0, 520.0, (0.85, 0.92, 1.0))):
         lamp = bpy.data.lights.new(name, "AREA")
-        lamp.shape, lamp.size, lamp.energy, lamp.color = "DISK", size, power, colour
+        lamp.shape, lamp.size, lamp.energy, lamp.color = "DISK", size, power, color
         thing = bpy.data.objects.new(name, lamp)
         thing.location = place
         thing.rotation_euler = (-Vector(place)).to_track_quat("-Z", "Y").to_euler()

@@ -5,7 +5,7 @@
 Each kind becomes OUT/KIND with images/ and a COLMAP text model with exact cameras, ready for import-colmap. The lab's
 still life is the subject of all of them:
 
-- matte: no highlights; a colour that does not depend on the view explains it.
+- matte: no highlights; a color that does not depend on the view explains it.
 - glossy: every surface on the table is polished.
 - outdoors: no courtyard; what lies behind the rug is a landscape at infinity, where no surface point is.
 - exposure: the matte photos, each with its own gain (within one stop) and a slightly different white balance, in
@@ -87,8 +87,8 @@ def landscape():
                                      (2.0, 6.0, (0.05, 0.09, 0.03), (0.26, 0.3, 0.1))):
         ridge = top + wobble * (fractal(rng, 10, 5)[SKY_HEIGHT // 2][None, :] - 0.5)
         shade = np.clip(fractal(rng, 48, 4) * 2.2 - 0.6, 0, 1)[..., None]
-        colour = np.array(dark) + (np.array(light) - np.array(dark)) * shade
-        picture = np.where((elevation < ridge)[..., None], colour, picture)
+        color = np.array(dark) + (np.array(light) - np.array(dark)) * shade
+        picture = np.where((elevation < ridge)[..., None], color, picture)
     fields = value_noise(rng, SKY_HEIGHT, SKY_WIDTH, 96)
     palette = np.array([(0.3, 0.22, 0.07), (0.1, 0.2, 0.04), (0.36, 0.31, 0.14), (0.17, 0.25, 0.08), (0.22, 0.13, 0.06)])
     patches = palette[np.clip((fields * 5).astype(int), 0, 4)] * (0.75 + 0.5 * fractal(rng, 64, 3))[..., None]

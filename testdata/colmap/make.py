@@ -126,6 +126,6 @@ case("text-absolute-name", "is an absolute path", base, images=IMAGES.replace("a
 case("text-windows-name", "is an absolute path", base, images=IMAGES.replace("a.png", "C:\\a.png"))
 case("text-duplicate-name", "is also that of image 3", base, images=IMAGES.replace("a.png", "left/first photo.jpg"))
 case("text-dangling-camera", "camera 4, which does not exist", base, images=IMAGES.replace(" 7 a.png", " 4 a.png"))
-case("text-colour-too-large", "the colour (0 to 255) should be a number", base, points3D=POINTS.replace("255", "256"))
+case("text-color-too-large", "the color (0 to 255) should be a number", base, points3D=POINTS.replace("255", "256"))
 case("text-duplicate-point", "the id is used twice", base, points3D=POINTS.replace("\n12 ", "\n11 "))
 case("text-broken-track", "the line ends before the keypoint index", base, points3D=POINTS.replace("9 1\n", "9\n"))

@@ -32,17 +32,17 @@ def tiff(tags, data):
 
 def images():
     i = "images"
-    grey = png(3, 2, 0, 8, [bytes([0, 128, 255]), bytes([1, 2, 3])])
-    valid(i, "grey.png", grey)
-    valid(i, "grey-1-bit.png", png(3, 2, 0, 1, [b"\xa0", b"\x40"]))
-    valid(i, "grey-16-bit.png", png(2, 1, 0, 16, [struct.pack(">HH", 65535, 300)]))
-    valid(i, "grey-alpha.png", png(2, 1, 4, 8, [bytes([200, 100, 7, 0])]))
+    gray = png(3, 2, 0, 8, [bytes([0, 128, 255]), bytes([1, 2, 3])])
+    valid(i, "gray.png", gray)
+    valid(i, "gray-1-bit.png", png(3, 2, 0, 1, [b"\xa0", b"\x40"]))
+    valid(i, "gray-16-bit.png", png(2, 1, 0, 16, [struct.pack(">HH", 65535, 300)]))
+    valid(i, "gray-alpha.png", png(2, 1, 4, 8, [bytes([200, 100, 7, 0])]))
     valid(i, "rgb.png", png(2, 1, 2, 8, [bytes(range(6))]))
     valid(i, "rgba-16-bit.png", png(1, 1, 6, 16, [struct.pack(">HHHH", 65535, 0, 257, 32768)]))
     palette = struct.pack(">I", 6) + b"PLTE" + bytes([9, 8, 7, 1, 2, 3])
     palette += struct.pack(">I", zlib.crc32(palette[4:]))
     valid(i, "palette.png", png(8, 1, 3, 1, [b"\x55"], palette))
-    valid(i, "png-named-jpeg.jpg", grey)
+    valid(i, "png-named-jpeg.jpg", gray)
     valid(i, "rgb.bmp", bmp(1, 1, b"\1\2\3\0"))
     valid(i, "rgb.ppm", b"P6\n# comment\n2 1\n255\n" + bytes(range(6)))
     here = os.path.join(HERE, "..", "lab", "photos")
@@ -52,10 +52,10 @@ def images():
     bad("text.jpg", "not an image of a known format", "this is no photo\n")
     bad("heic.jpg", "not an image of a known format",
         b"\0\0\0\x18ftypheic\0\0\0\0mif1heic" + b"\0" * 64)
-    bad("cut.png", "cut.png", grey[:-30])
-    bad("header-only.png", "header-only.png", grey[:33])
-    bad("magic-only.png", "magic-only.png", grey[:8])
-    bad("checksum.png", "checksum.png", grey[:29] + b"\0\0\0\0" + grey[33:])
+    bad("cut.png", "cut.png", gray[:-30])
+    bad("header-only.png", "header-only.png", gray[:33])
+    bad("magic-only.png", "magic-only.png", gray[:8])
+    bad("checksum.png", "checksum.png", gray[:29] + b"\0\0\0\0" + gray[33:])
     bad("width-zero.png", "width-zero.png", png(3, 2, 0, 8, [b"abc"] * 2, size=(0, 2)))
     bad("pixels-900-million.png", "more than the 500 megapixels",
         png(3, 2, 0, 8, [b"abc"] * 2, size=(30000, 30000)))
@@ -160,7 +160,7 @@ def environments():
     bad = lambda name, expect, data: invalid(e, name, expect, data)
     bad("empty.exr", "the file is empty", b"")
     bad("photo.exr", "neither an OpenEXR nor a Radiance file", b"\x89PNG\r\n\x1a\n" + b"\0" * 60)
-    bad("no-colour.exr", "there are no channels R, G and B, only depth.Z",
+    bad("no-color.exr", "there are no channels R, G and B, only depth.Z",
         exr(1, 1, [("depth.Z", 2, 1.0)]))
     bad("window-30000.exr", "bytes cannot hold", exr(1, 1, rgb, window=(0, 0, 29999, 29999)))
     bad("pixels-cut.exr", "pixels-cut.exr", exr(4, 2, rgb)[:-5])

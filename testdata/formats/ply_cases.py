@@ -100,7 +100,7 @@ def gaussians_valid():
     rgb = [p for p in floats(columns(0)) if not p[1].startswith("f_")]
     rgb += [("uchar", c, lambda r, i=i: (40 * r + 90 * i) % 256)
             for i, c in enumerate(("red", "green", "blue"))]
-    valid(G, "colours-instead-of-sh.ply", ply(LE, rgb, 4, comments=["Vertical Axis: z"]))
+    valid(G, "colors-instead-of-sh.ply", ply(LE, rgb, 4, comments=["Vertical Axis: z"]))
     odd = {"x": float("nan"), "opacity": float("inf"), "scale_1": float("-inf")}
     special = [(k, n, lambda r, n=n: odd.get(n, value(n, r)) if r == 1 else value(n, r))
                for k, n in floats(columns(0))]
@@ -171,7 +171,7 @@ def gaussians_invalid():
     for gone in ("opacity", "x", "scale_1", "rot_2", "f_dc_1"):
         bad(f"missing-{gone}", f"property \"{gone}\" is missing",
             ply(LE, [p for p in good if p[1] != gone], 2))
-    bad("missing-colour", "property \"f_dc_0\" is missing",
+    bad("missing-color", "property \"f_dc_0\" is missing",
         ply(LE, [p for p in good if not p[1].startswith("f_")], 2))
     bad("list-for-x", "property \"x\" is a list (ply header line 4)",
         whole.replace(b"property float x\n", b"property list uchar float x\n"))
@@ -215,11 +215,11 @@ def points():
     p = "points-ply"
     xyz = floats(["x", "y", "z"])
     rgb = [("uchar", c, lambda r, i=i: 60 * i + r) for i, c in enumerate(("red", "green", "blue"))]
-    valid(p, "same-colours.ply", ply(LE, xyz + rgb, 4))
+    valid(p, "same-colors.ply", ply(LE, xyz + rgb, 4))
     valid(p, "same-ascii.ply", ply("ascii", rgb + xyz, 4))
     valid(p, "same-doubles.ply", ply(BE, floats(["x", "y", "z"], "double") + rgb, 4))
     valid(p, "same-with-normals.ply", ply(LE, xyz + floats(["nx", "ny", "nz"]) + rgb, 4))
-    valid(p, "no-colours.ply", ply(LE, xyz, 4))
+    valid(p, "no-colors.ply", ply(LE, xyz, 4))
     valid(p, "gaussians.ply", ply(LE, floats(columns(2)), 4))
     valid(p, "no-rows.ply", ply("ascii", xyz, 0))
     invalid(p, "missing-z.ply", "property \"z\" is missing", ply(LE, xyz[:2] + rgb, 4))

@@ -1,6 +1,6 @@
 //! `.splat`: 32 bytes per Gaussian without a header, as antimatter15's viewer reads them.
 //!
-//! Position 3 x f32, scale 3 x f32 (linear), colour and opacity 4 x u8, rotation 4 x u8 `w, x, y,
+//! Position 3 x f32, scale 3 x f32 (linear), color and opacity 4 x u8, rotation 4 x u8 `w, x, y,
 //! z` as `128 + 128 q`. No harmonics beyond degree 0. Rows are sorted by size times opacity, the
 //! most visible first, so that a viewer shows a partial download well.
 

@@ -1,7 +1,7 @@
 //! mkkellogg's `.ksplat`, which is read only: its program is no longer developed.
 //!
 //! A header of 4096 bytes, section headers of 1024 bytes, and for each section the lengths of its partly
-//! filled buckets, the centres of its buckets, and its splats. Compression level 0 stores f32, 1 and 2 store
+//! filled buckets, the centers of its buckets, and its splats. Compression level 0 stores f32, 1 and 2 store
 //! positions as 16 bits relative to the bucket and f16; level 2 stores harmonics as bytes.
 
 use std::path::Path;
@@ -20,7 +20,7 @@ const HEADER_BYTES: u64 = 4096;
 const SECTION_BYTES: u64 = 1024;
 /// Range of harmonics of level 2 in files that do not say one.
 const USUAL_RANGE: [f32; 2] = [-1.5, 1.5];
-/// Steps of a position on each side of the centre of a bucket, where the section does not say.
+/// Steps of a position on each side of the center of a bucket, where the section does not say.
 const USUAL_STEPS: u32 = 32767;
 /// Components of harmonics by degree.
 const HARMONICS: [usize; 4] = [0, 9, 24, 45];
@@ -141,7 +141,7 @@ fn read_section(
     }
     let lengths = bytes.take(4 * u64::from(section.partial_buckets), "lengths of buckets")?;
     let centers = u64::from(section.bucket_bytes) * u64::from(section.buckets);
-    let centers = bytes.take(centers, "centres of buckets")?;
+    let centers = bytes.take(centers, "centers of buckets")?;
     let size = layout.splat_bytes(harmonics);
     let splats = bytes.take(size as u64 * u64::from(section.stored), "splats")?;
     let mut gaussians = with_room(section.splats as usize, section.degree as u8);

@@ -1,4 +1,4 @@
-//! Rows in the order of a space-filling curve: neighbours in the file are neighbours in space.
+//! Rows in the order of a space-filling curve: neighbors in the file are neighbors in space.
 
 use motes_scene::Gaussians;
 use rayon::prelude::*;
@@ -6,8 +6,8 @@ use rayon::prelude::*;
 /// Bits per axis.
 const BITS: u32 = 21;
 
-/// Row numbers along the Morton curve of the bounding box of the centres; equal codes keep the
-/// order of the rows. Centres that are not finite come first.
+/// Row numbers along the Morton curve of the bounding box of the centers; equal codes keep the
+/// order of the rows. Centers that are not finite come first.
 pub(crate) fn morton_order(gaussians: &Gaussians) -> Vec<u32> {
     let mut low = [f32::INFINITY; 3];
     let mut high = [f32::NEG_INFINITY; 3];

@@ -39,12 +39,12 @@ pub(crate) fn logit_of_byte(byte: u8) -> f32 {
     }
 }
 
-/// The byte of the degree-0 colour of a coefficient.
+/// The byte of the degree-0 color of a coefficient.
 pub(crate) fn color_byte(dc: f32) -> u8 {
     unorm8(0.5 + SH_C0 * dc)
 }
 
-/// The degree-0 coefficient of a colour from 0 to 1.
+/// The degree-0 coefficient of a color from 0 to 1.
 pub(crate) fn dc_of_color(color: f32) -> f32 {
     (color - 0.5) / SH_C0
 }

@@ -39,7 +39,7 @@ pub(super) fn again(
     read_gaussians_from(format, &bytes, name).unwrap()
 }
 
-/// Largest errors, after rows were matched by their nearest centre.
+/// Largest errors, after rows were matched by their nearest center.
 #[derive(Debug, Default)]
 struct Errors {
     mean: f32,
@@ -278,7 +278,7 @@ fn glb_nodes_move_turn_and_scale_their_splats() {
             let grown = moved.log_scales[i][axis] - gaussians.log_scales[i][axis];
             assert!((grown - 2f32.ln()).abs() < 1e-5);
         }
-        // The colour towards a direction is that of the old direction.
+        // The color toward a direction is that of the old direction.
         let color = |g: &Gaussians, d: [f32; 3]| {
             let mut basis = [0.0; 25];
             motes_math::sh::sh_basis(2, d, &mut basis);

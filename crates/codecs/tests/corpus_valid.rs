@@ -257,10 +257,10 @@ fn images_have_three_or_four_channels_and_survive_as_png() {
         assert_eq!(images::read_image_from(&png, Path::new("again")).unwrap(), image);
         assert_eq!(images::image_dimensions(&path).unwrap(), (image.width, image.height));
         let first = match name(&path).as_str() {
-            "grey.png" | "png-named-jpeg.jpg" => [0, 0, 0],
-            "grey-1-bit.png" => [255; 3],
-            "grey-16-bit.png" => [255; 3],
-            "grey-alpha.png" => [200; 3],
+            "gray.png" | "png-named-jpeg.jpg" => [0, 0, 0],
+            "gray-1-bit.png" => [255; 3],
+            "gray-16-bit.png" => [255; 3],
+            "gray-alpha.png" => [200; 3],
             "rgb.png" | "rgb.ppm" => [0, 1, 2],
             "rgba-16-bit.png" => [255, 0, 1],
             "palette.png" => [9, 8, 7],

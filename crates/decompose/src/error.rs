@@ -7,8 +7,8 @@ use thiserror::Error;
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum DecomposeError {
     /// The observer asked for it.
-    #[error("the decomposition was cancelled")]
-    Cancelled,
+    #[error("the decomposition was canceled")]
+    Canceled,
     /// There is nothing to shade.
     #[error("the Gaussians show no surface that several photos agree about")]
     NoSurface,

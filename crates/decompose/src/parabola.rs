@@ -1,6 +1,6 @@
 //! Minimum of sampled costs.
 
-/// Where the parabola through a least value and its neighbours is least.
+/// Where the parabola through a least value and its neighbors is least.
 pub(crate) fn least_of_parabola(grid: &[f32], costs: &[f64], at: usize) -> f32 {
     if at == 0 || at + 1 >= grid.len() {
         return grid[at];

@@ -6,7 +6,7 @@ use motes_shading::environment::{Environment, EnvironmentMap, MapOptions, direct
 
 use crate::mesh::Mesh;
 
-/// Rows of twice as many vertices, whose distance from the centre is that of their direction.
+/// Rows of twice as many vertices, whose distance from the center is that of their direction.
 pub(crate) fn ball(rows: u32, radius: impl Fn(Vec3) -> f32) -> Surface {
     let columns = 2 * rows;
     let mut s = Surface::default();

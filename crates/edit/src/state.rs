@@ -53,7 +53,7 @@ pub enum Fill {
     /// Nothing.
     #[default]
     None,
-    /// The support plane goes on with its own colours.
+    /// The support plane goes on with its own colors.
     Plane,
     /// Pieces of the surroundings are copied.
     Patch,
@@ -75,7 +75,7 @@ pub struct SceneParts {
     pub environment: ImageF32,
     /// Its axes.
     pub convention: Convention,
-    /// Whether the environment is no longer the one that the colours were made under.
+    /// Whether the environment is no longer the one that the colors were made under.
     pub environment_changed: bool,
     /// Lobes of the materials.
     pub lobes: Lobes,
@@ -255,7 +255,7 @@ impl EditState {
     /// Notes that the Gaussians of `rows` were moved by `motion`, on top of earlier motions.
     pub fn note_motion(&mut self, rows: &[u32], motion: &Similarity) {
         let mut composed: BTreeMap<u32, u32> = BTreeMap::new();
-        // Neighbours mostly went the same way.
+        // Neighbors mostly went the same way.
         let mut last = None;
         for &row in rows {
             let origin = &mut self.origins[row as usize];

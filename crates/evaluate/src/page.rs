@@ -178,7 +178,7 @@ impl EvaluationPage {
             "views",
             "PSNR dB",
             "float",
-            "colour-corrected",
+            "color-corrected",
             "SSIM",
             "LPIPS",
             "gap dB",
@@ -231,9 +231,9 @@ impl EvaluationPage {
         }
         let caption = format!(
             "Error: mean absolute difference over R, G, B from 0 (left) to {ERROR_FULL_SCALE} of \
-             255 or more (right); grey is masked out."
+             255 or more (right); gray is masked out."
         );
-        page.picture(&png_url(&scale_bar(256, 12)), "Colour scale of the error maps", &caption);
+        page.picture(&png_url(&scale_bar(256, 12)), "Color scale of the error maps", &caption);
     }
 }
 
@@ -262,7 +262,7 @@ fn view_table(model: &ModelScores) -> Table {
         cells
     };
     let columns =
-        ["view", "split", "PSNR dB", "float", "colour-corrected", "SSIM", "LPIPS", "counted %"];
+        ["view", "split", "PSNR dB", "float", "color-corrected", "SSIM", "LPIPS", "counted %"];
     Table {
         caption: format!(
             "{} views; counted: share of pixels that no mask takes out",

@@ -17,7 +17,7 @@ fn evaluate(toy: &ToyCapture, arguments: &[&str]) -> Output {
     run(env!("CARGO_BIN_EXE_evaluate"), toy.folder.path(), &all)
 }
 
-/// Writes the model with its colours changed by `by`.
+/// Writes the model with its colors changed by `by`.
 fn write_changed(toy: &ToyCapture, name: &str, by: f32) {
     let mut changed = toy.gaussians.clone();
     changed.sh.iter_mut().enumerate().for_each(|(i, v)| *v += by * (i as f32).sin());

@@ -1,6 +1,6 @@
 //! What a scene's objects take from the ground's light: a plane to lay under them elsewhere.
 //!
-//! `ratio(x) = E(x with the objects) / E(x without them)` per colour, with `E` the irradiance of the plane from
+//! `ratio(x) = E(x with the objects) / E(x without them)` per color, with `E` the irradiance of the plane from
 //! the scene's light. Compositors multiply their ground with it; renderers blend a black plane of
 //! opacity `1 - luminance(ratio)` over it. Both samples of a point share their random numbers, so that the noise of the
 //! light cancels where nothing is in the way.
@@ -186,7 +186,7 @@ impl Ground {
         if !(areas[most] > 0.0) {
             return Err(ShadowError::NoGround);
         }
-        // The mean of the layer and its neighbours, by area.
+        // The mean of the layer and its neighbors, by area.
         let (mut sum, mut weight) = (0.0, 0.0);
         for (_, area, h) in faces.iter().filter(facing_up) {
             let own = (((mean(h) - low) / layer) as usize).min(LAYERS);

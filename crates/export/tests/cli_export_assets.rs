@@ -104,7 +104,7 @@ fn a_page_of_plain_gaussians_and_one_to_compare_with() {
 #[test]
 fn a_mesh_has_textures_and_its_light_in_the_targets_axes() {
     let scene = toy_scene();
-    // Blender's axes: light from +x, left of the centre +y.
+    // Blender's axes: light from +x, left of the center +y.
     scene.map("sky.exr", 16, 8, |x, _| if x == 8 { [4.0, 2.0, 1.0] } else { [0.1; 3] });
     let light = ["--environment", "sky.exr", "--env-convention", "blender"];
     let mesh = ["--scene", "scene", "--format", "mesh", "--texture-size", "256"];
@@ -126,7 +126,7 @@ fn a_mesh_has_textures_and_its_light_in_the_targets_axes() {
     assert_eq!((exr.width, exr.height), (16, 8));
     assert!(far(&exr, &given) < 1e-3, "{}", far(&exr, &given));
     assert!(far(&read_environment(&scene.path("m.environment.hdr")).unwrap(), &exr) < 0.03);
-    // OpenUSD has another centre: the same light a quarter further.
+    // OpenUSD has another center: the same light a quarter further.
     let usd = [&mesh[..], &light, &["--target", "usd", "-o", "u.glb"]].concat();
     assert_code(&export(&scene, &usd), 0);
     let usd = read_environment(&scene.path("u.environment.exr")).unwrap();
@@ -137,7 +137,7 @@ fn a_mesh_has_textures_and_its_light_in_the_targets_axes() {
 }
 
 #[test]
-fn a_mesh_without_an_atlas_has_colours_at_its_vertices() {
+fn a_mesh_without_an_atlas_has_colors_at_its_vertices() {
     let scene = toy_scene();
     let line =
         ["--scene", "scene", "--format", "mesh", "--no-atlas", "--triangles", "0", "-o", "m.glb"];

@@ -74,7 +74,7 @@ fn picture(gaussians: &Gaussians, scene: &ToyScene, view: &View) -> ImageF32 {
     render(gaussians, &camera(scene), &view.camera_from_world, &RenderOptions::default()).color
 }
 
-/// The same Gaussians with one colour each, as the rasterizer takes them.
+/// The same Gaussians with one color each, as the rasterizer takes them.
 fn colored(gaussians: &Gaussians, color: impl Fn(usize) -> [f32; 3]) -> Gaussians {
     let coefficient = |v: f32| (v - 0.5) / 0.282_094_8;
     let sh = (0..gaussians.len()).flat_map(|i| color(i).map(coefficient)).collect();

@@ -1,6 +1,6 @@
 //! Drawing on an 8-bit RGB image: rectangles, pictures, text.
 //!
-//! Text is Noto Sans Mono from pre-rasterised glyphs with 256 levels of coverage; a character
+//! Text is Noto Sans Mono from pre-rasterized glyphs with 256 levels of coverage; a character
 //! outside Latin-1 is drawn as `?`.
 
 use motes_scene::ImageU8;
@@ -45,7 +45,7 @@ pub struct Canvas {
 }
 
 impl Canvas {
-    /// A picture of one colour.
+    /// A picture of one color.
     pub fn new(width: usize, height: usize, color: [u8; 3]) -> Self {
         let data = color.iter().copied().cycle().take(width * height * 3).collect();
         Self { image: ImageU8::from_data(width, height, 3, data) }

@@ -1,19 +1,19 @@
-//! A perceptually ordered colour map: equal steps of value are equal steps of lightness.
+//! A perceptually ordered color map: equal steps of value are equal steps of lightness.
 //!
 //! Lightness `L` of Oklab rises linearly from near black to near white while the hue walks from
-//! blue over red to yellow, so the order survives greyscale printing and colour-blind eyes.
+//! blue over red to yellow, so the order survives grayscale printing and color-blind eyes.
 //! Source: Ottosson, "A perceptual color space for image processing" (2020).
 
 use std::f64::consts::TAU;
 
-/// Colour of `t` in [0, 1], 8-bit sRGB; values outside are clamped, NaN is mid-grey.
+/// Color of `t` in [0, 1], 8-bit sRGB; values outside are clamped, NaN is mid-gray.
 pub fn colormap(t: f64) -> [u8; 3] {
     if t.is_nan() {
         return [128; 3];
     }
     let t = t.clamp(0.0, 1.0);
     let lightness = 0.12 + 0.85 * t;
-    // Chroma vanishes at both ends, where sRGB has little room for colour.
+    // Chroma vanishes at both ends, where sRGB has little room for color.
     let chroma = 0.17 * (1.0 - (2.0 * t - 1.0).abs().powf(2.5));
     let hue = TAU * (0.76 + 0.50 * t);
     oklab_to_srgb8(lightness, chroma * hue.cos(), chroma * hue.sin())
@@ -39,7 +39,7 @@ fn srgb_from_linear(v: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// CIE L* of an 8-bit sRGB colour: another lightness than the one the map is built on.
+    /// CIE L* of an 8-bit sRGB color: another lightness than the one the map is built on.
     fn lightness(rgb: [u8; 3]) -> f64 {
         let linear = rgb.map(|v| {
             let v = f64::from(v) / 255.0;
@@ -60,7 +60,7 @@ mod tests {
     }
 
     #[test]
-    fn bad_values_have_a_colour() {
+    fn bad_values_have_a_color() {
         assert_eq!(colormap(f64::NAN), [128; 3]);
         assert_eq!(colormap(-3.0), colormap(0.0));
         assert_eq!(colormap(f64::INFINITY), colormap(1.0));

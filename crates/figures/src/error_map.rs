@@ -4,14 +4,14 @@ use motes_scene::ImageU8;
 
 use crate::colormap::colormap;
 
-/// Mean absolute difference over RGB that maps to the brightest colour, in 8-bit steps: larger
+/// Mean absolute difference over RGB that maps to the brightest color, in 8-bit steps: larger
 /// errors are clipped. One fixed scale makes maps comparable across views, runs and programs.
 pub const ERROR_FULL_SCALE: f64 = 64.0;
 
-/// The mean absolute difference of each pixel through the colour map, 3 channels.
+/// The mean absolute difference of each pixel through the color map, 3 channels.
 ///
 /// `photo` and `render` have the same size and 3 or 4 channels; only RGB counts. Pixels whose
-/// `counted` entry is false (masked out) are mid-grey.
+/// `counted` entry is false (masked out) are mid-gray.
 ///
 /// # Panics
 /// When the sizes differ.
@@ -34,7 +34,7 @@ pub fn error_map(photo: &ImageU8, render: &ImageU8, counted: Option<&[bool]>) ->
     ImageU8::from_data(photo.width, photo.height, 3, pixels.collect())
 }
 
-/// A horizontal bar of the colour map from 0 (left) to full scale, 3 channels.
+/// A horizontal bar of the color map from 0 (left) to full scale, 3 channels.
 pub fn scale_bar(width: usize, height: usize) -> ImageU8 {
     let mut bar = ImageU8::filled(width, height, 3, 0);
     let last = width.saturating_sub(1).max(1) as f64;
@@ -51,7 +51,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn larger_errors_are_brighter_and_masked_ones_grey() {
+    fn larger_errors_are_brighter_and_masked_ones_gray() {
         let photo = ImageU8::filled(4, 1, 3, 100);
         let mut render = ImageU8::filled(4, 1, 4, 100);
         render.pixel_mut(1, 0)[0] = 140;

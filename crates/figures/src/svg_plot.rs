@@ -30,7 +30,7 @@ const LEFT: f64 = 64.0;
 const RIGHT: f64 = 16.0;
 const TOP: f64 = 34.0;
 const BOTTOM: f64 = 46.0;
-/// Readable on white and on black, and told apart by the common kinds of colour blindness.
+/// Readable on white and on black, and told apart by the common kinds of color blindness.
 const COLORS: [&str; 6] = ["#0b84c6", "#d9730d", "#1f9d72", "#c2478e", "#8a6fd1", "#7a7a00"];
 
 impl LinePlot {

@@ -46,7 +46,7 @@ pub struct DecompositionDocument {
     pub indirect: bool,
     /// What the scale of light against base color rests on.
     pub scale_anchor: ScaleAnchorDocument,
-    /// What was modelled or left out, and why.
+    /// What was modeled or left out, and why.
     #[serde(default)]
     pub terms: Vec<TermDocument>,
     /// Pictures under the light of the capture against the photos.
@@ -86,12 +86,12 @@ pub struct StepTimeDocument {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum ConventionDocument {
-    /// +y up, centre +z.
+    /// +y up, center +z.
     #[default]
     Openexr,
-    /// +z up, centre +x.
+    /// +z up, center +x.
     Blender,
-    /// +y up, centre +x.
+    /// +y up, center +x.
     Threejs,
 }
 

@@ -10,12 +10,12 @@ use crate::exr_aov::{AovChannel, AovImage, AovSamples, read_exr_from, write_fini
 use crate::images::decode_radiance;
 
 /// Reads an environment map: `[h, w, 3]`, linear, row 0 up, values as stored. The content tells
-/// OpenEXR from Radiance (`.hdr`). An EXR file may have any sample type; its colour is the
-/// channels `R G B`, else those of its only layer that has them, else the grey channel `Y`.
+/// OpenEXR from Radiance (`.hdr`). An EXR file may have any sample type; its color is the
+/// channels `R G B`, else those of its only layer that has them, else the gray channel `Y`.
 ///
 /// # Errors
 /// The file cannot be read, is neither OpenEXR nor Radiance, is damaged, promises more pixels than
-/// its length can hold, or has no colour.
+/// its length can hold, or has no color.
 pub fn read_environment(path: &Path) -> Result<ImageF32> {
     if path.is_dir() {
         return Err(FormatError::invalid(path, "", "this is a folder, not an environment map"));
@@ -69,7 +69,7 @@ fn color_channels(image: &AovImage) -> Option<[&AovChannel; 3]> {
             let only = colors.next();
             if colors.next().is_some() { None } else { only }
         })
-        .or_else(|| image.channel("Y").map(|grey| [grey; 3]))
+        .or_else(|| image.channel("Y").map(|gray| [gray; 3]))
 }
 
 /// Writes a `[h, w, 3]` linear map as an EXR file of floats. `attributes` are texts that say what
@@ -151,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn colour_is_found_in_the_only_layer_and_in_grey() {
+    fn color_is_found_in_the_only_layer_and_in_gray() {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("a.exr");
         let channel = |name: &str, v: f32| AovChannel::half(name, &[v]);

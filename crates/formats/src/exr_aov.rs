@@ -58,7 +58,7 @@ pub struct AovChannel {
 }
 
 impl AovChannel {
-    /// A channel of half floats: enough for colours. What is beyond the largest, 65504, becomes that.
+    /// A channel of half floats: enough for colors. What is beyond the largest, 65504, becomes that.
     pub fn half(name: impl Into<String>, values: &[f32]) -> Self {
         let most = f16::MAX.to_f32();
         let half = |v: &f32| f16::from_f32(if v.is_finite() { v.clamp(-most, most) } else { *v });

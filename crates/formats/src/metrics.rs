@@ -69,7 +69,7 @@ pub struct Scores {
     /// PSNR of the render before rounding, clamped to [0, 1], dB.
     #[serde(default)]
     pub psnr_float: Option<f64>,
-    /// PSNR after the colour correction of the protocol, dB.
+    /// PSNR after the color correction of the protocol, dB.
     #[serde(default)]
     pub psnr_color_corrected: Option<f64>,
     /// Structural similarity of the 8-bit render.
@@ -152,9 +152,9 @@ pub struct SsimProtocol {
     pub window_px: u64,
     /// Standard deviation of the window, pixels.
     pub sigma_px: f64,
-    /// First stabiliser, K1.
+    /// First stabilizer, K1.
     pub k1: f64,
-    /// Second stabiliser, K2.
+    /// Second stabilizer, K2.
     pub k2: f64,
     /// `same`: zeros around the image (INRIA); `valid`: only windows inside it.
     pub border: String,

@@ -1,7 +1,7 @@
 //! How Gaussians are chosen: the steps that `segment-select` takes and that edit plans contain.
 //!
 //! A step either combines what a [`Selector`] finds with the selection so far, or changes the selection
-//! as it is. Positions are world coordinates of the capture; pixels are those of a view, with the centre
+//! as it is. Positions are world coordinates of the capture; pixels are those of a view, with the center
 //! of the first pixel at (0.5, 0.5).
 
 mod parse;
@@ -94,14 +94,14 @@ pub enum Selector {
         /// Pixels.
         radius: f64,
     },
-    /// Centres in a sphere.
+    /// Centers in a sphere.
     Sphere {
         /// World.
         center: [f64; 3],
         /// World units.
         radius: f64,
     },
-    /// Centres in a box, which may be turned.
+    /// Centers in a box, which may be turned.
     Box {
         /// Middle, world.
         center: [f64; 3],
@@ -111,7 +111,7 @@ pub enum Selector {
         #[serde(default = "no_rotation")]
         rotation: [f64; 4],
     },
-    /// Centres on the side of a plane that its normal points to.
+    /// Centers on the side of a plane that its normal points to.
     HalfSpace {
         /// Of any length above 0.
         normal: [f64; 3],
@@ -127,14 +127,14 @@ pub enum Selector {
         #[serde(default)]
         thickness: Option<f64>,
     },
-    /// Base colours (degree 0 of the spherical harmonics) near a colour.
+    /// Base colors (degree 0 of the spherical harmonics) near a color.
     Color {
         /// sRGB-encoded, 0 to 1.
         rgb: [f64; 3],
         /// Largest difference in CIE L*a*b*; 2.3 is just noticeable.
         tolerance: f64,
     },
-    /// Base colours near the photo's or the rendering's colour at a pixel.
+    /// Base colors near the photo's or the rendering's color at a pixel.
     Eyedropper {
         /// Name of the view.
         view: String,
@@ -143,14 +143,14 @@ pub enum Selector {
         /// Largest difference in CIE L*a*b*.
         tolerance: f64,
     },
-    /// All that is connected to a seed: neighbours closer than a distance.
+    /// All that is connected to a seed: neighbors closer than a distance.
     Connected {
         /// World.
         seed: [f64; 3],
-        /// Largest distance between neighbours, world units; 3 times the usual one when not given.
+        /// Largest distance between neighbors, world units; 3 times the usual one when not given.
         #[serde(default)]
         distance: Option<f64>,
-        /// Largest difference of base colour between neighbours, CIE L*a*b*; none when not given.
+        /// Largest difference of base color between neighbors, CIE L*a*b*; none when not given.
         #[serde(default)]
         tolerance: Option<f64>,
     },
@@ -250,7 +250,7 @@ fn yes() -> bool {
 pub struct MaskPrompt {
     /// Name of the view.
     pub view: String,
-    /// Image: white belongs, black does not, grey is undecided in proportion.
+    /// Image: white belongs, black does not, gray is undecided in proportion.
     pub path: String,
 }
 

@@ -13,7 +13,7 @@ use crate::from_colmap::{largest, points_of, report_missing};
 use crate::gathered::{Gathered, Lens, Photo, Point};
 use crate::locate_image::ImageFinder;
 
-/// Cameras of `transforms.json` and of a model beside it agree when their centres are this close,
+/// Cameras of `transforms.json` and of a model beside it agree when their centers are this close,
 /// relative to the extent of the cameras.
 const SAME_FRAME: f64 = 1e-3;
 

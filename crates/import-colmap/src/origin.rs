@@ -11,7 +11,7 @@ const FAR_IN_EXTENTS: f64 = 1e2;
 const FAR: f64 = 1e4;
 
 /// The offset to subtract from world positions: zero unless the cameras are far from the origin
-/// (map coordinates, say). It is the median camera centre, rounded to a power of ten near the
+/// (map coordinates, say). It is the median camera center, rounded to a power of ten near the
 /// extent of the cameras, so that it can be read and typed.
 pub(crate) fn choose(centers: &[DVec3]) -> DVec3 {
     if centers.is_empty() {

@@ -21,7 +21,7 @@ pub(crate) fn crop_pinhole(panorama_width: usize) -> Pinhole {
     Pinhole { fx: f, fy: f, cx: c, cy: c, width: side, height: side }
 }
 
-/// `crop_from_panorama`: the crop looks to the right of the panorama's centre by
+/// `crop_from_panorama`: the crop looks to the right of the panorama's center by
 /// `crop / CROPS` turns.
 fn rotation(crop: usize) -> DQuat {
     DQuat::from_rotation_y(-TAU * crop as f64 / CROPS as f64)

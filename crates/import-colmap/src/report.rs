@@ -37,7 +37,7 @@ pub struct ImportReport {
     pub mean_grid_coverage: Option<f64>,
     /// What was subtracted from source positions.
     pub world_origin: [f64; 3],
-    /// Lowest and highest camera centre per axis, world units.
+    /// Lowest and highest camera center per axis, world units.
     pub camera_bounds: Option<[[f64; 3]; 2]>,
     /// Lowest and highest point per axis without the outermost 2 %, world units.
     pub point_bounds: Option<[[f64; 3]; 2]>,

@@ -41,11 +41,11 @@ pub enum Source {
 }
 
 impl Source {
-    /// Recognises the input.
+    /// Recognizes the input.
     ///
     /// # Errors
     /// Nothing is there, or nothing that can be imported.
-    pub fn recognise(input: &ImportInput) -> Result<Self> {
+    pub fn recognize(input: &ImportInput) -> Result<Self> {
         if let Some(model) = &input.model {
             let models = find_models(model);
             if models.is_empty() {

@@ -4,15 +4,15 @@ use motes_math::resample::{Filter, resize_rows};
 use motes_scene::ImageU8;
 
 /// Where output pixels come from: source pixel position for an output pixel position (both with
-/// pixel centres at +0.5), or nothing.
+/// pixel centers at +0.5), or nothing.
 pub(crate) type Map<'a> = dyn Fn(f64, f64) -> Option<[f64; 2]> + Sync + 'a;
 
 fn has_alpha(image: &ImageU8) -> bool {
     image.channels == 4
 }
 
-/// Multiplies colours by alpha, or the inverse: a transparent pixel must not colour its
-/// neighbours.
+/// Multiplies colors by alpha, or the inverse: a transparent pixel must not color its
+/// neighbors.
 fn premultiply(pixel: &mut [f32]) {
     let alpha = pixel[3] / 255.0;
     pixel[..3].iter_mut().for_each(|c| *c *= alpha);
@@ -31,7 +31,7 @@ fn finish(pixel: &mut [f32], out: &mut [u8]) {
 }
 
 /// Resizes a whole image with Lanczos-3 on the encoded values, as other trainers do when they
-/// downscale; alpha weights the colours.
+/// downscale; alpha weights the colors.
 pub(crate) fn resize(image: &ImageU8, width: usize, height: usize, filter: Filter) -> ImageU8 {
     let stride = image.width * image.channels;
     let size = (image.width, image.height, image.channels);
@@ -141,7 +141,7 @@ fn accumulate<'a>(
     }
 }
 
-/// Source pixels per output pixel along the source axes, from the neighbours to the right and
+/// Source pixels per output pixel along the source axes, from the neighbors to the right and
 /// below; 1 where they have no content.
 fn steps(
     center: [f64; 2],
@@ -152,7 +152,7 @@ fn steps(
     let difference = |other: Option<[f64; 2]>| {
         let other = other.unwrap_or(center);
         let dx = (other[0] - center[0]).abs();
-        // Across the seam of a panorama the neighbour is a whole turn away.
+        // Across the seam of a panorama the neighbor is a whole turn away.
         (dx.min((period - dx).abs()), (other[1] - center[1]).abs())
     };
     let ((rx, ry), (bx, by)) = (difference(right), difference(below));

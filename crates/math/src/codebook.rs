@@ -1,4 +1,4 @@
-//! The best few values for many: optimal scalar quantisation.
+//! The best few values for many: optimal scalar quantization.
 //!
 //! Values fall into bins that are even half by value and half by rank; the bins are split into `k` runs of
 //! least squared error by dynamic programming. The cost of runs fulfils the quadrangle inequality, so the

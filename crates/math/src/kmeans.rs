@@ -36,7 +36,7 @@ impl Default for KmeansOptions {
     }
 }
 
-/// A vector quantisation.
+/// A vector quantization.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Clusters {
     /// `[k, dimensions]`.

@@ -1,4 +1,4 @@
-//! Nearest neighbours in 3D.
+//! Nearest neighbors in 3D.
 
 use std::num::NonZero;
 
@@ -7,9 +7,9 @@ use rayon::prelude::*;
 
 /// Root mean squared distance from each point to its `k` nearest other points, `[N]`, same units.
 ///
-/// Coincident points count as neighbours at distance 0. With a single point the result is 0.
+/// Coincident points count as neighbors at distance 0. With a single point the result is 0.
 /// Points with a non-finite coordinate are left out of the search and get NaN.
-pub fn rms_neighbour_distance(points: &[[f32; 3]], k: usize) -> Vec<f32> {
+pub fn rms_neighbor_distance(points: &[[f32; 3]], k: usize) -> Vec<f32> {
     let finite: Vec<usize> =
         (0..points.len()).filter(|&i| points[i].iter().all(|v| v.is_finite())).collect();
     let entries: Vec<[f32; 3]> = finite.iter().map(|&i| points[i]).collect();
@@ -47,7 +47,7 @@ mod tests {
                 [(f * 0.37).sin(), (f * 0.73).cos(), (f * 0.11).sin()]
             })
             .collect();
-        let fast = rms_neighbour_distance(&points, 3);
+        let fast = rms_neighbor_distance(&points, 3);
         for (i, p) in points.iter().enumerate() {
             let mut d2: Vec<f32> = points
                 .iter()
@@ -61,10 +61,10 @@ mod tests {
 
     #[test]
     fn few_coincident_and_broken_points() {
-        assert!(rms_neighbour_distance(&[], 3).is_empty());
-        assert_eq!(rms_neighbour_distance(&[[1.0; 3]], 3), [0.0]);
-        assert_eq!(rms_neighbour_distance(&[[1.0; 3]; 5000], 3), [0.0; 5000]);
-        let mixed = rms_neighbour_distance(&[[0.0; 3], [f32::NAN; 3], [2.0, 0.0, 0.0]], 3);
+        assert!(rms_neighbor_distance(&[], 3).is_empty());
+        assert_eq!(rms_neighbor_distance(&[[1.0; 3]], 3), [0.0]);
+        assert_eq!(rms_neighbor_distance(&[[1.0; 3]; 5000], 3), [0.0; 5000]);
+        let mixed = rms_neighbor_distance(&[[0.0; 3], [f32::NAN; 3], [2.0, 0.0, 0.0]], 3);
         assert_eq!((mixed[0], mixed[2]), (2.0, 2.0));
         assert!(mixed[1].is_nan());
     }

@@ -1,9 +1,9 @@
 //! Image resampling with a filter that widens with the downscale factor.
 //!
-//! An output pixel at source position `c` (pixel centres at +0.5) is the weighted mean of source
+//! An output pixel at source position `c` (pixel centers at +0.5) is the weighted mean of source
 //! pixels `i` with weights `f((i + 0.5 - c) / s)`, where `s >= 1` is the number of source pixels
 //! per output pixel: the filter is as wide as the coarser of the two grids, so a downscale does
-//! not alias and an upscale interpolates. Weights are renormalised at the border. This is the
+//! not alias and an upscale interpolates. Weights are renormalized at the border. This is the
 //! convention of Pillow.
 
 use std::sync::LazyLock;
@@ -47,7 +47,7 @@ impl Filter {
         }
     }
 
-    /// Value at a distance from the centre.
+    /// Value at a distance from the center.
     fn value(self, x: f32) -> f32 {
         let x = x.abs();
         match self {
@@ -191,7 +191,7 @@ mod tests {
 
     #[test]
     fn a_ramp_keeps_its_positions() {
-        // Linear in the pixel centre, so a symmetric filter reproduces it away from the border.
+        // Linear in the pixel center, so a symmetric filter reproduces it away from the border.
         let data: Vec<f32> = (0..60).map(|x| x as f32 + 0.5).collect();
         for filter in FILTERS {
             let out = resize(&data, (60, 1, 1), (20, 1), filter);

@@ -7,7 +7,7 @@ use rand_pcg::Pcg64Mcg;
 ///
 /// PCG-64 MCG (O'Neill 2014) is a named algorithm with a fixed output, unlike `StdRng`.
 pub fn keyed_rng(seed: u64, stream: u64, item: u64) -> Pcg64Mcg {
-    // Two rounds of SplitMix64 (Steele et al. 2014) per key word spread neighbouring keys apart.
+    // Two rounds of SplitMix64 (Steele et al. 2014) per key word spread neighboring keys apart.
     let mut state = [0u64; 2];
     for (slot, salt) in state.iter_mut().zip([0x243f_6a88_85a3_08d3, 0x1319_8a2e_0370_7344u64]) {
         *slot = [seed, stream, item].iter().fold(salt, |h, &word| split_mix(h ^ split_mix(word)));
@@ -29,7 +29,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn equal_keys_agree_and_neighbours_differ() {
+    fn equal_keys_agree_and_neighbors_differ() {
         let draw = |a, b, c| -> u64 { keyed_rng(a, b, c).random() };
         assert_eq!(draw(1, 2, 3), draw(1, 2, 3));
         let all: std::collections::HashSet<u64> =
@@ -38,8 +38,8 @@ mod tests {
     }
 
     #[test]
-    fn neighbouring_streams_are_uniform_together() {
-        // Chi-square over 16 bins of the first draw of 16384 neighbouring items: 15 degrees of
+    fn neighboring_streams_are_uniform_together() {
+        // Chi-square over 16 bins of the first draw of 16384 neighboring items: 15 degrees of
         // freedom, 0.1 % point 37.7.
         let mut bins = [0u32; 16];
         for item in 0..16384 {

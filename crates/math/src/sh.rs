@@ -1,8 +1,8 @@
 //! Real spherical harmonics as 3D Gaussian splatting stores them.
 //!
 //! Basis `Y_k(d)`, `k = l^2 + l + m`, with the Condon–Shortley phase, so band 1 is
-//! `(-c y, c z, -c x)`. Colour = 0.5 + Σ_k Y_k(d) coefficient_k, with `d` the unit vector from the
-//! camera centre to the Gaussian. Source: Sloan, "Efficient Spherical Harmonic Evaluation" (2013),
+//! `(-c y, c z, -c x)`. Color = 0.5 + Σ_k Y_k(d) coefficient_k, with `d` the unit vector from the
+//! camera center to the Gaussian. Source: Sloan, "Efficient Spherical Harmonic Evaluation" (2013),
 //! written out as polynomials.
 
 /// `Y_0`: the constant of band 0.

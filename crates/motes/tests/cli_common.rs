@@ -149,7 +149,7 @@ impl Bench {
         self.put_scene(gaussians);
     }
 
-    /// The smallest scene folder: Gaussians of one material, no surface, a grey light.
+    /// The smallest scene folder: Gaussians of one material, no surface, a gray light.
     fn put_scene(&self, mut gaussians: Gaussians) {
         let n = gaussians.len();
         let materials = Materials {
@@ -164,8 +164,8 @@ impl Bench {
         let at = |name: &str| self.path("scene").join(name);
         write_gaussians(&at("gaussians.ply"), &gaussians, &PlyWriteOptions::default()).unwrap();
         write_surface(&at("surface.ply"), &Surface::default()).unwrap();
-        let grey = ImageF32::filled(2, 1, 3, 0.5);
-        write_environment(&at("environment.exr"), &grey, &[]).unwrap();
+        let gray = ImageF32::filled(2, 1, 3, 0.5);
+        write_environment(&at("environment.exr"), &gray, &[]).unwrap();
         let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../testdata/formats");
         let document = corpus.join("decomposition/v1/valid/short.json");
         fs::copy(document, at("decomposition.json")).unwrap();

@@ -88,7 +88,7 @@ fn composite<'a>(
     PixelAovs { depth_expected, depth_median: median, normal: normal.normalize_or_zero() }
 }
 
-/// The shortest axis of a Gaussian, turned towards the camera.
+/// The shortest axis of a Gaussian, turned toward the camera.
 fn facing_normal(gaussians: &Gaussians, i: usize, view: &ViewTransform) -> Vec3 {
     let [w, x, y, z] = gaussians.rotations[i];
     let axes = Mat3::from_quat(Quat::from_xyzw(x, y, z, w).normalize());

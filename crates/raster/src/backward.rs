@@ -1,8 +1,8 @@
 //! The backward tile kernel: gradients of one tile, front to back like the forward pass.
 //!
-//! With `g` the gradient of the loss by the pixel's colour, `w_i = alpha_i T_i` and
+//! With `g` the gradient of the loss by the pixel's color, `w_i = alpha_i T_i` and
 //! `S_i = Σ_{j>i} w_j g·c_j + T_end g·background` (what lies behind i),
-//! `alpha_i dL/d alpha_i = w_i g·c_i - S_i alpha_i / (1 - alpha_i)`. `S` starts as `g·colour` of
+//! `alpha_i dL/d alpha_i = w_i g·c_i - S_i alpha_i / (1 - alpha_i)`. `S` starts as `g·color` of
 //! the finished pixel and loses one term per splat, so no second traversal and no stored list is
 //! needed.
 //!
@@ -22,9 +22,9 @@ pub(crate) const MOMENTS: usize = 9;
 
 /// Inputs and running state of a tile's backward pass.
 pub(crate) struct BackwardTile {
-    /// `dL/d colour` per pixel.
+    /// `dL/d color` per pixel.
     pub(crate) gradient: [TilePlane; 3],
-    /// `S`: start with `g·colour + dL/dT_end T_end`.
+    /// `S`: start with `g·color + dL/dT_end T_end`.
     pub(crate) behind: TilePlane,
     pub(crate) transmittance: TilePlane,
     /// Blocks that are not finished.
@@ -136,7 +136,7 @@ fn sum_lanes_of_eight<S: Simd>(v: [S::f32s; 8]) -> [f32; 8] {
     out
 }
 
-/// Sums of neighbouring lanes: those of `a`, then those of `b`.
+/// Sums of neighboring lanes: those of `a`, then those of `b`.
 #[inline(always)]
 fn pairs<S: Simd>(a: S::f32s, b: S::f32s) -> S::f32s {
     a.unzip_low(b) + a.unzip_high(b)

@@ -147,7 +147,7 @@ impl TileRow {
         }
     }
 
-    /// Sorts every tile's list by the depth on the ray through the tile's centre.
+    /// Sorts every tile's list by the depth on the ray through the tile's center.
     fn sort_tiles(&mut self, row: usize, tile: usize) {
         let y = (row as f32 + 0.5) * tile as f32;
         for t in 0..self.tile_start.len() - 1 {
@@ -217,7 +217,7 @@ impl Bins {
 /// Half-open range of the rows of tiles that a splat reaches.
 #[inline(always)]
 fn row_range(splat: &Splat, tile: usize, rows: usize) -> (usize, usize) {
-    // First and last pixel centre of a row of tiles are at 0.5 and tile - 0.5.
+    // First and last pixel center of a row of tiles are at 0.5 and tile - 0.5.
     let scale = (tile as f32).recip();
     let first = (splat.y - splat.half_height - 0.5) * scale;
     let last = (splat.y + splat.half_height - 0.5) * scale;
@@ -234,7 +234,7 @@ fn tile_range(splat: &Splat, y0: f32, tile: usize, tiles_x: usize) -> (u32, u32)
     let Some((left, right)) = splat.band(top, top + (tile - 1) as f32) else {
         return (0, 0);
     };
-    // First and last pixel centre of a tile column are at 0.5 and tile - 0.5.
+    // First and last pixel center of a tile column are at 0.5 and tile - 0.5.
     let (side, scale) = (tile as f32, (tile as f32).recip());
     let first = ((splat.x + left - (side - 0.5)) * scale).max(0.0);
     let last = (splat.x + right - 0.5) * scale;

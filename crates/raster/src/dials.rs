@@ -63,10 +63,10 @@ fn parse_simd(text: &str) -> Result<SimdLevel, String> {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Sorting {
-    /// By the depth of their centres, one order for the image
+    /// By the depth of their centers, one order for the image
     #[default]
     Global,
-    /// By their depth on the ray through the tile's centre
+    /// By their depth on the ray through the tile's center
     Tile,
     /// By their depth on each pixel's ray, over a window; slow, rendering only (Radl et al. 2024)
     Pixel,

@@ -1,7 +1,7 @@
 //! Panoramas: six pinhole faces of a cube, resampled.
 //!
 //! Direction of pixel `(x, y)`: longitude `θ = 2π (x / w - ½)`, latitude `φ = π (½ - y / h)`,
-//! `d = (cos φ sin θ, -sin φ, cos φ cos θ)` in the camera frame, the centre column looks along +z
+//! `d = (cos φ sin θ, -sin φ, cos φ cos θ)` in the camera frame, the center column looks along +z
 //! (COLMAP's EQUIRECTANGULAR model).
 
 use glam::{DMat3, DQuat, DVec3};
@@ -13,7 +13,7 @@ use crate::render::{Aovs, Rendering, render};
 /// Faces overlap by this factor so that bilinear lookups never leave a face.
 const FACE_TANGENT: f64 = 1.05;
 
-/// Renders a full panorama around the camera centre.
+/// Renders a full panorama around the camera center.
 ///
 /// Depth AOVs hold the distance along the ray, since a panorama has no single z axis. Where faces
 /// meet, the ordering of Gaussians may differ by a pixel, as z depth does.
@@ -24,7 +24,7 @@ pub fn render_equirectangular(
     height: usize,
     options: &RenderOptions,
 ) -> Rendering {
-    // One face pixel spans no more than one panorama pixel at the face centre.
+    // One face pixel spans no more than one panorama pixel at the face center.
     let size = ((width as f64 / std::f64::consts::PI * FACE_TANGENT).ceil() as usize).max(8);
     let half = size as f64 / 2.0;
     let focal = half / FACE_TANGENT;

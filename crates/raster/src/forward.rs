@@ -10,7 +10,7 @@ use crate::exp2::exp2_minus_8;
 use crate::options::ALPHA_MAX;
 use crate::simd::{BLOCKS, LANES, TilePlane};
 
-/// Colour and transmittance of a tile while it is composited.
+/// Color and transmittance of a tile while it is composited.
 pub(crate) struct ForwardTile {
     pub(crate) color: [TilePlane; 3],
     pub(crate) transmittance: TilePlane,

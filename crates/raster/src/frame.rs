@@ -94,7 +94,7 @@ impl Frame {
         Self::default()
     }
 
-    /// Renders a view into four planes: colour over the background (sRGB-encoded, not clamped
+    /// Renders a view into four planes: color over the background (sRGB-encoded, not clamped
     /// above) and the final transmittance.
     pub fn forward(
         &mut self,
@@ -128,7 +128,7 @@ impl Frame {
         self.composite(view.size, options)
     }
 
-    /// Renders the view of the last [`Self::forward`] call again with other colours, without projecting, sorting and
+    /// Renders the view of the last [`Self::forward`] call again with other colors, without projecting, sorting and
     /// listing the Gaussians again: `color` is asked for those that are on the image and says numbers from 0 on; what is
     /// below 0 or NaN becomes 0. `options` must be those of the forward call; the background may differ.
     ///
@@ -186,7 +186,7 @@ impl Frame {
 
     /// Chains a loss gradient through the last [`Self::forward`] call.
     ///
-    /// `gradient` has four planes: `dL/d colour` and `dL/d transmittance`. The other arguments must be
+    /// `gradient` has four planes: `dL/d color` and `dL/d transmittance`. The other arguments must be
     /// those of the forward call. Overwrites `out`.
     ///
     /// # Panics

@@ -10,7 +10,7 @@ use crate::project_backward::RowGradient;
 pub struct GaussianGradients {
     /// `[N, 3]`, per world unit.
     pub means: Vec<[f32; 3]>,
-    /// `[N, 4]`, by the stored (not normalised) quaternion.
+    /// `[N, 4]`, by the stored (not normalized) quaternion.
     pub rotations: Vec<[f32; 4]>,
     /// `[N, 3]`
     pub log_scales: Vec<[f32; 3]>,
@@ -18,7 +18,7 @@ pub struct GaussianGradients {
     pub opacity_logits: Vec<f32>,
     /// `[N, K, 3]`
     pub sh: Vec<f32>,
-    /// `[N]`: norm of the gradient by the projected centre in units of half the image size, the
+    /// `[N]`: norm of the gradient by the projected center in units of half the image size, the
     /// measure that densification thresholds refer to.
     pub center_norm: Vec<f32>,
     /// `[N]`: whether the Gaussian was on the image.

@@ -2,11 +2,11 @@
 //!
 //! Image formation (Kerbl et al. 2023, "3D Gaussian Splatting"; Zwicker et al. 2001, EWA):
 //! a Gaussian projects to a 2D Gaussian, `alpha = min(0.99, opacity exp(-Q/2))`, and the pixels
-//! composite front to back, `colour = Σ c_i alpha_i T_i + T background`, `T_{i+1} = T_i (1 - alpha_i)`.
+//! composite front to back, `color = Σ c_i alpha_i T_i + T background`, `T_{i+1} = T_i (1 - alpha_i)`.
 //!
 //! - [`mod@reference`]: the equations in double precision, one loop each: the oracle of the tests.
 //! - [`Frame`]: the tiled SIMD path, forward and backward.
-//! - [`fn@render`]: one picture with its AOVs; [`Painter`]: one view in several sets of colours.
+//! - [`fn@render`]: one picture with its AOVs; [`Painter`]: one view in several sets of colors.
 //!
 //! Invariants: forward and backward decide with the same function whether a Gaussian touches a
 //! pixel; a comparison that decides is written so that NaN means "no"; results do not depend on

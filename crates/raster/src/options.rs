@@ -27,7 +27,7 @@ pub enum Antialias {
 /// What a rendering may vary.
 #[derive(Clone, Debug)]
 pub struct RenderOptions {
-    /// Colour behind everything, sRGB-encoded like the Gaussians' colours.
+    /// Color behind everything, sRGB-encoded like the Gaussians' colors.
     pub background: [f32; 3],
     /// Use at most this SH degree.
     pub sh_degree_limit: Option<u8>,

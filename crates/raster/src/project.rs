@@ -1,6 +1,6 @@
 //! World Gaussians to projected Gaussians of one view.
 //!
-//! With `p = W (mean - centre)` in the camera frame and `J` the Jacobian of the pinhole
+//! With `p = W (mean - center)` in the camera frame and `J` the Jacobian of the pinhole
 //! projection at `p`, the projected covariance is `Σ' = J W Σ Wᵀ Jᵀ + blur I` (Zwicker et al.
 //! 2001). `Σ = R diag(σ² + filter²) Rᵀ`, where `filter` is the per-Gaussian 3D smoothing scale of
 //! Mip-Splatting (Yu et al. 2024), which also lowers the opacity by
@@ -15,13 +15,13 @@ use crate::dials::Sorting;
 use crate::options::{Antialias, BLUR_VARIANCE_PX2, Modifiers, RenderOptions};
 use crate::splat::{Cutoffs, Splat};
 
-/// One view in single precision, with the camera centre kept apart from the rotation so that
-/// `mean - centre` cancels before anything is rounded.
+/// One view in single precision, with the camera center kept apart from the rotation so that
+/// `mean - center` cancels before anything is rounded.
 #[derive(Clone, Debug)]
 pub struct ViewTransform {
     /// Rotation world to camera.
     pub rotation: Mat3,
-    /// Camera centre in world.
+    /// Camera center in world.
     pub center: Vec3,
     /// What single precision leaves of it: a Gaussian close to a camera far from the origin would
     /// otherwise be off by the rounding of the camera.
@@ -33,7 +33,7 @@ pub struct ViewTransform {
     /// Image size, pixels.
     pub size: [usize; 2],
     /// Bounds of `x/z` and `y/z` inside which the Jacobian is evaluated: the field of view and
-    /// 30 % of its half width around it, where the linearisation still holds.
+    /// 30 % of its half width around it, where the linearization still holds.
     slope_min: [f32; 2],
     slope_max: [f32; 2],
 }
@@ -63,7 +63,7 @@ impl ViewTransform {
         }
     }
 
-    /// From the camera centre to a point, world axes.
+    /// From the camera center to a point, world axes.
     #[inline]
     pub fn offset_to(&self, point: [f32; 3]) -> Vec3 {
         (Vec3::from(point) - self.center) - self.center_rest
@@ -72,7 +72,7 @@ impl ViewTransform {
 
 /// What projecting one Gaussian computes before the conic; shared by forward and backward.
 pub(crate) struct Footprint {
-    /// Centre in the camera frame.
+    /// Center in the camera frame.
     pub(crate) p: Vec3,
     /// Unit rotation, local axes to world.
     pub(crate) rotation: Mat3,
@@ -184,7 +184,7 @@ impl Footprint {
     }
 }
 
-/// Unclamped colour `0.5 + Σ Y_k sh_k` of Gaussian `i` seen along `direction` (unit).
+/// Unclamped color `0.5 + Σ Y_k sh_k` of Gaussian `i` seen along `direction` (unit).
 #[inline(always)]
 pub(crate) fn raw_color(
     gaussians: &Gaussians,

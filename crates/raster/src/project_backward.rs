@@ -1,7 +1,7 @@
 //! From gradients of one projected Gaussian to gradients of its stored parameters.
 //!
 //! The chain of [`crate::project`], backwards. The moments are those of `v` with `(E, D) = L offset`
-//! and `Σ'⁻¹ = κ LᵀL`, κ = 16 ln 2; then `∂L/∂centre = Σ v Σ'⁻¹ offset` and `∂L/∂Σ' = ½ κ² Lᵀ M L`
+//! and `Σ'⁻¹ = κ LᵀL`, κ = 16 ln 2; then `∂L/∂center = Σ v Σ'⁻¹ offset` and `∂L/∂Σ' = ½ κ² Lᵀ M L`
 //! with `M` the second moments. Sums of rows with `shear = sb / sa` are formed first, because that is
 //! where the length of a needle cancels.
 
@@ -101,7 +101,7 @@ fn outer(u: Vec3, v: Vec3) -> Mat3 {
     Mat3::from_cols(u * v.x, u * v.y, u * v.z)
 }
 
-/// Gradient by the camera-frame centre, through the pixel position and through `J`.
+/// Gradient by the camera-frame center, through the pixel position and through `J`.
 #[inline(always)]
 fn mean_through_projection(
     view: &ViewTransform,
@@ -168,7 +168,7 @@ fn color_backward(
         let weight = c[0] * d_color[0] + c[1] * d_color[1] + c[2] * d_color[2];
         d_direction += Vec3::from(*g) * weight;
     }
-    // Normalising projects on the tangent plane.
+    // Normalizing projects on the tangent plane.
     let tangent = d_direction - direction * direction.dot(d_direction);
     tangent / distance
 }

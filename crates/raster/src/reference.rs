@@ -65,9 +65,9 @@ impl Default for Cutoffs {
 /// In which order pixels composite.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Order {
-    /// By depth of the centres.
+    /// By depth of the centers.
     Centers,
-    /// By depth on the ray through the centre of the square of this many pixels around a pixel.
+    /// By depth on the ray through the center of the square of this many pixels around a pixel.
     Squares(usize),
 }
 
@@ -97,7 +97,7 @@ impl Projected {
     }
 }
 
-/// Colour over `background` (3 values) and transmittance (1 value) per pixel, row-major.
+/// Color over `background` (3 values) and transmittance (1 value) per pixel, row-major.
 pub fn render_reference(
     gaussians: &ReferenceGaussians,
     camera: &Pinhole,

@@ -48,7 +48,7 @@ pub fn render(
     rendering
 }
 
-/// Gaussians before a camera, to be drawn in more than one set of colours: where they are on the image, their
+/// Gaussians before a camera, to be drawn in more than one set of colors: where they are on the image, their
 /// order and their lists per tile are found once, which is more than half of a picture.
 #[derive(Debug)]
 pub struct Painter {
@@ -58,7 +58,7 @@ pub struct Painter {
 }
 
 impl Painter {
-    /// Also draws `gaussians` in their own colours, without AOVs.
+    /// Also draws `gaussians` in their own colors, without AOVs.
     pub fn new(
         gaussians: &Gaussians,
         camera: &Pinhole,
@@ -71,17 +71,17 @@ impl Painter {
         (Self { frame, view, options: options.clone() }, first)
     }
 
-    /// Draws them in other colours, `color` of Gaussian `i`, numbers from 0 on; what is below 0 or NaN becomes 0.
+    /// Draws them in other colors, `color` of Gaussian `i`, numbers from 0 on; what is below 0 or NaN becomes 0.
     pub fn paint(&mut self, color: impl Fn(usize) -> [f32; 3] + Sync) -> Rendering {
         rendering(self.frame.repaint(color, &self.options))
     }
 
-    /// Draws them in the colours of `others`, which differ from them in nothing else.
+    /// Draws them in the colors of `others`, which differ from them in nothing else.
     ///
     /// # Panics
     /// When their number differs.
     pub fn paint_as(&mut self, others: &Gaussians) -> Rendering {
-        assert_eq!(others.len(), self.frame.projected().len(), "one colour per Gaussian");
+        assert_eq!(others.len(), self.frame.projected().len(), "one color per Gaussian");
         let degree = self.options.sh_degree_limit.unwrap_or(4).min(others.sh_degree);
         let view = self.view.clone();
         self.paint(|i| {
@@ -110,7 +110,7 @@ mod tests {
     use crate::options::Antialias;
 
     #[test]
-    fn painting_anew_is_rendering_with_the_other_colours() {
+    fn painting_anew_is_rendering_with_the_other_colors() {
         let n = 3000;
         let at = |i: usize, k: f32| (i as f32 * k).sin();
         let mut first = Gaussians {

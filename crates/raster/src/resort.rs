@@ -1,9 +1,9 @@
 //! Compositing with an order per pixel, for rendering.
 //!
-//! A Gaussian's depth differs from ray to ray, so one order for the image lets colours pop when
+//! A Gaussian's depth differs from ray to ray, so one order for the image lets colors pop when
 //! the camera turns. Radl et al. 2024, "StopThePop", keep a small window per pixel: what arrives
 //! in nearly sorted order goes into the window, and the nearest of it leaves for compositing once
-//! the window is full. Lists are sorted by the depth on the ray of the tile's centre, so the
+//! the window is full. Lists are sorted by the depth on the ray of the tile's center, so the
 //! window only has to mend the rest.
 
 use crate::forward::PairCount;

@@ -72,7 +72,7 @@ const fn first_lane(bx: usize, y: usize) -> usize {
     (bx * (TILE / BLOCK) + y / BLOCK) * LANES + (y % BLOCK) * BLOCK
 }
 
-/// Offsets of the pixel centres from the corner of the tile.
+/// Offsets of the pixel centers from the corner of the tile.
 pub(crate) static PIXEL_X: TilePlane = pixel_centers(true);
 pub(crate) static PIXEL_Y: TilePlane = pixel_centers(false);
 
@@ -105,7 +105,7 @@ pub(crate) fn block_mask<S: Simd>(simd: S, splat: &Splat, x0: f32, y0: f32) -> u
     let reach_right = (k - right_d * right_d).max(zero).sqrt();
     let reach_left = (k - left_d * left_d).max(zero).sqrt();
     let slope = -splat.sb * splat.inverse_sa;
-    // Block column i holds centres 4i + 0.5 ... 4i + 3.5.
+    // Block column i holds centers 4i + 0.5 ... 4i + 3.5.
     let base = splat.x - x0;
     let left = left_y.mul_add(slope, f32x4::splat(simd, base - 3.5 - SLACK))
         - reach_left * splat.inverse_sa;
@@ -153,7 +153,7 @@ mod tests {
             wasted += (mask & !needed).count_ones();
             needed_blocks += needed.count_ones();
         }
-        // The x range of a block row is exact up to pixel centres, so little is visited in vain.
+        // The x range of a block row is exact up to pixel centers, so little is visited in vain.
         assert!(wasted * 10 < needed_blocks, "{wasted} wasted of {needed_blocks}");
     }
 

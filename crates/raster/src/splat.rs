@@ -1,7 +1,7 @@
 //! One projected Gaussian, and which pixels it can reach.
 //!
 //! With the upper triangular `L = [[sa, sb], [0, sd]]` and `(E, D) = L (dx, dy)`, offsets in pixels
-//! from the centre, `log2 alpha = 8 (level - E² - D²)`: a sum of squares, which neither cancels nor
+//! from the center, `log2 alpha = 8 (level - E² - D²)`: a sum of squares, which neither cancels nor
 //! turns negative however thin the ellipse is. The factor 8 belongs to the polynomial of
 //! [`crate::exp2`].
 
@@ -37,7 +37,7 @@ impl Cutoffs {
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub(crate) struct Splat {
-    /// Centre, pixels.
+    /// Center, pixels.
     pub(crate) x: f32,
     pub(crate) y: f32,
     pub(crate) sa: f32,
@@ -48,7 +48,7 @@ pub(crate) struct Splat {
     /// Pixels with `level - E² - D²` below this are not touched.
     pub(crate) threshold: f32,
     pub(crate) color: [f32; 3],
-    /// z of the centre in the camera frame.
+    /// z of the center in the camera frame.
     pub(crate) depth: f32,
     /// Half height of the bounding box.
     pub(crate) half_height: f32,
@@ -77,7 +77,7 @@ impl Splat {
         depth_slope: [0.0; 2],
     };
 
-    /// From centre, covariance (xx, xy, yy, px²), `schur = (xx yy - xy²) / yy` found without that
+    /// From center, covariance (xx, xy, yy, px²), `schur = (xx yy - xy²) / yy` found without that
     /// difference, and opacity, with the half width of its bounding box; `None` when nothing of it
     /// can be seen or it is no ellipse (also for NaN).
     #[inline(always)]
@@ -142,7 +142,7 @@ impl Splat {
         self.half_height > 0.0
     }
 
-    /// Range of dx over rows `dy_min..=dy_max` (relative to the centre); `None` when the band
+    /// Range of dx over rows `dy_min..=dy_max` (relative to the center); `None` when the band
     /// misses the ellipse.
     #[inline(always)]
     pub(crate) fn band(&self, dy_min: f32, dy_max: f32) -> Option<(f32, f32)> {
@@ -176,7 +176,7 @@ impl Splat {
     }
 
     /// Depth of the densest point on the ray through a pixel, by linear extrapolation from the
-    /// centre that stops at the edge of the ellipse's bounding box.
+    /// center that stops at the edge of the ellipse's bounding box.
     pub(crate) fn depth_at(&self, x: f32, y: f32) -> f32 {
         let half_width = self.inverse_sa * (self.level - self.threshold).sqrt()
             + (self.shear() * self.half_height).abs();

@@ -226,7 +226,7 @@ impl Strip<'_> {
                 *s += g * v;
             }
         }
-        // The final transmittance acts like one more colour channel: 0 on every splat, 1 behind.
+        // The final transmittance acts like one more color channel: 0 on every splat, 1 behind.
         let mut d_transmittance = TilePlane::filled(0.0);
         d_transmittance.load_rows(&gradient[3 * plane..], stride, t * TILE);
         value.load_rows(&image[3 * plane..], stride, t * TILE);

@@ -4,7 +4,7 @@ use motes_raster::reference::{ReferenceGaussians, render_reference};
 use motes_raster::{Antialias, Frame, Modifiers, RenderOptions, ViewTransform};
 use motes_testkit::{orbit_pose, random_gaussians, small_camera};
 
-/// Largest and root-mean-square difference of colour and transmittance.
+/// Largest and root-mean-square difference of color and transmittance.
 fn difference(
     n: usize,
     degree: u8,

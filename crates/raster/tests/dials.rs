@@ -178,7 +178,7 @@ fn tiles_of_every_size_give_the_same_bits() {
 }
 
 #[test]
-fn sorting_by_tile_follows_the_ray_of_its_centre() {
+fn sorting_by_tile_follows_the_ray_of_its_center() {
     let of = |tile_size| RasterDials { sort: Sorting::Tile, tile_size, ..RasterDials::default() };
     for size in [8, 16, 32] {
         check("sort tile", of(size), 0.02, 2e-5, 2e-3);

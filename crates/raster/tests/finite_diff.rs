@@ -9,7 +9,7 @@ use motes_testkit::{check_gradient, orbit_pose, random_gaussians, small_camera};
 
 const BACKGROUND: [f32; 3] = [0.3, 0.1, 0.6];
 
-/// A loss that is linear in the image, `Σ weight · value` over colour and transmittance, so that
+/// A loss that is linear in the image, `Σ weight · value` over color and transmittance, so that
 /// its gradient by the image is `weight` itself.
 fn weights(camera: &Pinhole) -> ImageF32 {
     let n = camera.width * camera.height * 4;

@@ -1,8 +1,8 @@
-//! Colours of the Gaussians under a light, as spherical harmonics that every viewer shows.
+//! Colors of the Gaussians under a light, as spherical harmonics that every viewer shows.
 //!
 //! A Gaussian takes the outgoing radiance of the surface point it stands for, seen from `K` directions `v_k`
 //! over the hemisphere of its normal. Diffuse and indirect light are one value (the mean); specular light
-//! follows the direction. `encode` is the sRGB curve with clipping, as the colours of a splat are
+//! follows the direction. `encode` is the sRGB curve with clipping, as the colors of a splat are
 //! sRGB-encoded:
 //!
 //! ```text
@@ -38,7 +38,7 @@ const REACH: f32 = 12.0;
 const FIRST_ITEM: u64 = 1 << 50;
 
 impl Relighter<'_> {
-    /// The Gaussians with baked colours; shape, opacity and extra columns stay.
+    /// The Gaussians with baked colors; shape, opacity and extra columns stay.
     pub fn bake(&self, options: &BakeOptions) -> Gaussians {
         let mut baked = self.scene.gaussians.with_sh_degree(options.sh_degree);
         let rows: Vec<u32> = (0..baked.len() as u32).collect();
@@ -98,7 +98,7 @@ impl Relighter<'_> {
     }
 }
 
-/// Where the Gaussian's light falls: the surface at its centre along the normal, or the centre.
+/// Where the Gaussian's light falls: the surface at its center along the normal, or the center.
 pub(crate) fn surface_point(scene: &RelightScene, i: usize) -> (Vec3, Vec3) {
     let mean = Vec3::from(scene.gaussians.means[i]);
     let normal = Vec3::from(scene.materials.normals[i]).normalize_or(scene.up_in_world);
@@ -209,7 +209,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_colour_without_direction_needs_band_0_alone() {
+    fn a_color_without_direction_needs_band_0_alone() {
         let observations: Vec<(Vec3, Vec3, f32)> =
             (0..32).map(|d| (direction(Vec3::Y, d, 32), Vec3::ZERO, 1.0)).collect();
         let mut sh = [0.0; 48];

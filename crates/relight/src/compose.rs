@@ -23,7 +23,7 @@ pub enum Background {
     Environment,
     /// The Gaussians as they were captured; also where the surface was missed.
     Captured,
-    /// A colour, sRGB-encoded.
+    /// A color, sRGB-encoded.
     Color([f32; 3]),
 }
 
@@ -186,22 +186,22 @@ fn components(buffer: &GBuffer, lit: &[Lit], pixels: &[(Vec3, f32)]) -> Componen
         let data = (0..width * height).flat_map(|i| f(i).to_array()).collect();
         ImageF32::from_data(width, height, 3, data)
     };
-    let grey = |f: &dyn Fn(usize) -> f32| {
+    let gray = |f: &dyn Fn(usize) -> f32| {
         ImageF32::from_data(width, height, 1, (0..width * height).map(f).collect())
     };
     let parts = |f: &dyn Fn(&Parts) -> Vec3| rgb(&|i| f(&lit[i].parts));
     Components {
         color_linear: rgb(&|i| pixels[i].0),
-        alpha: grey(&|i| pixels[i].1),
+        alpha: gray(&|i| pixels[i].1),
         diffuse: parts(&|p| p.diffuse),
         specular: parts(&|p| p.specular),
         indirect: parts(&|p| p.indirect),
-        visibility: grey(&|i| lit[i].visibility),
+        visibility: gray(&|i| lit[i].visibility),
         base_color: rgb(&|i| buffer.material[i].base_color_linear),
-        roughness: grey(&|i| buffer.material[i].roughness),
-        metallic: grey(&|i| buffer.material[i].metallic),
+        roughness: gray(&|i| buffer.material[i].roughness),
+        metallic: gray(&|i| buffer.material[i].metallic),
         normal: rgb(&|i| buffer.sight[i].map_or(Vec3::ZERO, |s| s.normal)),
-        depth: grey(&|i| buffer.sight[i].map_or(0.0, |s| s.depth)),
+        depth: gray(&|i| buffer.sight[i].map_or(0.0, |s| s.depth)),
     }
 }
 

@@ -20,7 +20,7 @@ const SLACK: f32 = 1.0 / 64.0;
 /// Rows of pixels per task; the result does not depend on it.
 const BAND: usize = 24;
 
-/// The triangle at the centre of every pixel, row by row; either side of it counts. Of two at one depth the first.
+/// The triangle at the center of every pixel, row by row; either side of it counts. Of two at one depth the first.
 pub(crate) fn first_triangles(
     surface: &Surface,
     camera: &Pinhole,
@@ -131,16 +131,16 @@ impl Outline {
         self.0 = [x0.min(x), y0.min(y), x1.max(x), y1.max(y)];
     }
 
-    /// Half-open ranges of pixels whose centres may be inside, `[x0, x1, y0, y1]`.
+    /// Half-open ranges of pixels whose centers may be inside, `[x0, x1, y0, y1]`.
     fn pixels(&self, width: usize, height: usize) -> Option<[u32; 4]> {
         let [x0, y0, x1, y1] = self.0;
-        let (x, y) = (centres(x0, x1, width), centres(y0, y1, height));
+        let (x, y) = (centers(x0, x1, width), centers(y0, y1, height));
         (x[0] < x[1] && y[0] < y[1]).then_some([x[0], x[1], y[0], y[1]])
     }
 }
 
-/// Pixels with centres from `low` to `high`; NaN gives none or all. Conversions cut off and saturate.
-fn centres(low: f32, high: f32, count: usize) -> [u32; 2] {
+/// Pixels with centers from `low` to `high`; NaN gives none or all. Conversions cut off and saturate.
+fn centers(low: f32, high: f32, count: usize) -> [u32; 2] {
     let (low, high) = (low - 0.5 - SLACK, high - 0.5 + SLACK);
     let whole = low.max(0.0) as u32;
     let first = if (whole as f32) < low { whole.saturating_add(1) } else { whole };
@@ -248,7 +248,7 @@ mod tests {
                 if met.primitive == *triangle {
                     continue;
                 }
-                // A neighbour, then: its plane is met at the same distance.
+                // A neighbor, then: its plane is met at the same distance.
                 others += 1;
                 let [a, b, c] = mesh.triangles[*triangle as usize]
                     .map(|v| mesh.vertices[v as usize] - ray.origin);

@@ -19,7 +19,7 @@ const FULL_ALPHA: f32 = 0.95;
 const LEAST_ALPHA: f32 = 1.0 / 255.0;
 /// Least cosine between normal and viewer: interpolated normals turn away at silhouettes.
 const LEAST_COSINE: f32 = 0.03;
-/// Neighbours whose normals differ more (cosine) or that lie farther off each other's tangent plane
+/// Neighbors whose normals differ more (cosine) or that lie farther off each other's tangent plane
 /// (share of the depth) are an edge.
 const EDGE_COSINE: f32 = 0.95;
 const EDGE_OFFSET: f32 = 0.004;
@@ -47,9 +47,9 @@ pub(crate) struct GBuffer {
     pub(crate) material: Vec<Material>,
     /// Share of the material that no training view saw.
     pub(crate) unobserved: Vec<f32>,
-    /// Through the pixel's centre.
+    /// Through the pixel's center.
     pub(crate) sight: Vec<Option<Sight>>,
-    /// Colours that stand for the residual, over black.
+    /// Colors that stand for the residual, over black.
     pub(crate) residual: Option<Rendering>,
     /// Pixels of an edge with up to four sights instead of one, sorted by pixel.
     pub(crate) edges: Vec<(u32, [Option<Sight>; 4])>,
@@ -97,14 +97,14 @@ impl Rays {
 impl Sight {
     fn of(ray: &Ray, cosine: f32, hit: &SurfaceHit) -> Self {
         let to_viewer = -ray.direction;
-        let normal = towards(hit.normal, to_viewer);
+        let normal = toward(hit.normal, to_viewer);
         let depth = hit.distance * cosine;
         Self { position: hit.position, normal, to_viewer, depth, on_surface: true }
     }
 }
 
 /// The normal, bent where it turns away from the viewer.
-pub(crate) fn towards(normal: Vec3, to_viewer: Vec3) -> Vec3 {
+pub(crate) fn toward(normal: Vec3, to_viewer: Vec3) -> Vec3 {
     let cosine = normal.dot(to_viewer);
     if cosine >= LEAST_COSINE {
         return normal;
@@ -220,13 +220,13 @@ impl GBuffer {
     fn is_edge(&self, i: usize) -> bool {
         let (x, y) = (i % self.width, i / self.width);
         let Some(own) = &self.sight[i] else { return false };
-        let neighbours = [
+        let neighbors = [
             (x > 0).then(|| i - 1),
             (x + 1 < self.width).then(|| i + 1),
             (y > 0).then(|| i - self.width),
             (y + 1 < self.height).then(|| i + self.width),
         ];
-        neighbours.into_iter().flatten().any(|k| match &self.sight[k] {
+        neighbors.into_iter().flatten().any(|k| match &self.sight[k] {
             None => true,
             Some(other) => !continues(own, other, EDGE_COSINE, EDGE_OFFSET),
         })
@@ -250,12 +250,12 @@ pub(crate) fn continues(a: &Sight, b: &Sight, cosine: f32, offset: f32) -> bool 
     a.normal.dot(b.normal) >= cosine && apart <= offset * a.depth
 }
 
-/// Depth and normal of the Gaussians, for where the surface was missed: drawn as colours, at a third
+/// Depth and normal of the Gaussians, for where the surface was missed: drawn as colors, at a third
 /// of the resolution.
 struct StandIn {
     depth: Rendering,
     normal: Rendering,
-    /// Depths that the colours 0 and 1 stand for.
+    /// Depths that the colors 0 and 1 stand for.
     range: [f32; 2],
 }
 
@@ -290,7 +290,7 @@ impl StandIn {
         let to_viewer = -ray.direction;
         let encoded = Vec3::from_slice(self.normal.color.pixel(cx, cy)) / alpha;
         let normal = (2.0 * encoded - Vec3::ONE).normalize_or(to_viewer);
-        let (position, normal) = (ray.at(depth / cosine), towards(normal, to_viewer));
+        let (position, normal) = (ray.at(depth / cosine), toward(normal, to_viewer));
         Some(Sight { position, normal, to_viewer, depth, on_surface: false })
     }
 }

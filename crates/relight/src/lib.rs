@@ -1,9 +1,9 @@
-//! Relighting: a decomposed scene under another light, as views, as baked colours, as a scene.
+//! Relighting: a decomposed scene under another light, as views, as baked colors, as a scene.
 //!
 //! - [`RelightScene`]: Gaussians with material and the surface that rays meet, ready for light.
 //! - [`LightSource`]: a lat-long map, or sun and sky, turned and exposed into an environment.
 //! - [`Relighter`]: a scene under one light: deferred pictures ([`Relighter::picture`]) and baked
-//!   colours ([`Relighter::bake`]).
+//!   colors ([`Relighter::bake`]).
 //! - [`lift`]: views that were relit by other means, back to 3D.
 //!
 //! `docs/methods/relight.md` has the equations and approximations, `docs/benchmarks/relight.md` what each

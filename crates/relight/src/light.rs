@@ -182,16 +182,16 @@ mod tests {
 
     #[test]
     fn azimuth_runs_from_x_counter_clockwise_and_turns_add_to_it() {
-        let towards = |azimuth, rotate, up| {
+        let toward = |azimuth, rotate, up| {
             let light = sun(azimuth, 0.0).light(rotate, Exposure::Factor(1.0), up, &|| None);
             light.unwrap().environment.sun().unwrap().to_sun()
         };
-        assert!(towards(0.0, 0.0, Vec3::Z).distance(Vec3::X) < 1e-5);
-        assert!(towards(90.0, 0.0, Vec3::Z).distance(Vec3::Y) < 1e-5);
-        assert!(towards(60.0, 30.0, Vec3::Z).distance(Vec3::Y) < 1e-5);
-        // Over y, x towards -z is counter-clockwise seen from above.
-        assert!(towards(90.0, 0.0, Vec3::Y).distance(-Vec3::Z) < 1e-5);
-        assert!(towards(0.0, 0.0, Vec3::X).distance(Vec3::Z) < 1e-5);
+        assert!(toward(0.0, 0.0, Vec3::Z).distance(Vec3::X) < 1e-5);
+        assert!(toward(90.0, 0.0, Vec3::Z).distance(Vec3::Y) < 1e-5);
+        assert!(toward(60.0, 30.0, Vec3::Z).distance(Vec3::Y) < 1e-5);
+        // Over y, x toward -z is counter-clockwise seen from above.
+        assert!(toward(90.0, 0.0, Vec3::Y).distance(-Vec3::Z) < 1e-5);
+        assert!(toward(0.0, 0.0, Vec3::X).distance(Vec3::Z) < 1e-5);
     }
 
     #[test]

@@ -67,13 +67,13 @@ impl FromStr for Exposure {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Convention {
-    /// OpenEXR, USD, Mitsuba: +y up, centre +z
+    /// OpenEXR, USD, Mitsuba: +y up, center +z
     #[default]
     #[value(name = "openexr")]
     OpenExr,
-    /// Blender: +z up, centre +x
+    /// Blender: +z up, center +x
     Blender,
-    /// three.js: +y up, centre +x
+    /// three.js: +y up, center +x
     #[value(name = "threejs")]
     ThreeJs,
 }
@@ -168,7 +168,7 @@ pub struct QualityOptions {
     #[arg(long, value_enum, value_name = "QUALITY", default_value_t)]
     pub quality: Quality,
 
-    /// Directions towards the light per pixel, 1 to 65536
+    /// Directions toward the light per pixel, 1 to 65536
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65_536))]
     pub light_samples: Option<u32>,
 
@@ -261,11 +261,11 @@ impl QualityOptions {
     }
 }
 
-/// How colours are baked.
+/// How colors are baked.
 #[derive(Args, Clone, Copy, Debug, Serialize)]
-#[command(next_help_heading = "Baked colours")]
+#[command(next_help_heading = "Baked colors")]
 pub struct BakeOptions {
-    /// Degree of the spherical harmonics of baked colours, 0 (diffuse only) to 3
+    /// Degree of the spherical harmonics of baked colors, 0 (diffuse only) to 3
     #[arg(long, value_name = "DEGREE", default_value_t = 3,
         value_parser = clap::value_parser!(u8).range(0..=3))]
     pub sh_degree: u8,

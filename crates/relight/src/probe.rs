@@ -10,7 +10,7 @@ use crate::bake::surface_point;
 use crate::relighter::Relighter;
 use crate::scene::RelightScene;
 
-/// Keeps these random numbers apart from those of pixels, vertices and baked colours.
+/// Keeps these random numbers apart from those of pixels, vertices and baked colors.
 const FIRST_ITEM: u64 = 1 << 52;
 
 /// A point that light is asked for.
@@ -33,12 +33,12 @@ pub struct Question {
     pub base_color_linear: Vec3,
     pub roughness: f32,
     pub metallic: f32,
-    /// Unit vectors towards at most 256 viewers, world.
+    /// Unit vectors toward at most 256 viewers, world.
     pub to_viewer: Vec<Vec3>,
 }
 
 impl RelightScene {
-    /// The point of the surface that Gaussian `i` stands for, or its own centre and normal.
+    /// The point of the surface that Gaussian `i` stands for, or its own center and normal.
     pub fn probe(&self, i: usize, item: u64) -> Probe {
         let (position, normal) = surface_point(self, i);
         Probe { position, normal, item }
@@ -47,7 +47,7 @@ impl RelightScene {
 
 impl Relighter<'_> {
     /// Outgoing radiance of white matte matter at each probe: irradiance over π, direct and once reflected,
-    /// linear, photo units. `samples` directions towards the light and a quarter of that over the hemisphere.
+    /// linear, photo units. `samples` directions toward the light and a quarter of that over the hemisphere.
     pub fn white_radiance(&self, probes: &[Probe], samples: u32) -> Vec<Vec3> {
         let l_hit = |_: &Ray, hit: &Hit| self.cache.at(self.scene, hit);
         let shader = self.shader(samples, (!self.cache.is_empty()).then_some(&l_hit as _));
@@ -70,7 +70,7 @@ impl Relighter<'_> {
         let shader = self.shader(samples, (!self.cache.is_empty()).then_some(&l_hit as _));
         let answer = |q: &Question| {
             let material = self.scene.material(q.base_color_linear, q.roughness, q.metallic);
-            let towards = |(d, to_viewer): (usize, &Vec3)| {
+            let toward = |(d, to_viewer): (usize, &Vec3)| {
                 let point = SurfacePoint {
                     position: q.probe.position,
                     geometric_normal: q.probe.normal,
@@ -80,7 +80,7 @@ impl Relighter<'_> {
                 };
                 shader.shade_point(&point, FIRST_ITEM + 256 * q.probe.item + d as u64).total()
             };
-            q.to_viewer.iter().enumerate().map(towards).collect()
+            q.to_viewer.iter().enumerate().map(toward).collect()
         };
         questions.par_iter().with_min_len(16).map(answer).collect()
     }

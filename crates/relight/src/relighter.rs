@@ -92,7 +92,7 @@ impl<'a> Relighter<'a> {
     }
 
     /// Shades one of `every` x `every` pixels, filters, and interpolates; pixels whose
-    /// surface no shaded neighbour shares are shaded on their own.
+    /// surface no shaded neighbor shares are shaded on their own.
     fn sparse(&self, buffer: &GBuffer, every: usize) -> Vec<Lit> {
         let (width, height) = (buffer.width.div_ceil(every), buffer.height.div_ceil(every));
         let fine: Vec<u32> =

@@ -94,7 +94,7 @@ pub(crate) fn alike(a: &Harmonics, b: &Harmonics) -> f32 {
 #[derive(Debug)]
 pub(crate) struct SceneResidual {
     pub(crate) residual: Residual,
-    /// Colours stand for it.
+    /// Colors stand for it.
     pub(crate) splats: Gaussians,
 }
 
@@ -104,7 +104,7 @@ impl SceneResidual {
         Ok(residual.map(|residual| Self { splats: residual.drawn(gaussians), residual }))
     }
 
-    /// Factor on the colour of a Gaussian, from the basis of the direction of view.
+    /// Factor on the color of a Gaussian, from the basis of the direction of view.
     pub(crate) fn factor(&self, i: usize, basis: &[f32; 25], share: f32) -> Vec3 {
         let values = self.residual.log_ratio_sh.len() / self.splats.len().max(1);
         let row = &self.residual.log_ratio_sh[i * values..(i + 1) * values];

@@ -54,9 +54,9 @@ pub struct RelightScene {
     pub(crate) residual: Option<SceneResidual>,
     pub(crate) surface: Surface,
     pub(crate) tracer: MeshTracer,
-    /// Degree 0; colours are base color, sRGB-encoded, as they are blended.
+    /// Degree 0; colors are base color, sRGB-encoded, as they are blended.
     pub(crate) base_color_splats: Gaussians,
-    /// Degree 0; colours are roughness, metallic, and 1 where no view saw the Gaussian.
+    /// Degree 0; colors are roughness, metallic, and 1 where no view saw the Gaussian.
     pub(crate) property_splats: Gaussians,
     /// How far rays start off the surface, world units.
     pub(crate) ray_bias: f32,
@@ -65,7 +65,7 @@ pub struct RelightScene {
 }
 
 impl RelightScene {
-    /// Prepares a scene: the tree of the surface, the columns as colours.
+    /// Prepares a scene: the tree of the surface, the columns as colors.
     ///
     /// # Errors
     /// When a material column is missing, the surface has no material, or a triangle refers to a
@@ -155,7 +155,7 @@ impl RelightScene {
         Material { lobes: self.lobes, ..material }
     }
 
-    /// The first point of the surface on a ray, with its normals turned towards the ray's start.
+    /// The first point of the surface on a ray, with its normals turned toward the ray's start.
     pub(crate) fn first_hit(&self, ray: &Ray) -> Option<SurfaceHit> {
         self.tracer.closest_hit(ray).map(|hit| self.seen(ray, hit))
     }

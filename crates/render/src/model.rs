@@ -63,7 +63,7 @@ impl Model {
         Ok(Self { gaussians: file.gaussians, antialias, exposure_response })
     }
 
-    /// Factor on the colours of a picture of a view that was taken at `stops`.
+    /// Factor on the colors of a picture of a view that was taken at `stops`.
     pub fn gain(&self, choice: ViewExposure, stops: Option<f64>) -> f32 {
         match (choice, self.exposure_response) {
             (ViewExposure::Metadata, Some(response)) => response.gain(stops),

@@ -132,17 +132,17 @@ fn sizes_formats_and_aovs() {
     let (width, height, channels) = read_exr(&toy.path("out/view_0.exr")).unwrap();
     assert_eq!((width, height), (32, 24));
     let of = |name: &str| channels.iter().find(|c| c.name == name).unwrap().to_f32();
-    let centre = 12 * 32 + 16;
-    assert!(of("A")[centre] > 0.9 && of("A")[0] < 0.01);
-    let depth = of("depth.Z")[centre];
+    let center = 12 * 32 + 16;
+    assert!(of("A")[center] > 0.9 && of("A")[0] < 0.01);
+    let depth = of("depth.Z")[center];
     assert!((2.5..5.5).contains(&depth), "the scene is 4.3 away: {depth}");
-    assert!((of("depth_median.Z")[centre] - depth).abs() < 1.0);
+    assert!((of("depth_median.Z")[center] - depth).abs() < 1.0);
     let length: f32 =
-        ["X", "Y", "Z"].iter().map(|a| of(&format!("normal.{a}"))[centre].powi(2)).sum();
+        ["X", "Y", "Z"].iter().map(|a| of(&format!("normal.{a}"))[center].powi(2)).sum();
     assert!((length - 1.0).abs() < 1e-3, "{length}");
     let encoded = f32::from(png.pixel(16, 12)[0]) / 255.0;
     let linear = ((encoded + 0.055) / 1.055).powf(2.4);
-    let stored = of("R")[centre];
+    let stored = of("R")[center];
     assert!(encoded < 0.05 || (stored - linear).abs() < 0.01, "{stored} {linear}");
 }
 

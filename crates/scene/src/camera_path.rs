@@ -77,7 +77,7 @@ pub fn mean_up(cameras: &[Pose]) -> Option<DVec3> {
         let right = camera.rotation.conjugate() * DVec3::X;
         right_axes += DMat3::from_cols(right * right.x, right * right.y, right * right.z);
     }
-    // Inverse iteration towards the direction with the least Σ (right · up)². The shift keeps
+    // Inverse iteration toward the direction with the least Σ (right · up)². The shift keeps
     // the plain mean when all right axes agree and say nothing about the other two directions.
     let shifted = right_axes * (1.0 / cameras.len() as f64) + DMat3::IDENTITY * 1e-3;
     let inverse = shifted.inverse();

@@ -41,7 +41,7 @@ pub struct View {
 pub struct SparsePoints {
     /// World positions after the origin offset was subtracted.
     pub positions: Vec<[f32; 3]>,
-    /// 8-bit sRGB colours, one per position.
+    /// 8-bit sRGB colors, one per position.
     pub colors: Vec<[u8; 3]>,
 }
 
@@ -80,7 +80,7 @@ impl Capture {
         (0..self.views.len()).filter(|&i| self.views[i].split == split).collect()
     }
 
-    /// Gain of a view's sRGB-encoded colours over those of a model of this capture; 1 where unknown.
+    /// Gain of a view's sRGB-encoded colors over those of a model of this capture; 1 where unknown.
     pub fn exposure_gain(&self, view: usize) -> f32 {
         let stops = self.views[view].exposure_stops;
         self.exposure_response.map_or(1.0, |response| response.gain(stops))

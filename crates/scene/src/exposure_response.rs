@@ -1,6 +1,6 @@
 //! How the brightness of photos follows the exposure that their metadata names.
 
-/// Gain of a photo's sRGB-encoded colours over those of the model: `exp(slope (stops - reference))`.
+/// Gain of a photo's sRGB-encoded colors over those of the model: `exp(slope (stops - reference))`.
 ///
 /// In encoded values a gain is nearly a gain of the light (the transfer function is close to a
 /// power), so one factor serves all channels. A camera that did nothing but expose would have a
@@ -10,7 +10,7 @@
 pub struct ExposureResponse {
     /// Natural log of the gain per stop.
     pub slope_per_stop: f64,
-    /// Exposure that the model's colours stand for, stops (see
+    /// Exposure that the model's colors stand for, stops (see
     /// [`View::exposure_stops`](crate::View::exposure_stops)).
     pub reference_stops: f64,
 }

@@ -93,20 +93,20 @@ impl ColumnValues {
     }
 }
 
-/// Anisotropic 3D Gaussians with view-dependent colour, struct of arrays.
+/// Anisotropic 3D Gaussians with view-dependent color, struct of arrays.
 ///
 /// `N` Gaussians, SH degree `d`, `K = (d + 1)^2` coefficients:
 ///
 /// | field | shape | stored value | meaning |
 /// |---|---|---|---|
-/// | `means` | `[N, 3]` | world units | centre |
+/// | `means` | `[N, 3]` | world units | center |
 /// | `rotations` | `[N, 4]` | `w, x, y, z`, any norm > 0 | local axes to world |
 /// | `log_scales` | `[N, 3]` | natural logarithm | standard deviation along the local axes |
 /// | `opacity_logits` | `[N]` | logit | opacity = sigmoid |
-/// | `sh` | `[N, K, 3]` | coefficient-major, RGB fastest | colour = 0.5 + SH(direction), sRGB-encoded |
+/// | `sh` | `[N, K, 3]` | coefficient-major, RGB fastest | color = 0.5 + SH(direction), sRGB-encoded |
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Gaussians {
-    /// Centres in world.
+    /// Centers in world.
     pub means: Vec<[f32; 3]>,
     /// Quaternions `w, x, y, z`.
     pub rotations: Vec<[f32; 4]>,
@@ -168,7 +168,7 @@ impl Gaussians {
         }
     }
 
-    /// The same Gaussians with one colour each, towards every viewer and without other columns: sRGB-encoded as a picture shows it,
+    /// The same Gaussians with one color each, toward every viewer and without other columns: sRGB-encoded as a picture shows it,
     /// or any other number to be drawn. Values are clamped to 0 to 1, NaN to 0.
     pub fn colored(&self, color: impl Fn(usize) -> [f32; 3]) -> Self {
         let coefficient = |v: f32| (v.max(0.0).clamp(0.0, 1.0) - 0.5) / SH_C0 as f32;

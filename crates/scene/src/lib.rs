@@ -3,8 +3,8 @@
 //! Nothing here reads or writes files: layouts on disk live in `motes-formats`.
 //! Frames are part of a name (`camera_from_world`), and so is the space in which a
 //! value is stored (`log_scales`, `opacity_logits`). Conventions: right-handed world;
-//! camera axes +x right, +y down, +z forward; pixel centres at +0.5; quaternions are
-//! stored `w, x, y, z`; colours are linear only where the name says `_linear`.
+//! camera axes +x right, +y down, +z forward; pixel centers at +0.5; quaternions are
+//! stored `w, x, y, z`; colors are linear only where the name says `_linear`.
 
 pub mod camera;
 pub mod camera_path;

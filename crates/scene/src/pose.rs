@@ -17,7 +17,7 @@ impl Pose {
     /// The transform that changes nothing.
     pub const IDENTITY: Self = Self { rotation: DQuat::IDENTITY, translation: DVec3::ZERO };
 
-    /// Builds a pose, normalising the quaternion. Returns `None` when the rotation has no
+    /// Builds a pose, normalizing the quaternion. Returns `None` when the rotation has no
     /// direction (zero or non-finite quaternion) or the translation is not finite.
     pub fn new(rotation: DQuat, translation: DVec3) -> Option<Self> {
         let norm = rotation.length();
@@ -47,7 +47,7 @@ impl Pose {
         self.rotation * point + self.translation
     }
 
-    /// For a `camera_from_world`: the centre of projection in world coordinates.
+    /// For a `camera_from_world`: the center of projection in world coordinates.
     pub fn center_in_world(&self) -> DVec3 {
         self.inverse().translation
     }
@@ -57,7 +57,7 @@ impl Pose {
         DMat3::from_quat(self.rotation)
     }
 
-    /// The pose at `t` in [0, 1] between two `camera_from_world` poses: the camera centre moves
+    /// The pose at `t` in [0, 1] between two `camera_from_world` poses: the camera center moves
     /// on a line and the orientation along the shortest arc at constant speed.
     pub fn between(camera_a_from_world: &Self, camera_b_from_world: &Self, t: f64) -> Self {
         let (a, b) = (camera_a_from_world.inverse(), camera_b_from_world.inverse());

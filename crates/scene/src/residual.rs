@@ -9,7 +9,7 @@ use crate::{ColumnValues, ExtraColumn, Gaussians};
 /// | field | shape | value |
 /// |---|---|---|
 /// | `degree` | | of the spherical harmonics, 0 to 4; `K = (degree + 1)^2` |
-/// | `log_ratio_sh` | `[N, K, 3]` | coefficient-major, RGB fastest; log ratio = SH(direction), natural, blended like a colour |
+/// | `log_ratio_sh` | `[N, K, 3]` | coefficient-major, RGB fastest; log ratio = SH(direction), natural, blended like a color |
 ///
 /// Columns of the file: `residual_0 .. residual_(3K-1)`, in that order.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -91,12 +91,12 @@ impl Residual {
         }
     }
 
-    /// Of a drawn colour per log ratio.
+    /// Of a drawn color per log ratio.
     pub const fn drawn_share() -> f32 {
         0.5 / LARGEST_LOG_RATIO
     }
 
-    /// The Gaussians with colours that stand for the residual: `0.5 + log ratio / (2 LARGEST_LOG_RATIO)`.
+    /// The Gaussians with colors that stand for the residual: `0.5 + log ratio / (2 LARGEST_LOG_RATIO)`.
     pub fn drawn(&self, gaussians: &Gaussians) -> Gaussians {
         let share = Self::drawn_share();
         Gaussians {
@@ -116,7 +116,7 @@ impl Residual {
         Self { degree: drawn.sh_degree, log_ratio_sh }
     }
 
-    /// Log ratio of a pixel from the colour that was drawn over black there, and its alpha: what is not covered has none.
+    /// Log ratio of a pixel from the color that was drawn over black there, and its alpha: what is not covered has none.
     pub fn log_ratio(drawn: f32, alpha: f32) -> f32 {
         let log_ratio = 2.0 * LARGEST_LOG_RATIO * (drawn - 0.5 * alpha);
         // `max` first: it turns NaN into a number.

@@ -1,6 +1,6 @@
 //! The world in which a capture is fitted: cameras around the origin, at a distance of about one.
 //!
-//! A source chooses its unit and origin freely: millimetres, map coordinates of 1e7 m, the
+//! A source chooses its unit and origin freely: millimeters, map coordinates of 1e7 m, the
 //! arbitrary scale of structure from motion. Fitting in a world of unit size takes that choice out
 //! of every length, learning rate and rounding: `world = origin + length * unit`.
 //!
@@ -15,7 +15,7 @@ use crate::{Gaussians, Pose};
 
 /// Grid of points, in unit lengths. Triangulated points are known to about 1e-3.
 const POINT_GRID: f64 = 1.0 / 16_384.0;
-/// Grid of camera centres: 2e-6 is 2e-3 pixels at a focal length of 1000.
+/// Grid of camera centers: 2e-6 is 2e-3 pixels at a focal length of 1000.
 const CAMERA_GRID: f64 = 1.0 / 524_288.0;
 /// Cameras closer together than this share of the distance to the points are in one place.
 const ONE_PLACE: f64 = 1e-4;
@@ -33,7 +33,7 @@ impl UnitWorld {
     /// Changes nothing.
     pub const IDENTITY: Self = Self { origin: DVec3::ZERO, length: 1.0 };
 
-    /// Origin: the mean of the camera centres. Length: the distance of the farthest from it; when
+    /// Origin: the mean of the camera centers. Length: the distance of the farthest from it; when
     /// the cameras are in one place, the median distance to the points; 1 when there is neither.
     pub fn of(centers: &[DVec3], points: impl Iterator<Item = DVec3>) -> Self {
         let origin = centers.iter().sum::<DVec3>() / centers.len().max(1) as f64;
@@ -60,7 +60,7 @@ impl UnitWorld {
         self.origin + unit * self.length
     }
 
-    /// `camera_from_unit` of a `camera_from_world`; the centre lies on its grid.
+    /// `camera_from_unit` of a `camera_from_world`; the center lies on its grid.
     pub fn pose(&self, camera_from_world: &Pose) -> Pose {
         let center = self.snapped(camera_from_world.center_in_world(), CAMERA_GRID);
         let rotation = camera_from_world.rotation;

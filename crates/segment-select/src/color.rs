@@ -1,8 +1,8 @@
-//! CIE L*a*b* of sRGB-encoded colours: differences that people see as equal are about equal.
+//! CIE L*a*b* of sRGB-encoded colors: differences that people see as equal are about equal.
 
 use motes_math::srgb::decode;
 
-/// L*a*b* (D65, 2 degrees) of an sRGB-encoded colour; values outside 0 to 1 are clamped.
+/// L*a*b* (D65, 2 degrees) of an sRGB-encoded color; values outside 0 to 1 are clamped.
 pub fn lab_from_srgb(rgb: [f32; 3]) -> [f32; 3] {
     // `max` first: it turns NaN into 0, `clamp` would keep it.
     let [r, g, b] = rgb.map(|v| decode(v.max(0.0).clamp(0.0, 1.0)));
@@ -15,7 +15,7 @@ pub fn lab_from_srgb(rgb: [f32; 3]) -> [f32; 3] {
     [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
 }
 
-/// Euclidean difference of two L*a*b* colours (CIE76).
+/// Euclidean difference of two L*a*b* colors (CIE76).
 pub fn difference(a: [f32; 3], b: [f32; 3]) -> f32 {
     (0..3).map(|k| (a[k] - b[k]) * (a[k] - b[k])).sum::<f32>().sqrt()
 }
@@ -25,7 +25,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn known_colours() {
+    fn known_colors() {
         for (rgb, lab) in [
             ([1.0, 1.0, 1.0], [100.0, 0.0, 0.0]),
             ([1.0, 0.0, 0.0], [53.24, 80.09, 67.20]),

@@ -103,9 +103,9 @@ fn ends<'a>(view: &'a ViewData, plane: Option<&SupportPlane>) -> Vec<End<'a>> {
 fn related(a: &End<'_>, b: &End<'_>) -> f32 {
     let [x, y] = [0, 1].map(|k| b.at_px[k] - a.at_px[k]);
     let apart_px = x.hypot(y);
-    let towards = |e: &End<'_>| (e.ahead[0] * x + e.ahead[1] * y) / apart_px;
+    let toward = |e: &End<'_>| (e.ahead[0] * x + e.ahead[1] * y) / apart_px;
     let near = apart_px > 3.0 && apart_px < REACH_PX && a.superpixel != b.superpixel;
-    if !(near && towards(a) > AHEAD && towards(b) < -AHEAD) {
+    if !(near && toward(a) > AHEAD && toward(b) < -AHEAD) {
         return 0.0;
     }
     let (apart, width) = (apart(a, b), mean_width(a, b));

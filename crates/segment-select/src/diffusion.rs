@@ -31,7 +31,7 @@ const PARTING: f32 = 8.0;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Graph {
     offsets: Vec<u32>,
-    neighbours: Vec<u32>,
+    neighbors: Vec<u32>,
     conductances: Vec<f32>,
     contacts: Vec<f32>,
     /// Sum of each row.
@@ -47,7 +47,7 @@ impl Graph {
         for i in 2..offsets.len() {
             offsets[i] += offsets[i - 1];
         }
-        let mut neighbours = vec![0u32; 2 * links.len()];
+        let mut neighbors = vec![0u32; 2 * links.len()];
         let mut conductances = vec![0.0f32; 2 * links.len()];
         let mut contacts = vec![0.0f32; 2 * links.len()];
         let mut degrees = vec![0.0f32; nodes];
@@ -55,7 +55,7 @@ impl Graph {
             let c = link.weight * (-PARTING * link.strength * link.strength).exp();
             for [a, b] in [link.nodes, [link.nodes[1], link.nodes[0]]] {
                 let slot = &mut offsets[a as usize + 1];
-                neighbours[*slot as usize] = b;
+                neighbors[*slot as usize] = b;
                 conductances[*slot as usize] = c;
                 contacts[*slot as usize] = link.contact;
                 degrees[a as usize] += c;
@@ -63,12 +63,12 @@ impl Graph {
             }
         }
         offsets.pop();
-        Self { offsets, neighbours, conductances, contacts, degrees }
+        Self { offsets, neighbors, conductances, contacts, degrees }
     }
 
     fn contacts_of(&self, i: usize) -> impl Iterator<Item = (usize, f32)> + '_ {
         let range = self.offsets[i] as usize..self.offsets[i + 1] as usize;
-        self.neighbours[range.clone()]
+        self.neighbors[range.clone()]
             .iter()
             .map(|&n| n as usize)
             .zip(self.contacts[range].iter().copied())
@@ -77,7 +77,7 @@ impl Graph {
 
     pub(crate) fn row(&self, i: usize) -> impl Iterator<Item = (usize, f32)> + '_ {
         let range = self.offsets[i] as usize..self.offsets[i + 1] as usize;
-        self.neighbours[range.clone()]
+        self.neighbors[range.clone()]
             .iter()
             .map(|&n| n as usize)
             .zip(self.conductances[range].iter().copied())
@@ -184,8 +184,8 @@ pub(crate) struct Step {
 /// Superpixels lower than this many sides above the support plane rest on it.
 const RESTING: f32 = 2.0;
 
-/// Neighbours of a superpixel, about.
-const NEIGHBOURS: f32 = 4.0;
+/// Neighbors of a superpixel, about.
+const NEIGHBORS: f32 = 4.0;
 
 /// Chain of sets in the order of probability.
 pub(crate) fn sweep(index: &SceneIndex, probabilities: &[f32], marks: &[Mark]) -> Vec<Step> {
@@ -228,7 +228,7 @@ pub(crate) fn sweep(index: &SceneIndex, probabilities: &[f32], marks: &[Mark]) -
                 node: i,
                 area,
                 conductance: conductance.clamp(0.0, 1.0) as f32,
-                contact: touching.max(0.0) as f32 / (NEIGHBOURS * area),
+                contact: touching.max(0.0) as f32 / (NEIGHBORS * area),
                 resting,
             }
         })

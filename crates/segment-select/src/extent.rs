@@ -3,10 +3,10 @@
 use motes_formats::selection::BoxDocument;
 use motes_scene::{Gaussians, Selection};
 
-/// Share of the centres beyond each end that is left out: single Gaussians stray.
+/// Share of the centers beyond each end that is left out: single Gaussians stray.
 const OUTER: f64 = 0.005;
 
-/// Smallest and largest coordinates of all but the outermost selected centres; `None` when there are none.
+/// Smallest and largest coordinates of all but the outermost selected centers; `None` when there are none.
 pub(crate) fn robust_bounds(
     gaussians: &Gaussians,
     selection: &Selection,

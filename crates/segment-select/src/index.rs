@@ -14,7 +14,7 @@ const LINKED_VIEWS: usize = 6;
 /// Weight of a link between views, in superpixel sides of border. Each superpixel has several, and an
 /// error of depth makes a wrong one: they only have to carry a prompt to the other views.
 const VIEW_LINK: f32 = 0.3;
-/// Neighbours in an image whose middles are farther apart than this many sides do not touch.
+/// Neighbors in an image whose middles are farther apart than this many sides do not touch.
 const TOUCHING: f32 = 2.0;
 /// A place is the same in another view when its depth agrees within this many superpixel sides.
 const SAME_DEPTH: f32 = 0.5;

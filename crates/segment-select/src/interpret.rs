@@ -14,7 +14,7 @@ use crate::color::{difference, lab_from_srgb};
 use crate::error::SelectError;
 use crate::extent::object_box;
 use crate::lift::lift_masks;
-use crate::neighbours::{connected, grown, settled, shrunk};
+use crate::neighbors::{connected, grown, settled, shrunk};
 use crate::prompt::{Place, seeds};
 use crate::property::{base_lab, property};
 use crate::provider::{GraphCut, MaskProvider};

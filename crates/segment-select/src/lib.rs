@@ -1,7 +1,7 @@
 //! Selecting: clicks, boxes, masks and properties to a set of Gaussians.
 //!
-//! [`SceneIndex`] is what is computed once per scene: superpixels of every view on colour, rendered depth
-//! and normal, how strongly neighbours are parted, which Gaussians each superpixel is made of, and the
+//! [`SceneIndex`] is what is computed once per scene: superpixels of every view on color, rendered depth
+//! and normal, how strongly neighbors are parted, which Gaussians each superpixel is made of, and the
 //! regions that the views agree on. A prompt is then answered without rasterizing: regions, graph cuts
 //! and votes all live on superpixels. `docs/methods/segment-select.md` has the method, its scores are in
 //! `docs/benchmarks/segment-select.md`.
@@ -22,7 +22,7 @@ mod intruders;
 mod lift;
 mod masks;
 mod max_flow;
-mod neighbours;
+mod neighbors;
 mod overlay;
 mod plane;
 mod prompt;

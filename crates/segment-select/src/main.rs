@@ -1,4 +1,4 @@
-//! Select Gaussians by clicks, boxes, masks, shapes, colours and properties.
+//! Select Gaussians by clicks, boxes, masks, shapes, colors and properties.
 //!
 //! Inputs: Gaussians (PLY) or a scene folder (`motes/decomposition` 1.x); for prompts in pixels a
 //! capture (`motes/capture` 1.x). Output: `selection.json` (`motes/selection` 1.0); on request overlay

@@ -15,8 +15,8 @@ use crate::provider::{GraphCut, MaskProvider as _};
 use crate::segment::Seeds;
 use crate::source::SelectSource;
 
-/// Grey values are labels of the vote.
-const GREYS: usize = 256;
+/// Gray values are labels of the vote.
+const GRAYS: usize = 256;
 
 /// A mask at its own size.
 struct Mask {
@@ -63,12 +63,12 @@ pub(crate) fn lift(
             &mask.pose,
             &source.options,
             &mask.labels,
-            GREYS,
+            GRAYS,
             0.0,
         );
-        for grey in 0..GREYS {
-            for (i, w) in votes.of(grey) {
-                inside[i as usize] += w * grey as f32 / (GREYS - 1) as f32;
+        for gray in 0..GRAYS {
+            for (i, w) in votes.of(gray) {
+                inside[i as usize] += w * gray as f32 / (GRAYS - 1) as f32;
                 all[i as usize] += w;
             }
         }
@@ -112,7 +112,7 @@ fn add_seeds(
     for (p, &segment) in data.labels.iter().enumerate() {
         let (x, y) = (p % w * mask.camera.width / w, p / w * mask.camera.height / h);
         let sum = &mut sums[segment as usize];
-        sum.0 += mask.labels[y * mask.camera.width + x] as f32 / (GREYS - 1) as f32;
+        sum.0 += mask.labels[y * mask.camera.width + x] as f32 / (GRAYS - 1) as f32;
         sum.1 += 1.0;
     }
     for (s, (inside, all)) in sums.into_iter().enumerate() {

@@ -132,7 +132,7 @@ impl MaxFlow {
         None
     }
 
-    /// Capacity of the arc towards the sink when `from_sink` is false, of its sister otherwise.
+    /// Capacity of the arc toward the sink when `from_sink` is false, of its sister otherwise.
     fn residual(&self, arc: u32, from_sink: bool) -> i64 {
         self.arcs[(arc ^ u32::from(from_sink)) as usize].capacity
     }

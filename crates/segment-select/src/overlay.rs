@@ -6,7 +6,7 @@ use motes_scene::{ImageF32, ImageU8, Selection};
 use crate::error::SelectError;
 use crate::source::SelectSource;
 
-/// What the selection is tinted with, sRGB-encoded: no natural colour.
+/// What the selection is tinted with, sRGB-encoded: no natural color.
 const TINT: [f32; 3] = [1.0, 0.1, 0.6];
 /// Strength of the tint inside.
 const INSIDE: f32 = 0.45;

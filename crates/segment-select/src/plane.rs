@@ -12,7 +12,7 @@ use crate::view_data::Segment;
 /// A plane with matter on one side.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SupportPlane {
-    /// Unit, away from the matter below: towards the cameras.
+    /// Unit, away from the matter below: toward the cameras.
     pub normal: Vec3,
     /// `normal . x = offset` on the plane.
     pub offset: f32,

@@ -7,7 +7,7 @@ use motes_scene::{ColumnValues, Gaussians};
 use crate::color::lab_from_srgb;
 use crate::error::SelectError;
 
-/// sRGB-encoded colour of a Gaussian without its dependence on direction.
+/// sRGB-encoded color of a Gaussian without its dependence on direction.
 pub fn base_color(gaussians: &Gaussians, i: usize) -> [f32; 3] {
     let sh = gaussians.sh_of(i);
     [0, 1, 2].map(|k| 0.5 + SH_C0 as f32 * sh[k])
@@ -39,7 +39,7 @@ const NAMES: [&str; 16] = [
 ];
 
 /// The values of a property, `[N]`. With `_raw` at the end of the name as they are stored: logarithms of
-/// scales, logits of opacities, coefficients of colours.
+/// scales, logits of opacities, coefficients of colors.
 ///
 /// # Errors
 /// When there is no such property.

@@ -15,7 +15,7 @@ pub trait MaskProvider {
     fn spread(&self, index: &SceneIndex, seeds: &Seeds) -> Vec<f32>;
 }
 
-/// Graph cuts on colour and rendered geometry; no learned weights.
+/// Graph cuts on color and rendered geometry; no learned weights.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct GraphCut {
     /// How hard it tries.

@@ -251,7 +251,7 @@ pub(crate) fn rounds(
 }
 
 /// The cheapest masks near `wanted` (`[nodes]`, 0 to 1): each superpixel wants to be what it was
-/// rendered as, and neighbours that nothing parts want to be alike.
+/// rendered as, and neighbors that nothing parts want to be alike.
 pub(crate) fn cut(
     index: &SceneIndex,
     wanted: &[f32],

@@ -1,16 +1,16 @@
-//! Shapes in world and in views: which centres lie inside.
+//! Shapes in world and in views: which centers lie inside.
 
 use glam::{DQuat, DVec3};
 use motes_scene::{Gaussians, Pinhole, Pose, Selection};
 
 use crate::error::SelectError;
 
-/// Centres as double precision.
+/// Centers as double precision.
 pub(crate) fn mean(gaussians: &Gaussians, i: usize) -> DVec3 {
     DVec3::from_array(gaussians.means[i].map(f64::from))
 }
 
-/// Centres for which `inside` holds; those that are not finite never do.
+/// Centers for which `inside` holds; those that are not finite never do.
 pub(crate) fn centers(gaussians: &Gaussians, inside: impl Fn(DVec3) -> bool) -> Selection {
     Selection::where_true(gaussians.len(), |i| {
         let p = mean(gaussians, i);
@@ -18,7 +18,7 @@ pub(crate) fn centers(gaussians: &Gaussians, inside: impl Fn(DVec3) -> bool) -> 
     })
 }
 
-/// Centres in a box that may be turned.
+/// Centers in a box that may be turned.
 pub(crate) fn turned_box(
     gaussians: &Gaussians,
     center: [f64; 3],
@@ -34,7 +34,7 @@ pub(crate) fn turned_box(
     Ok(centers(gaussians, |p| (rotation * (p - center)).abs().cmple(half).all()))
 }
 
-/// Centres on the side of a plane that its normal points to.
+/// Centers on the side of a plane that its normal points to.
 pub(crate) fn half_space(
     gaussians: &Gaussians,
     normal: [f64; 3],
@@ -48,7 +48,7 @@ pub(crate) fn half_space(
     Ok(centers(gaussians, |p| normal.dot(p - point) >= 0.0))
 }
 
-/// Centres that project inside a polygon of a view (even-odd), at any depth in front of the camera.
+/// Centers that project inside a polygon of a view (even-odd), at any depth in front of the camera.
 pub(crate) fn polygon(
     gaussians: &Gaussians,
     camera: &Pinhole,

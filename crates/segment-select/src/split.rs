@@ -9,7 +9,7 @@ use glam::{Mat3, Quat, Vec3};
 use motes_math::sigmoid::{logit, sigmoid};
 use motes_scene::{Gaussians, Selection};
 
-use crate::neighbours::edge_directions;
+use crate::neighbors::edge_directions;
 
 /// Confidences between these are undecided: the share inside, with the threshold at one half.
 const UNDECIDED: std::ops::Range<f32> = 0.35..0.65;
@@ -60,15 +60,15 @@ pub fn split_boundary(
     out.gather(&rows);
     let mut confidence: Vec<f32> =
         rows.iter().map(|&row| selection.confidence[row as usize]).collect();
-    for (k, &(row, towards)) in split.iter().enumerate() {
+    for (k, &(row, toward)) in split.iter().enumerate() {
         let (inner, outer) = (row as usize, gaussians.len() + k);
         let [w, x, y, z] = gaussians.rotations[inner];
         let axes = Mat3::from_quat(Quat::from_xyzw(x, y, z, w).normalize());
         let scales = gaussians.log_scales[inner].map(f32::exp);
         // The axis along which most of the extent crosses the edge.
-        let crossing = |k: usize| axes.col(k).dot(towards).abs() * scales[k];
+        let crossing = |k: usize| axes.col(k).dot(toward).abs() * scales[k];
         let axis = (1..3).fold(0, |best, k| if crossing(k) > crossing(best) { k } else { best });
-        let side = axes.col(axis) * axes.col(axis).dot(towards).signum();
+        let side = axes.col(axis) * axes.col(axis).dot(toward).signum();
         let share = selection.confidence[inner];
         let pair = Pair::new(sigmoid(gaussians.opacity_logits[inner]), share);
         for (child, at, opacity) in [

@@ -1,8 +1,8 @@
-//! How strongly two neighbouring superpixels are parted, 0 to 1.
+//! How strongly two neighboring superpixels are parted, 0 to 1.
 //!
 //! Four cues, each a probability that an object ends here, combined as independent: a jump of depth where
 //! the planes of the two meet, a concave fold (objects are mostly convex and stand concavely on what
-//! carries them: Stein et al. 2014, "Object partitioning using local convexity"), a change of colour
+//! carries them: Stein et al. 2014, "Object partitioning using local convexity"), a change of color
 //! (weak: objects have patterns), and leaving the support plane.
 
 use glam::Vec3;
@@ -15,9 +15,9 @@ use crate::view_data::{Segment, ViewData};
 const JUMP: f32 = 0.6;
 /// A concave fold of this angle, radians, likewise.
 const CONCAVE: f32 = 0.7;
-/// Likewise for colours, CIE L*a*b*.
+/// Likewise for colors, CIE L*a*b*.
 const COLOR: f32 = 35.0;
-/// What each cue can say at most. A jump is certain, colour is mere pattern more often than not.
+/// What each cue can say at most. A jump is certain, color is mere pattern more often than not.
 const CONCAVE_MOST: f32 = 0.75;
 const CONVEX_MOST: f32 = 0.1;
 const COLOR_MOST: f32 = 0.35;
@@ -66,7 +66,7 @@ pub(crate) fn across_views(s: &Segment, t: &Segment, plane: Option<&SupportPlane
     either(&[color(s, t), support(s, t, plane), TURNED_MOST * step(angle, TURNED)])
 }
 
-/// By colour alone, 0 to [`COLOR_MOST`].
+/// By color alone, 0 to [`COLOR_MOST`].
 pub(crate) fn color(s: &Segment, t: &Segment) -> f32 {
     COLOR_MOST * step(difference(s.lab, t.lab), COLOR)
 }

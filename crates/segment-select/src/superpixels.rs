@@ -1,8 +1,8 @@
-//! Superpixels on colour, depth and normal.
+//! Superpixels on color, depth and normal.
 //!
-//! SLIC (Achanta et al. 2012): k-means in a window around each centre, then connected pieces. To colour
+//! SLIC (Achanta et al. 2012): k-means in a window around each center, then connected pieces. To color
 //! and position come depth, in units of what a superpixel spans, and the normal, so that edges of
-//! surfaces are edges of superpixels where colours agree.
+//! surfaces are edges of superpixels where colors agree.
 
 /// What the clustering sees of a view; `[h, w]` each.
 pub(crate) struct Pixels<'a> {
@@ -20,7 +20,7 @@ pub(crate) struct Pixels<'a> {
 
 /// Rounds of k-means; Achanta et al. use 10.
 const ROUNDS: usize = 8;
-/// Colour difference that weighs as much as one side of a superpixel.
+/// Color difference that weighs as much as one side of a superpixel.
 const COLOR_UNIT: f32 = 12.0;
 /// Weights and bounds of the terms; a bound keeps one noisy pixel from tearing a superpixel.
 const POSITION_WEIGHT: f32 = 0.7;
@@ -137,7 +137,7 @@ fn connected(labels: &[u32], w: usize, h: usize, least: usize) -> (Vec<u32>, usi
         piece.clear();
         piece.push(start);
         out[start] = count;
-        let mut neighbour = NONE;
+        let mut neighbor = NONE;
         let mut next = 0;
         while next < piece.len() {
             let p = piece[next];
@@ -153,13 +153,13 @@ fn connected(labels: &[u32], w: usize, h: usize, least: usize) -> (Vec<u32>, usi
                 if out[q] == NONE && labels[q] == labels[start] {
                     out[q] = count;
                     piece.push(q);
-                } else if out[q] != NONE && out[q] != count && neighbour == NONE {
-                    neighbour = out[q];
+                } else if out[q] != NONE && out[q] != count && neighbor == NONE {
+                    neighbor = out[q];
                 }
             }
         }
-        if piece.len() < least && neighbour != NONE {
-            piece.iter().for_each(|&p| out[p] = neighbour);
+        if piece.len() < least && neighbor != NONE {
+            piece.iter().for_each(|&p| out[p] = neighbor);
         } else {
             count += 1;
         }

@@ -23,11 +23,11 @@ pub struct Segment {
     pub center_px: [f32; 2],
     /// Pixels.
     pub area_px: f32,
-    /// Mean colour, CIE L*a*b*.
+    /// Mean color, CIE L*a*b*.
     pub lab: [f32; 3],
     /// Middle in world; meaningless where `width` is 0.
     pub point: [f32; 3],
-    /// Unit, world, towards the camera.
+    /// Unit, world, toward the camera.
     pub normal: [f32; 3],
     /// Side in world units; 0 where nothing was drawn.
     pub width: f32,
@@ -59,7 +59,7 @@ pub struct ViewData {
     pub depth: Vec<f32>,
     /// Superpixels.
     pub segments: Vec<Segment>,
-    /// Neighbours in the image.
+    /// Neighbors in the image.
     pub borders: Vec<Border>,
     /// Gaussians per superpixel.
     pub votes: LabelVotes,

@@ -56,7 +56,7 @@ fn a_click_becomes_a_selection_overlays_labels_masks_and_mattes() {
         "--cache",
         "kept",
         "-O",
-        "labelled.ply",
+        "labeled.ply",
         "--label",
         "7",
         "--candidates",
@@ -77,8 +77,8 @@ fn a_click_becomes_a_selection_overlays_labels_masks_and_mattes() {
     assert!(document["support_plane"]["normal"][2].as_f64().unwrap() > 0.99);
     assert!(read("s.part.json")["count"].as_u64().unwrap() < count);
     assert!(std::fs::read_dir(toy.path("seen")).unwrap().count() >= 3);
-    let labelled = read_gaussians(&toy.path("labelled.ply")).unwrap();
-    let column = labelled.extra.iter().find(|c| c.name == "object_id").unwrap();
+    let labeled = read_gaussians(&toy.path("labeled.ply")).unwrap();
+    let column = labeled.extra.iter().find(|c| c.name == "object_id").unwrap();
     let ColumnValues::U32(labels) = &column.values else { panic!("{column:?}") };
     assert_eq!(labels.iter().filter(|&&l| l == 7).count() as u64, count);
 
@@ -113,16 +113,8 @@ fn a_click_becomes_a_selection_overlays_labels_masks_and_mattes() {
     let white = mask.data.iter().step_by(mask.channels).filter(|&&v| v > 200).count();
     assert!(white > 50 && white < mask.pixel_count() / 2, "{white}");
 
-    let flags = [
-        "--gaussians",
-        "labelled.ply",
-        "--object-ids",
-        "object_id",
-        "--format",
-        "exr",
-        "-o",
-        "exr",
-    ];
+    let flags =
+        ["--gaussians", "labeled.ply", "--object-ids", "object_id", "--format", "exr", "-o", "exr"];
     let exr = render(&flags);
     assert_eq!(exr.status.code(), Some(0), "{}", stderr(&exr));
     let name = std::fs::read_dir(toy.path("exr")).unwrap().next().unwrap().unwrap().path();
@@ -135,8 +127,8 @@ fn a_click_becomes_a_selection_overlays_labels_masks_and_mattes() {
     let covered = ids.iter().zip(&coverage).filter(|(i, c)| i.to_bits() == id && **c > 0.8).count();
     assert!(covered.abs_diff(white) <= white / 10, "{covered} {white}");
 
-    // The labelled file is another file: the selection of the first does not belong to it.
-    let line = ["--gaussians", "labelled.ply", "--selection", "s.json", "--mask", "-o", "stale"];
+    // The labeled file is another file: the selection of the first does not belong to it.
+    let line = ["--gaussians", "labeled.ply", "--selection", "s.json", "--mask", "-o", "stale"];
     let stale = render(&line);
     assert_eq!(stale.status.code(), Some(3));
     assert!(stderr(&stale).contains("stale"), "{}", stderr(&stale));

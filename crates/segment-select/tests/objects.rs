@@ -36,7 +36,7 @@ fn square(
         g.rotations.push([q.w, q.x, q.y, q.z]);
         g.log_scales.push([size.ln(), size.ln(), size.ln() - 4.0]);
         g.opacity_logits.push(5.0);
-        // A pattern, so that colour alone tells little.
+        // A pattern, so that color alone tells little.
         let shade = if (i % n / 3 + i / n / 3).is_multiple_of(2) { 1.0 } else { 0.75 };
         g.sh.extend(color.map(|c| (c * shade - 0.5) / 0.282_094_8));
         part.push(label);
@@ -260,7 +260,7 @@ fn shapes_properties_and_sets_combine() {
     assert_eq!(count(&["property=z,gt,0.001", "intersect:property=x,lt,0"]).unwrap(), of(RED));
     assert_eq!(count(&["box=-0.71,-0.31,0.01,-0.09,0.31,0.7"]).unwrap(), of(RED));
     assert_eq!(count(&["ids=0-9,12"]).unwrap(), 11);
-    // Within half a cell of the floor's own spacing nothing is added, beyond it the neighbours are.
+    // Within half a cell of the floor's own spacing nothing is added, beyond it the neighbors are.
     assert_eq!(count(&["ids=0", "grow=0.05"]).unwrap(), 1);
     assert_eq!(count(&["ids=0", "grow=0.11"]).unwrap(), 3);
     assert_eq!(count(&["ids=0", "shrink=0.11"]).unwrap(), 0);

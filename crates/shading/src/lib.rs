@@ -7,8 +7,8 @@
 //! is tested against it. `docs/methods/shading.md` has conventions, equations with their papers
 //! and approximations, `docs/benchmarks/shading.md` the costs.
 //!
-//! Directions point away from the surface: `w_o` (`to_viewer`) towards the camera, `w_i`
-//! (`to_light`) towards the light. Colours and radiances are linear, Rec. 709 primaries.
+//! Directions point away from the surface: `w_o` (`to_viewer`) toward the camera, `w_i`
+//! (`to_light`) toward the light. Colors and radiances are linear, Rec. 709 primaries.
 
 pub mod brdf;
 pub mod environment;

@@ -82,7 +82,7 @@ fn scramble(x: u32, seed: u32) -> u32 {
     x.reverse_bits()
 }
 
-/// A 32-bit finaliser with full avalanche (Mueller's, as in public collections of hashes).
+/// A 32-bit finalizer with full avalanche (Mueller's, as in public collections of hashes).
 #[inline]
 fn mix(mut x: u32) -> u32 {
     x = x.wrapping_add(0x9e37_79b9);

@@ -40,7 +40,7 @@ fn every_convention_shows_the_axes_where_they_are() {
         let image = axis_test_map(64, &o.orientation);
         let map = EnvironmentMap::new(&image, &o).unwrap();
         for (i, (axis, color)) in AXIS_COLORS.into_iter().enumerate() {
-            // Off the centre, so that the holes of negative axes are missed.
+            // Off the center, so that the holes of negative axes are missed.
             let d = (axis + 0.2 * DVec3::new(axis.y, axis.z, axis.x)).normalize();
             let (radiance, _) = map.radiance_pdf(d.as_vec3());
             assert!((radiance - color).length() < 1e-4, "{convention:?} axis {i}: {radiance}");

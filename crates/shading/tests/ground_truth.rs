@@ -42,13 +42,13 @@ struct View {
 
 struct Pinhole {
     focal: f32,
-    centre: (f32, f32),
+    center: (f32, f32),
 }
 
 impl View {
     fn position(&self, camera: &Pinhole, x: usize, y: usize) -> Vec3 {
         let z = self.depth.pixel(x, y)[0];
-        let (u, v) = (x as f32 + 0.5 - camera.centre.0, y as f32 + 0.5 - camera.centre.1);
+        let (u, v) = (x as f32 + 0.5 - camera.center.0, y as f32 + 0.5 - camera.center.1);
         let p = Vec3::new(u / camera.focal * z, -v / camera.focal * z, -z);
         self.world_from_camera.transform_point3(p)
     }
@@ -72,7 +72,7 @@ fn views(root: &Path) -> (Pinhole, Vec<View>) {
     let text = std::fs::read_to_string(root.join("transforms_test.json")).expect("transforms");
     let json: serde_json::Value = serde_json::from_str(&text).expect("JSON");
     let number = |key: &str| json[key].as_f64().expect("a number") as f32;
-    let camera = Pinhole { focal: number("fl_x"), centre: (number("cx"), number("cy")) };
+    let camera = Pinhole { focal: number("fl_x"), center: (number("cx"), number("cy")) };
     let frames = json["frames"].as_array().expect("frames");
     let view = |frame: &serde_json::Value| {
         let path = Path::new(frame["file_path"].as_str().expect("a path"));

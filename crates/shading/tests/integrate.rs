@@ -36,7 +36,7 @@ fn uniform(radiance: f32) -> Environment {
     map_light(&ImageF32::filled(16, 8, 3, radiance))
 }
 
-/// A sky with structure: smooth colours and a bright patch.
+/// A sky with structure: smooth colors and a bright patch.
 fn patchy() -> Environment {
     let (w, h) = (64, 32);
     let mut image = ImageF32::filled(w, h, 3, 0.0);
@@ -154,13 +154,13 @@ fn a_small_sun_lights_by_its_cosine_and_casts_a_soft_shadow() {
     let (mean, _) = fast_mean(&p, &light, &Empty, options(64, 16, 5), 20);
     assert!((mean.x - e / PI).abs() < 2e-3 * e / PI, "{mean} {}", e / PI);
 
-    // A half plane's edge through the disc's centre hides half of it. A plane through the point's
+    // A half plane's edge through the disc's center hides half of it. A plane through the point's
     // ray to the sun, vertical across: shapes are two-sided and infinite, so a big sphere
     // tangent to that ray stands for the half plane.
     let side = to_sun.cross(Vec3::Y).normalize().as_dvec3();
     let radius = 2000.0;
-    let centre = p.position.as_dvec3() + to_sun.as_dvec3() * 3000.0 + side * radius;
-    let shapes = Shapes { spheres: vec![Sphere { centre, radius }], planes: vec![] };
+    let center = p.position.as_dvec3() + to_sun.as_dvec3() * 3000.0 + side * radius;
+    let shapes = Shapes { spheres: vec![Sphere { center, radius }], planes: vec![] };
     let (mean, error) = fast_mean(&p, &light, &shapes, options(64, 16, 6), 200);
     let half = 0.5 * e / PI;
     assert!((mean.x - half).abs() < 0.02 * half + 4.0 * error.x, "{mean} {half}");

@@ -49,14 +49,14 @@ fn brute_force(mesh: &TriangleMesh, ray: &Ray) -> (Option<(f64, u32)>, f64) {
 
 #[test]
 fn the_tree_agrees_with_every_triangle_at_any_scale() {
-    for (scale, centre) in [(1.0, 0.0), (1e-3, 0.0), (1e4, 0.0), (1.0, 300.0)] {
+    for (scale, center) in [(1.0, 0.0), (1e-3, 0.0), (1e4, 0.0), (1.0, 300.0)] {
         let mut rng = keyed_rng(1, 2, 3);
         let mut mesh = TriangleMesh::default();
         for i in 0..400u32 {
             let p = Vec3::from(rng.random::<[f32; 3]>());
             for _ in 0..3 {
                 let corner = p + 0.15 * random_direction(&mut rng);
-                mesh.vertices.push((corner + Vec3::splat(centre)) * scale);
+                mesh.vertices.push((corner + Vec3::splat(center)) * scale);
             }
             mesh.triangles.push([3 * i, 3 * i + 1, 3 * i + 2]);
         }
@@ -64,7 +64,7 @@ fn the_tree_agrees_with_every_triangle_at_any_scale() {
             let tracer = MeshTracer::new(&mesh, quality).unwrap();
             let (mut hits, mut unclear) = (0, 0);
             for _ in 0..2000 {
-                let p = Vec3::from(rng.random::<[f32; 3]>()) + Vec3::splat(centre);
+                let p = Vec3::from(rng.random::<[f32; 3]>()) + Vec3::splat(center);
                 let t_max = if rng.random() { f32::INFINITY } else { 0.3 * scale };
                 let ray = Ray { t_max, ..Ray::new(p * scale, random_direction(&mut rng)) };
                 let (expected, margin) = brute_force(&mesh, &ray);
@@ -78,7 +78,7 @@ fn the_tree_agrees_with_every_triangle_at_any_scale() {
                 assert_eq!(tracer.occluded(&ray), expected.is_some());
                 if let (Some(hit), Some((t, _))) = (hit, expected) {
                     hits += 1;
-                    let tolerance = 1e-4 * f64::from(scale) * (1.0 + f64::from(centre) / 10.0);
+                    let tolerance = 1e-4 * f64::from(scale) * (1.0 + f64::from(center) / 10.0);
                     assert!((f64::from(hit.distance) - t).abs() < tolerance, "{t} {hit:?}");
                 }
             }
@@ -92,7 +92,7 @@ fn a_fine_sphere_and_a_plane_agree_with_their_formulas() {
     let mesh = joined(sphere(Vec3::new(0.1, 0.2, 1.0), 0.5, 200), &floor(5000.0, 0.0));
     let tracer = MeshTracer::new(&mesh, BuildQuality::Balanced).unwrap();
     let exact = Shapes {
-        spheres: vec![Sphere { centre: DVec3::new(0.1, 0.2, 1.0), radius: 0.5 }],
+        spheres: vec![Sphere { center: DVec3::new(0.1, 0.2, 1.0), radius: 0.5 }],
         planes: vec![Plane { point: DVec3::ZERO, normal: DVec3::Z }],
     };
     let mut rng = keyed_rng(4, 5, 6);
@@ -124,16 +124,16 @@ fn a_fine_sphere_and_a_plane_agree_with_their_formulas() {
 fn no_light_leaks_out_of_a_closed_mesh_through_edges_and_corners() {
     let mesh = sphere(Vec3::new(5.0, -3.0, 2.0), 1.0, 40);
     let tracer = MeshTracer::new(&mesh, BuildQuality::Balanced).unwrap();
-    let centre = Vec3::new(5.01, -3.02, 2.005);
+    let center = Vec3::new(5.01, -3.02, 2.005);
     let mut aimed = 0;
     for t in &mesh.triangles {
         let corners = t.map(|i| mesh.vertices[i as usize]);
         for (i, a) in corners.into_iter().enumerate() {
             let b = corners[(i + 1) % 3];
             for target in [a, 0.5 * (a + b), a + 0.3 * (b - a)] {
-                let ray = Ray::new(centre, (target - centre).normalize());
+                let ray = Ray::new(center, (target - center).normalize());
                 let met = tracer.occluded(&ray) && tracer.closest_hit(&ray).is_some();
-                assert!(met, "{ray:?} towards {target}, corners {corners:?}");
+                assert!(met, "{ray:?} toward {target}, corners {corners:?}");
                 aimed += 1;
             }
         }

@@ -1,4 +1,4 @@
-//! The behaviour that every stage inherits, seen from outside through `examples/demo_stage.rs`.
+//! The behavior that every stage inherits, seen from outside through `examples/demo_stage.rs`.
 //!
 //! Which test goes where: what a user types and sees belongs here; parts belong beside the code;
 //! what a certain stage does with its own flags belongs to `crates/<stage>/tests`.

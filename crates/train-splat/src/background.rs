@@ -1,4 +1,4 @@
-//! What lies behind everything that the points describe: one colour, or Gaussians on a far sphere.
+//! What lies behind everything that the points describe: one color, or Gaussians on a far sphere.
 //!
 //! A photo that looks past the subject shows things so far away that no point was triangulated on
 //! them. Without a model the fit hangs a curtain near the cameras, which every other view sees in
@@ -22,12 +22,12 @@ const SPACING: f64 = 1.0 / 40.0;
 const COVER_GAIN: f32 = 3.0;
 /// Transmittance above which a pixel counts as covered by nothing.
 const OPEN: f32 = 0.5;
-/// Learning rate of the colour.
+/// Learning rate of the color.
 const RATE: f32 = 1e-2;
-/// Gaussians of the sphere that stands for a single colour in the model that is written.
+/// Gaussians of the sphere that stands for a single color in the model that is written.
 const DOME: usize = 642;
 
-/// A background colour under optimisation.
+/// A background color under optimization.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BackgroundColor {
     /// sRGB-encoded.
@@ -45,7 +45,7 @@ impl BackgroundColor {
         Self { value, ..Self::default() }
     }
 
-    /// One step; `image` holds the transmittance in plane 3, `gradient` the loss gradient by colour.
+    /// One step; `image` holds the transmittance in plane 3, `gradient` the loss gradient by color.
     pub(crate) fn step(&mut self, image: &Planes, gradient: &Planes) {
         let d = color_gradient(image, gradient);
         self.steps += 1;
@@ -62,7 +62,7 @@ impl BackgroundColor {
     }
 }
 
-/// `∂L/∂background = Σ_pixels T ∂L/∂colour`
+/// `∂L/∂background = Σ_pixels T ∂L/∂color`
 fn color_gradient(image: &Planes, gradient: &Planes) -> [f32; 3] {
     std::array::from_fn(|c| {
         let rows = (0..image.height).map(|y| {
@@ -77,7 +77,7 @@ fn color_gradient(image: &Planes, gradient: &Planes) -> [f32; 3] {
 pub(crate) struct OpenSky {
     /// Share of the photos' pixels.
     pub(crate) share: f64,
-    /// Mean colour there.
+    /// Mean color there.
     pub(crate) mean: [f32; 3],
     /// Per view of `views`: 1 where open, `[height, width]`.
     open: Vec<Vec<bool>>,
@@ -148,21 +148,21 @@ fn counts(target: &Target, x: usize, y: usize) -> bool {
     target.weight.as_ref().is_none_or(|w| w[y * target.width + x] > 0)
 }
 
-/// Where the shell stands: its centre and radius, beyond the cameras and nearly all points.
+/// Where the shell stands: its center and radius, beyond the cameras and nearly all points.
 pub(crate) fn place(views: &[TrainingView], points: &SparsePoints, extent: f64) -> (DVec3, f64) {
-    let centres: Vec<DVec3> = views.iter().map(|v| v.levels[0].0.center.as_dvec3()).collect();
-    let centre = centres.iter().sum::<DVec3>() / centres.len().max(1) as f64;
+    let centers: Vec<DVec3> = views.iter().map(|v| v.levels[0].0.center.as_dvec3()).collect();
+    let center = centers.iter().sum::<DVec3>() / centers.len().max(1) as f64;
     let mut distances: Vec<f64> = points
         .positions
         .iter()
-        .map(|p| (Vec3::from(*p).as_dvec3() - centre).length())
+        .map(|p| (Vec3::from(*p).as_dvec3() - center).length())
         .filter(|d| d.is_finite())
         .collect();
     let far = match distances.len() {
         0 => 0.0,
         n => *distances.select_nth_unstable_by(n * 99 / 100, f64::total_cmp).1,
     };
-    (centre, (RADIUS_EXTENTS * extent).max(1.5 * far))
+    (center, (RADIUS_EXTENTS * extent).max(1.5 * far))
 }
 
 /// At most `most` Gaussians on the sphere, in the open directions of the photos.
@@ -170,7 +170,7 @@ pub(crate) fn shell(
     sky: &OpenSky,
     views: &[TrainingView],
     level: usize,
-    (centre, radius): (DVec3, f64),
+    (center, radius): (DVec3, f64),
     most: usize,
 ) -> Gaussians {
     let finest = views.iter().map(|view| {
@@ -181,7 +181,7 @@ pub(crate) fn shell(
     let directions = (4.0 * std::f64::consts::PI / (angle * angle)) as usize;
     let mut found: Vec<(Vec3, [f32; 3])> = Vec::new();
     for i in 0..directions {
-        let point = (centre + radius * fibonacci(i, directions)).as_vec3();
+        let point = (center + radius * fibonacci(i, directions)).as_vec3();
         if let Some(color) = sky.color(point, views, level) {
             found.push((point, color));
         }
@@ -196,12 +196,12 @@ pub(crate) fn shell(
     g
 }
 
-/// A closed sphere of one colour: what a background colour becomes in a file that has none.
-pub(crate) fn dome(color: [f32; 3], centre: DVec3, radius: f64) -> Gaussians {
+/// A closed sphere of one color: what a background color becomes in a file that has none.
+pub(crate) fn dome(color: [f32; 3], center: DVec3, radius: f64) -> Gaussians {
     let spacing = (4.0 * std::f64::consts::PI / DOME as f64).sqrt() * radius;
     let mut g = Gaussians::empty(0);
     for i in 0..DOME {
-        push(&mut g, (centre + radius * fibonacci(i, DOME)).as_vec3(), color, spacing as f32, 0.99);
+        push(&mut g, (center + radius * fibonacci(i, DOME)).as_vec3(), color, spacing as f32, 0.99);
     }
     g
 }

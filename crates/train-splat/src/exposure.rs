@@ -13,8 +13,8 @@ const RATE: f32 = 1e-3;
 
 /// Spread of the photos' log gains from which on exposures are worth their parameters. On photos
 /// that differ by 6 % leaving them out scored 0.4 dB better on held-out views (view-dependent
-/// colour follows neighbouring photos, exposures do not carry over to a view nobody took); at 10 %
-/// a grey of one half errs by 13 steps of 255, which alone limits PSNR to 26 dB.
+/// color follows neighboring photos, exposures do not carry over to a view nobody took); at 10 %
+/// a gray of one half errs by 13 steps of 255, which alone limits PSNR to 26 dB.
 pub(crate) const NEEDED_SPREAD: f64 = 0.1;
 
 /// Root mean square over photos and channels of the log gain that would fit the rendering to
@@ -72,7 +72,7 @@ impl Exposures {
                 value[c + 3] = if affine { ((y - gain * x) / n) as f32 } else { 0.0 };
             }
         }
-        self.centre();
+        self.center();
     }
 
     /// One step for one photo (gains, and offsets where asked), then the mean of all photos is taken
@@ -103,10 +103,10 @@ impl Exposures {
             self.steps[view],
             &AdamOptions::default(),
         );
-        self.centre();
+        self.center();
     }
 
-    fn centre(&mut self) {
+    fn center(&mut self) {
         for k in 0..6 {
             let mean = self.values.iter().map(|v| f64::from(v[k])).sum::<f64>()
                 / self.values.len().max(1) as f64;

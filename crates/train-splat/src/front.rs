@@ -12,7 +12,7 @@ pub(crate) const SCALES: [f64; 3] = [0.25, 0.5, 1.0];
 /// What grows with the time at hand.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Settings {
-    /// Optimiser steps.
+    /// Optimizer steps.
     pub(crate) iterations: f64,
     /// Most Gaussians at any time.
     pub(crate) max_gaussians: f64,
@@ -67,7 +67,7 @@ impl Settings {
     }
 
     /// Between `self` (0) and `other` (1): counts geometrically, shares linearly.
-    pub(crate) fn towards(self, other: Self, t: f64) -> Self {
+    pub(crate) fn toward(self, other: Self, t: f64) -> Self {
         let geometric = |a: f64, b: f64| (a.ln() * (1.0 - t) + b.ln() * t).exp();
         Self {
             iterations: geometric(self.iterations, other.iterations),
@@ -94,7 +94,7 @@ pub(crate) fn settings_for(seconds: f64, predicted: &[f64; FRONT.len()]) -> Sett
         }
         if seconds < high {
             let t = (seconds / low).ln() / (high / low).ln();
-            return FRONT[i].towards(FRONT[i + 1], t);
+            return FRONT[i].toward(FRONT[i + 1], t);
         }
     }
     FRONT[FRONT.len() - 1]

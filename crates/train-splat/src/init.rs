@@ -1,7 +1,7 @@
 //! The Gaussians a fit starts with.
 
 use glam::{DVec3, Vec3};
-use motes_math::knn::rms_neighbour_distance;
+use motes_math::knn::rms_neighbor_distance;
 use motes_math::median::upper_median;
 use motes_math::rng::keyed_rng;
 use motes_math::sh::SH_C0;
@@ -20,13 +20,13 @@ const STREAM: u64 = 0x1217;
 const NEAR: f64 = 0.3;
 const FAR: f64 = 30.0;
 
-/// One Gaussian per point: its colour, a ball as wide as the distance to its three neighbours
+/// One Gaussian per point: its color, a ball as wide as the distance to its three neighbors
 /// (Kerbl et al. 2023).
 ///
 /// Points with a non-finite coordinate are left out. `extent` bounds the scales: a lone point far
 /// away must not become a ball around everything.
 pub(crate) fn from_points(points: &SparsePoints, extent: f64, options: &FitOptions) -> Gaussians {
-    let distances = rms_neighbour_distance(&points.positions, 3);
+    let distances = rms_neighbor_distance(&points.positions, 3);
     let (low, high) = (1e-6 * extent as f32, 0.5 * extent as f32);
     let mut g = Gaussians::empty(0);
     for (i, &distance) in distances.iter().enumerate().filter(|(_, d)| d.is_finite()) {
@@ -37,7 +37,7 @@ pub(crate) fn from_points(points: &SparsePoints, extent: f64, options: &FitOptio
     g
 }
 
-/// Brightest colour coefficient of a start: its square must survive the loss in single precision.
+/// Brightest color coefficient of a start: its square must survive the loss in single precision.
 const MAX_SH: f32 = 1e6;
 
 /// Given Gaussians without those that are no Gaussians (a value that is not finite, a rotation
@@ -147,7 +147,7 @@ pub(crate) fn axes_focus(images: &[TrainingImage]) -> DVec3 {
 
 /// The length that learning rates and size limits refer to, world units.
 ///
-/// The radius of the camera centres, as in 3DGS; when the cameras are (nearly) in one place, a
+/// The radius of the camera centers, as in 3DGS; when the cameras are (nearly) in one place, a
 /// tenth of the median distance to the points; 1 when there is nothing to measure.
 pub fn scene_extent<'a>(
     cameras_from_world: impl IntoIterator<Item = &'a Pose>,

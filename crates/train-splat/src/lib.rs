@@ -1,4 +1,4 @@
-//! Fitting Gaussians to a capture: losses, schedules, densification, the optimiser loop.
+//! Fitting Gaussians to a capture: losses, schedules, densification, the optimizer loop.
 //!
 //! [`Trainer`] holds a fit in progress; [`FitState`] is all of it that changes, so a copy is a
 //! checkpoint. Random numbers are keyed by (seed, purpose, step), never drawn from a running

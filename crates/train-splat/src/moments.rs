@@ -25,8 +25,8 @@ pub struct Rates {
 }
 
 impl Rates {
-    /// Those of `options` when a share `progress` of the steps is done. `extent` is what centres are measured by, world
-    /// units; `late` the factor on all other rates, which centres have their own of (1 % at the end, exponentially).
+    /// Those of `options` when a share `progress` of the steps is done. `extent` is what centers are measured by, world
+    /// units; `late` the factor on all other rates, which centers have their own of (1 % at the end, exponentially).
     pub fn at(options: &FitOptions, extent: f64, late: f64, progress: f64) -> Self {
         use FreezeGroup::{Colors, Means, Opacities, Rotations, Scales};
         let rate = |group, value: f64| if options.is_frozen(group) { 0.0 } else { value as f32 };

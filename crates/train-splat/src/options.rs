@@ -33,14 +33,14 @@ pub enum Switch {
     Off,
 }
 
-/// Colour behind the Gaussians while fitting.
+/// Color behind the Gaussians while fitting.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Background {
     /// Random per step when photos have alpha (what is transparent must stay so), else black.
     #[default]
     Auto,
-    /// A new colour every step.
+    /// A new color every step.
     Random,
     /// Black.
     Black,
@@ -63,12 +63,12 @@ pub enum AdamRule {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Densify {
-    /// Those whose projected centres are pulled most are divided (Kerbl et al. 2023).
+    /// Those whose projected centers are pulled most are divided (Kerbl et al. 2023).
     #[default]
     Pull,
     /// Those that cover most of the error of several views are divided (after FastGS, 2025).
     Error,
-    /// Faint ones move to where opaque ones are, the centres take random steps (3DGS as Markov chain
+    /// Faint ones move to where opaque ones are, the centers take random steps (3DGS as Markov chain
     /// Monte Carlo, Kheradmand et al. 2024).
     Relocate,
 }
@@ -77,9 +77,9 @@ pub enum Densify {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum FreezeGroup {
-    /// Centres, scales and rotations, and the number of Gaussians.
+    /// Centers, scales and rotations, and the number of Gaussians.
     Geometry,
-    /// Centres, and the number of Gaussians.
+    /// Centers, and the number of Gaussians.
     Means,
     /// Log scales.
     Scales,
@@ -99,7 +99,7 @@ pub struct FitOptions {
     /// place between two]
     #[arg(long, value_enum)]
     pub preset: Option<Preset>,
-    /// Optimiser steps, one view each [default: from the preset]
+    /// Optimizer steps, one view each [default: from the preset]
     #[arg(short = 'n', long, help_heading = "Schedule", value_name = "STEPS")]
     pub iterations: Option<u32>,
     /// Multiplies the preset's number of steps
@@ -134,7 +134,7 @@ pub struct FitOptions {
     /// (Grendel, Zhao et al. 2024); a preset's number of steps is divided by it
     #[arg(long, help_heading = "Speed", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=64), value_name = "VIEWS")]
     pub batch_views: u32,
-    /// Steps between updates of the colour bands above 0 (Taming 3DGS)
+    /// Steps between updates of the color bands above 0 (Taming 3DGS)
     #[arg(long, help_heading = "Speed", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..), value_name = "STEPS")]
     pub sh_every: u32,
     /// Which parameters a step changes
@@ -175,7 +175,7 @@ pub struct FitOptions {
         value_name = "RATIO"
     )]
     pub max_anisotropy: Option<f32>,
-    /// Parameters to leave as they are, for example to refit colours under another light
+    /// Parameters to leave as they are, for example to refit colors under another light
     #[arg(long, value_enum, value_delimiter = ',', help_heading = "Start", value_name = "GROUPS")]
     pub freeze: Vec<FreezeGroup>,
     /// Components of the model: what held-out evidence supports, everything, or nothing optional; a
@@ -185,7 +185,7 @@ pub struct FitOptions {
     /// Per-photo gain, or gain and offset, of each channel; `on` is affine, `off` is none
     #[arg(long, value_enum, default_value_t, help_heading = "Model")]
     pub exposure: ExposureModel,
-    /// What lies behind all points: nothing, one learned colour, or Gaussians on a far sphere
+    /// What lies behind all points: nothing, one learned color, or Gaussians on a far sphere
     /// [default: what --model decides]
     #[arg(long, value_enum, help_heading = "Model")]
     pub background_model: Option<BackgroundModel>,
@@ -196,13 +196,13 @@ pub struct FitOptions {
     /// 3D smoothing filter of Mip-Splatting: no Gaussian finer than the photos can show
     #[arg(long, value_enum, default_value_t, help_heading = "Model")]
     pub filter_3d: Switch,
-    /// Colour behind the Gaussians
+    /// Color behind the Gaussians
     #[arg(long, value_enum, default_value_t, help_heading = "Model")]
     pub background: Background,
     /// Meaning of an alpha channel in the photos
     #[arg(long, value_enum, default_value_t, help_heading = "Model")]
     pub alpha_mode: AlphaMode,
-    /// Learning rate of the centres, times the camera extent; falls to 1 % at the end
+    /// Learning rate of the centers, times the camera extent; falls to 1 % at the end
     #[arg(
         long,
         visible_alias = "means-lr",
@@ -238,7 +238,7 @@ pub struct FitOptions {
         value_name = "RATE"
     )]
     pub lr_opacities: f64,
-    /// Learning rate of band 0 of the colours
+    /// Learning rate of band 0 of the colors
     #[arg(
         long,
         visible_alias = "sh0-lr",
@@ -256,7 +256,7 @@ pub struct FitOptions {
         value_name = "RATE"
     )]
     pub lr_sh_rest: f64,
-    /// Share of the rates (other than that of the centres) left at the end [default: from the
+    /// Share of the rates (other than that of the centers) left at the end [default: from the
     /// preset; a short run cannot afford to slow down]
     #[arg(long, help_heading = "Learning rates", value_name = "SHARE")]
     pub lr_final: Option<f64>,
@@ -280,7 +280,7 @@ pub struct FitOptions {
     /// Share of the largest number of Gaussians that the start points may take
     #[arg(long, help_heading = "Start", default_value_t = 0.7, value_name = "SHARE")]
     pub dense_share: f64,
-    /// Factor on the distance to the neighbours that sets the first scales
+    /// Factor on the distance to the neighbors that sets the first scales
     #[arg(long, help_heading = "Start", default_value_t = 1.0, value_name = "FACTOR")]
     pub init_scale: f32,
     /// Random Gaussians to start with when there are no points

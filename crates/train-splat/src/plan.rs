@@ -20,7 +20,7 @@ pub struct Stage {
 /// Everything about a run that is fixed before the first step.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Plan {
-    /// Optimiser steps.
+    /// Optimizer steps.
     pub iterations: u32,
     /// Most Gaussians at any time.
     pub max_gaussians: usize,
@@ -81,8 +81,8 @@ impl Plan {
             }
         };
         let choices = rules::Choices::new(options);
-        let regularised = options.model != ModelChoice::Minimal;
-        let few = regularised && views < FEW_VIEWS;
+        let regularized = options.model != ModelChoice::Minimal;
+        let few = regularized && views < FEW_VIEWS;
         Ok(Self {
             iterations,
             max_gaussians: options.max_gaussians.unwrap_or(settings.max_gaussians.round() as usize),
@@ -97,7 +97,7 @@ impl Plan {
                 .max(1),
             dropout: options
                 .dropout
-                .unwrap_or(if regularised && views <= VERY_FEW_VIEWS { 0.2 } else { 0.0 })
+                .unwrap_or(if regularized && views <= VERY_FEW_VIEWS { 0.2 } else { 0.0 })
                 .clamp(0.0, 0.9),
             max_anisotropy: options.max_anisotropy.unwrap_or(if few { 10.0 } else { 100.0 }),
             opacity_weight: options.opacity_weight.unwrap_or(0.0),
@@ -112,7 +112,7 @@ impl Plan {
     /// Leaves the last stage out; the others share its steps.
     pub(crate) fn drop_finest_stage(&mut self) {
         self.stages.pop();
-        normalise(&mut self.stages);
+        normalize(&mut self.stages);
     }
 
     /// The schedule as its flag takes it.
@@ -168,12 +168,12 @@ fn parse_stages(text: &str) -> Result<Vec<Stage>, FitError> {
         }
         stages.push(stage);
     }
-    normalise(&mut stages);
+    normalize(&mut stages);
     Ok(stages)
 }
 
 /// Shares that sum to 1.
-fn normalise(stages: &mut [Stage]) {
+fn normalize(stages: &mut [Stage]) {
     let sum: f64 = stages.iter().map(|s| s.share).sum();
     for stage in stages {
         stage.share /= sum;
@@ -185,7 +185,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn schedules_parse_and_normalise() {
+    fn schedules_parse_and_normalize() {
         let stages = parse_stages("0.25:1, 0.5:1,1:2").unwrap();
         assert_eq!(stages[2], Stage { scale: 1.0, share: 0.5 });
         for bad in ["", "1", "0:1", "2:1", "1:-1", "1:nan", "a:b"] {

@@ -30,7 +30,8 @@ pub enum Phase {
     /// Chain to the stored parameters.
     ProjectBackward,
     /// Adam and the priors.
-    Optimise,
+    #[serde(rename = "optimise")]
+    Optimize,
     /// Densification and pruning.
     Refine,
     /// The 3D filter.
@@ -54,7 +55,7 @@ pub const PHASES: [Phase; 15] = [
     Phase::Loss,
     Phase::Backward,
     Phase::ProjectBackward,
-    Phase::Optimise,
+    Phase::Optimize,
     Phase::Refine,
     Phase::Filter,
     Phase::Evaluate,
@@ -75,7 +76,8 @@ impl Phase {
             Self::Loss => "loss",
             Self::Backward => "backward",
             Self::ProjectBackward => "project_backward",
-            Self::Optimise => "optimise",
+            // Reports keep the spelling of their first version.
+            Self::Optimize => "optimise",
             Self::Refine => "refine",
             Self::Filter => "filter",
             Self::Evaluate => "evaluate",
@@ -107,7 +109,7 @@ impl Lap {
 /// What was done, summed over all steps; the units of the times per unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct WorkCounts {
-    /// Optimiser steps.
+    /// Optimizer steps.
     pub steps: u64,
     /// Views rendered for a step.
     pub forward_views: u64,
@@ -165,7 +167,8 @@ pub struct UnitTimes {
     /// Chain per Gaussian and view.
     pub project_backward_per_gaussian_ns: Option<f64>,
     /// Adam per Gaussian and step.
-    pub optimise_per_gaussian_ns: Option<f64>,
+    #[serde(rename = "optimise_per_gaussian_ns")]
+    pub optimize_per_gaussian_ns: Option<f64>,
     /// 3D filter per Gaussian and update.
     pub filter_per_gaussian_ns: Option<f64>,
     /// Visited over composited pairs.
@@ -260,8 +263,8 @@ impl Profile {
                 Phase::ProjectBackward,
                 differentiated(c.gaussians),
             ),
-            optimise_per_gaussian_ns: per(
-                Phase::Optimise,
+            optimize_per_gaussian_ns: per(
+                Phase::Optimize,
                 c.gaussians * c.steps / c.forward_views.max(1),
             ),
             filter_per_gaussian_ns: per(Phase::Filter, c.filtered_gaussians),

@@ -1,6 +1,6 @@
 //! Densification and pruning: where Gaussians are missing, and which carry nothing.
 //!
-//! A Gaussian whose projected centre is pulled hard, averaged over the views that saw it, stands
+//! A Gaussian whose projected center is pulled hard, averaged over the views that saw it, stands
 //! for several surfaces or for detail it cannot show (Kerbl et al. 2023). The number of Gaussians
 //! follows a fixed budget curve (as in Taming 3DGS, Mallick et al. 2024): each round the
 //! most-pulled ones are divided until the curve is met, so cost and memory are known beforehand.
@@ -19,7 +19,7 @@ const STATS_CHUNK: usize = 4096;
 /// What the steps since the last refinement saw of each Gaussian.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RefineStats {
-    /// Sum of the centre-gradient norms.
+    /// Sum of the center-gradient norms.
     pub pull: Vec<f32>,
     /// Number of views that saw it.
     pub seen: Vec<u32>,
@@ -136,7 +136,7 @@ pub(crate) fn refine(
     RefineCounts { pruned, divided: candidates.len() }
 }
 
-/// Distance of each half from the old centre, in standard deviations of the longest axis.
+/// Distance of each half from the old center, in standard deviations of the longest axis.
 const HALF_OFFSET: f32 = 0.5;
 /// Standard deviation of a half along that axis: offset² + width² = 1 keeps the variance.
 const HALF_WIDTH: f32 = 0.866_025_4;

@@ -39,7 +39,7 @@ pub struct FitState {
     pub exposures: Exposures,
     /// The components in effect and why.
     pub model: ModelState,
-    /// The colour behind everything, when there is one.
+    /// The color behind everything, when there is one.
     pub background: BackgroundColor,
     /// Spread of the photos' log gains; 0 before it was measured.
     pub gain_spread: f64,

@@ -1,4 +1,4 @@
-//! The optimiser loop, one step at a time.
+//! The optimizer loop, one step at a time.
 //!
 //! The parts: [`construction`] (views, start, resume), [`schedule`] (progress, rates, order and
 //! draws), [`budget`] (progress by wall time), [`model`] and [`probes`] (which components are in),

@@ -47,7 +47,7 @@ fn photos_before(
         .collect()
 }
 
-/// Mid-grey colours, so that gains and view dependence neither clip nor turn negative.
+/// Mid-gray colors, so that gains and view dependence neither clip nor turn negative.
 fn scene(seed: u64, view_dependence: f32) -> Gaussians {
     let mut truth = random_gaussians(seed, 60, 2);
     let row = 3 * truth.sh_coefficients();
@@ -89,7 +89,7 @@ fn decision<'a>(trainer: &'a Trainer, component: &str) -> &'a Decision {
 }
 
 #[test]
-fn view_dependent_colour_is_kept_only_where_the_scene_has_it() {
+fn view_dependent_color_is_kept_only_where_the_scene_has_it() {
     for (view_dependence, expected) in [(0.0, false), (1.2, true)] {
         let truth = scene(1, view_dependence);
         let images = photos(&truth, 16, |_| 1.0);
@@ -129,7 +129,7 @@ fn exposures_are_kept_only_where_the_photos_differ() {
 #[test]
 fn a_far_background_is_kept_where_the_photos_show_one() {
     let mut truth = scene(3, 0.0);
-    // A far coloured sphere behind the subject, which the start points do not know.
+    // A far colored sphere behind the subject, which the start points do not know.
     let near = truth.len();
     for i in 0..1500 {
         let z = 1.0 - (2.0 * f64::from(i) + 1.0) / 1500.0;
@@ -160,7 +160,7 @@ fn a_far_background_is_kept_where_the_photos_show_one() {
 }
 
 #[test]
-fn a_uniform_background_becomes_one_colour_or_less() {
+fn a_uniform_background_becomes_one_color_or_less() {
     let truth = scene(4, 0.0);
     let images = photos_before(&truth, 16, [0.2; 3], |_| 1.0);
     let options = FitOptions { background_model: None, ..options(1000) };
@@ -168,7 +168,7 @@ fn a_uniform_background_becomes_one_colour_or_less() {
     trainer.step();
     let found = decision(&trainer, "background-model");
     assert_eq!(found.kept, "color", "{found:?}");
-    // The model that is written shows the colour against black, in every direction.
+    // The model that is written shows the color against black, in every direction.
     let model = trainer.model();
     let away = motes_scene::Pose::look_at(
         glam::DVec3::new(3.0, 0.0, 0.0),

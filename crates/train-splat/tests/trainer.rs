@@ -26,7 +26,7 @@ fn photos(truth: &Gaussians, views: usize) -> Vec<TrainingImage> {
         .collect()
 }
 
-/// The centres of the truth, as structure from motion would give them.
+/// The centers of the truth, as structure from motion would give them.
 fn points(truth: &Gaussians) -> SparsePoints {
     SparsePoints { positions: truth.means.clone(), colors: vec![[128; 3]; truth.len()] }
 }

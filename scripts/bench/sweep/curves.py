@@ -82,7 +82,7 @@ def markdown(record, stem):
              f"Made by `{record['command']}`{flags} at commit {record['commit']}, load average "
              f"{record['load']} at the start. `scripts/bench/cost --help` says what is measured: made-up "
              "scenes, SH degree 3, full resolution, the number of Gaussians fixed; CPU times are of "
-             "one thread but for the thread curve. A power of at most 1.05 between all neighbours "
+             "one thread but for the thread curve. A power of at most 1.05 between all neighbors "
              "means that no term grows faster than in proportion; a noisy small point can raise it.",
              "", f"![Cost curves]({stem}.svg)", ""]
     lines += [f"- {sentence}" for sentence in sentences(record)] + [""]

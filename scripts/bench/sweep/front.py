@@ -43,7 +43,7 @@ def slope(xs, ys):
 
 
 def exponents(xs, ys):
-    """Growth of ys with xs as powers: (over all points, the largest between neighbours).
+    """Growth of ys with xs as powers: (over all points, the largest between neighbors).
 
     A fixed cost makes the first too small; the second cannot hide a steep end.
     """

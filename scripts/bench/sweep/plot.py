@@ -1,4 +1,4 @@
-"""Records as SVG: readable on light and dark paper, told apart without colour, labelled directly.
+"""Records as SVG: readable on light and dark paper, told apart without color, labeled directly.
 
 Shapes carry the meaning too: line and filled discs are the front, diamonds presets, open rings
 the other settings.

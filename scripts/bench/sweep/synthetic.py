@@ -55,18 +55,18 @@ def flush(rows, file):
 
 
 def pose(i, count):
-    """Looks at the centre from a ring whose height waves: (quaternion w x y z, translation)."""
+    """Looks at the center from a ring whose height waves: (quaternion w x y z, translation)."""
     turn, height = 2.0 * math.pi * i / count, 0.8 * math.sin(6.0 * math.pi * i / count)
-    centre = (2.8 * math.cos(turn), height, 2.8 * math.sin(turn))
-    length = math.sqrt(sum(c * c for c in centre))
-    z = [-c / length for c in centre]
+    center = (2.8 * math.cos(turn), height, 2.8 * math.sin(turn))
+    length = math.sqrt(sum(c * c for c in center))
+    z = [-c / length for c in center]
     down = (0.0, 1.0, 0.0)
     x = cross(down, z)
     norm = math.sqrt(sum(c * c for c in x))
     x = [c / norm for c in x]
     y = cross(z, x)
     rows = (x, y, z)
-    translation = [-sum(a * c for a, c in zip(row, centre)) for row in rows]
+    translation = [-sum(a * c for a, c in zip(row, center)) for row in rows]
     return quaternion(rows), translation
 
 
@@ -93,7 +93,7 @@ def quaternion(m):
 
 def capture(folder, gaussians, views, width, height, bin_dir):
     """Renders the views with our own program and writes capture.json; the start points are the
-    Gaussians' centres. Returns the path of capture.json."""
+    Gaussians' centers. Returns the path of capture.json."""
     (folder / "images").mkdir(parents=True, exist_ok=True)
     f = 0.9 * width
     points = folder / "points.ply"

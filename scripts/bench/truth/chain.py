@@ -22,7 +22,7 @@ class Truth:
         self.exposure, self.lights = scene["exposure"], scene["relight_lights"]
         self.capture_light = self.folder / scene["lights"][scene["capture_light"]]["file"]
         self.given = {}
-        # Photos and documents stand for the folder: its other files are scored, not learnt from.
+        # Photos and documents stand for the folder: its other files are scored, not learned from.
         files = sorted([self.folder / "scene.json", *(self.folder / "images").iterdir(),
                         *self.folder.glob("transforms_*.json")])
         self.key = captures.text_hash(name, *map(captures.file_hash, files))

@@ -46,7 +46,7 @@ impl Plane {
     }
 }
 
-/// Pixel centres.
+/// Pixel centers.
 static X: Plane = centers(true);
 static Y: Plane = centers(false);
 
@@ -181,7 +181,7 @@ fn backward<S: Simd>(simd: S, splats: &[Splat], planes: &mut [Plane; 5]) -> f32 
             sum[7] = weight.mul_add(gg, sum[7]);
             sum[8] = weight.mul_add(gb, sum[8]);
         }
-        // One addition each, so that nothing is optimised away.
+        // One addition each, so that nothing is optimized away.
         for lanes in sum {
             all += lanes;
         }

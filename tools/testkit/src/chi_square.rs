@@ -2,7 +2,7 @@
 
 /// How far observed counts are from expected ones, in standard deviations of a normal variable.
 ///
-/// Pearson's sum over bins; neighbouring bins are pooled until 10 samples are expected in each;
+/// Pearson's sum over bins; neighboring bins are pooled until 10 samples are expected in each;
 /// the sum is turned into a z-score by Wilson and Hilferty (1931). Above 4, a correct sampler is
 /// seen once in 30000 tests.
 ///

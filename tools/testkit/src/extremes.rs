@@ -5,10 +5,10 @@ use motes_math::sh::sh_coefficients;
 use motes_scene::{Gaussians, Pinhole, Pose};
 use proptest::prelude::*;
 
-/// One Gaussian relative to a camera, in quantities that shrink towards the ordinary.
+/// One Gaussian relative to a camera, in quantities that shrink toward the ordinary.
 #[derive(Clone, Debug)]
 pub struct ExtremeGaussian {
-    /// Pixel of the centre over the image size; the image is 0 to 1.
+    /// Pixel of the center over the image size; the image is 0 to 1.
     pub at: [f64; 2],
     /// Depth in world units before scaling; negative behind the camera.
     pub depth: f64,

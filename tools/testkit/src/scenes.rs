@@ -25,7 +25,7 @@ pub fn random_gaussians(seed: u64, n: usize, sh_degree: u8) -> Gaussians {
     g
 }
 
-/// A camera with unequal focal lengths and an off-centre principal point.
+/// A camera with unequal focal lengths and an off-center principal point.
 pub fn small_camera(width: usize, height: usize) -> Pinhole {
     let size = width as f64;
     Pinhole {

@@ -1,4 +1,4 @@
-//! A decomposed scene small enough for a test: a grey floor with a box on it, and a capture of it.
+//! A decomposed scene small enough for a test: a gray floor with a box on it, and a capture of it.
 #![expect(clippy::unwrap_used, reason = "a test that cannot prepare its files has failed")]
 
 use std::path::{Path, PathBuf};

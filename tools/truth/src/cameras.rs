@@ -42,12 +42,12 @@ impl Shot {
     }
 }
 
-/// `train` shots once around, then `test` shots, each between two neighbours.
+/// `train` shots once around, then `test` shots, each between two neighbors.
 pub fn ring(recipe: &SceneRecipe, size: (usize, usize), train: usize, test: usize) -> Vec<Shot> {
     let unit = f64::from(recipe.unit);
     let (distance, low, high) = recipe.ring;
     let shot = |name: String, turn: f64, wobble: f64| {
-        // Three rises per round, so that neighbours differ in height.
+        // Three rises per round, so that neighbors differ in height.
         let wave = 0.5 + 0.5 * (3.0 * TAU * turn + 0.7).sin();
         let elevation = f64::from(low) + f64::from(high - low) * wave;
         let (sin, cos) = elevation.to_radians().sin_cos();

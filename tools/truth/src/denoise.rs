@@ -1,7 +1,7 @@
 //! Removing the noise of few paths without touching texture.
 //!
 //! Radiance is divided by base color, so that only light is left; light is averaged over
-//! neighbours on the same object with a similar normal, on the same plane, whose light differs by
+//! neighbors on the same object with a similar normal, on the same plane, whose light differs by
 //! no more than both noises explain, compared as 3 x 3 patches (non-local means with known
 //! variances, Rousselle et al. 2012); then the base color comes back.
 
@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use crate::render::Buffers;
 
-/// Neighbours to each side.
+/// Neighbors to each side.
 const RADIUS: isize = 4;
 /// Added to base color: light on black is not infinite.
 const FLOOR: f32 = 0.04;
@@ -36,7 +36,7 @@ pub(crate) fn denoise(noisy: &Noisy, guide: &Buffers) -> ImageF32 {
     let scale = |b: &Vec3| (3.0 / b.element_sum()).powi(2);
     let variance: Vec<f32> = noisy.variances.iter().zip(&base).map(|(v, b)| v * scale(b)).collect();
     let variance = smoothed(&variance, w, h);
-    let grey: Vec<f32> = light.iter().map(|l| l.element_sum() / 3.0).collect();
+    let gray: Vec<f32> = light.iter().map(|l| l.element_sum() / 3.0).collect();
     let at = |image: &ImageF32, i: usize| Vec3::from_slice(&image.data[3 * i..3 * i + 3]);
     // Squared difference beyond what noise explains, in units of noise, over patches.
     let patch_distance = |p: (isize, isize), q: (isize, isize)| {
@@ -50,7 +50,7 @@ pub(crate) fn denoise(noisy: &Noisy, guide: &Buffers) -> ImageF32 {
                 };
                 if let (Some(a), Some(b)) = (index(p), index(q)) {
                     let (va, vb) = (variance[a], variance[b]);
-                    let excess = (grey[a] - grey[b]).powi(2) - (va + va.min(vb));
+                    let excess = (gray[a] - gray[b]).powi(2) - (va + va.min(vb));
                     sum += excess / (1e-7 + TOLERANCE * TOLERANCE * (va + vb));
                     count += 1.0;
                 }

@@ -42,7 +42,7 @@ pub struct Photos<'a> {
 }
 
 impl Photos<'_> {
-    /// Encoded colour of a photo's pixel.
+    /// Encoded color of a photo's pixel.
     pub fn pixel(&self, view: usize, x: usize, y: usize) -> [u8; 3] {
         let linear = self.photos[view].pixel(x, y);
         std::array::from_fn(|c| encode(linear[c] * self.exposure as f32))
@@ -142,7 +142,7 @@ impl Folder {
         self.exr(&format!("aov/{}_depth.exr", shot.name), &b.depth, &depth)
     }
 
-    /// Object ids of a view, as grey values.
+    /// Object ids of a view, as gray values.
     ///
     /// # Errors
     /// When the file cannot be written.
@@ -150,7 +150,7 @@ impl Folder {
         self.ids_as(&format!("aov/{}_id.png", shot.name), b)
     }
 
-    /// Object ids as grey values, by name.
+    /// Object ids as gray values, by name.
     ///
     /// # Errors
     /// When the file cannot be written.
@@ -268,7 +268,7 @@ impl Folder {
         self.text("scene.json", &serde_json::to_string_pretty(&scene)?)?;
         let note = format!(
             "# {}\n\nMade by `truth-scene`. Light {}; exposure {}: linear photo value = radiance x exposure.\n\
-             Maps in Blender's axes (z up, centre +x). BRDF: {bsdf}. One unit of the scene is {} world units.\n",
+             Maps in Blender's axes (z up, center +x). BRDF: {bsdf}. One unit of the scene is {} world units.\n",
             recipe.name, recipe.capture_light.0, self.exposure, recipe.unit
         );
         self.text("README.md", &note)

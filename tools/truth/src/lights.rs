@@ -31,7 +31,7 @@ pub enum Light {
     Boxes {
         /// Radiance of the room.
         room: Vec3,
-        /// Azimuth and elevation of the centre, half width and half height, degrees; radiance.
+        /// Azimuth and elevation of the center, half width and half height, degrees; radiance.
         boxes: Vec<([f32; 4], Vec3)>,
     },
 }

@@ -75,7 +75,7 @@ fn true_materials(
     let mut materials = Materials::default();
     for mean in means {
         let p = Vec3::from(*mean);
-        let seen: Vec<Seen> = eyes.iter().filter_map(|e| towards(world, *e, p)).collect();
+        let seen: Vec<Seen> = eyes.iter().filter_map(|e| toward(world, *e, p)).collect();
         let best = seen.iter().min_by(|a, b| {
             let off = |s: &Seen| s.point.position.distance_squared(p);
             off(a).total_cmp(&off(b))
@@ -143,7 +143,7 @@ fn true_document(
     }
 }
 
-fn towards(world: &World, eye: Vec3, p: Vec3) -> Option<Seen> {
+fn toward(world: &World, eye: Vec3, p: Vec3) -> Option<Seen> {
     world.see(&Ray::new(eye, (p - eye).try_normalize()?))
 }
 

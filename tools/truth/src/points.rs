@@ -41,14 +41,14 @@ pub(crate) fn sparse_points(world: &World, photos: &Photos, seed: u64) -> Vec<Sp
             let (p, n) = (seen.point.position, seen.point.geometric_normal);
             let mut others: Vec<usize> = (0..photos.train).filter(|&i| i != view).collect();
             // Nearest cameras first: they match best.
-            let centre = |i: usize| photos.shots[i].camera_from_world.center_in_world();
+            let center = |i: usize| photos.shots[i].camera_from_world.center_in_world();
             others.sort_by(|&a, &b| {
-                (centre(a) - centre(view)).length().total_cmp(&(centre(b) - centre(view)).length())
+                (center(a) - center(view)).length().total_cmp(&(center(b) - center(view)).length())
             });
             let mut track = vec![(view, pixel)];
             for i in others {
                 let Some(at) = photos.shots[i].project(p) else { continue };
-                let to = centre(i).as_vec3() - p;
+                let to = center(i).as_vec3() - p;
                 let ray = Ray::new(offset_origin(p, n, to.normalize(), 0.0), to.normalize());
                 let open = n.dot(to) > 0.2 * to.length() && !world.occluded(&ray);
                 if open && track.len() < LONGEST_TRACK {
@@ -64,7 +64,7 @@ pub(crate) fn sparse_points(world: &World, photos: &Photos, seed: u64) -> Vec<Sp
                 at.iter_mut().for_each(|v| *v += NOISE_PX * normal());
             }
             // A keypoint's error over the focal length is an angle; depth suffers more.
-            let reach = (centre(view).as_vec3() - p).length() / shot.focal as f32;
+            let reach = (center(view).as_vec3() - p).length() / shot.focal as f32;
             let off = Vec3::from_array(std::array::from_fn(|_| normal() as f32));
             let spread = 1.5 * NOISE_PX as f32 * reach / (track.len() as f32).sqrt();
             let position = p + off * spread;

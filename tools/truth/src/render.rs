@@ -19,13 +19,13 @@ pub struct Buffers {
     pub roughness: ImageF32,
     /// Mean over the pixel.
     pub metallic: ImageF32,
-    /// Unit shading normal at the centre, world.
+    /// Unit shading normal at the center, world.
     pub normal: ImageF32,
-    /// z in the camera at the centre, world units; infinite where nothing is.
+    /// z in the camera at the center, world units; infinite where nothing is.
     pub depth: ImageF32,
-    /// Position at the centre, world.
+    /// Position at the center, world.
     pub position: ImageF32,
-    /// Object at the centre; 0 for nothing.
+    /// Object at the center; 0 for nothing.
     pub ids: Vec<u8>,
 }
 

@@ -12,7 +12,7 @@ use crate::texture::{Paint, Pattern};
 pub enum SceneName {
     /// Lambert surfaces only, under sun and sky.
     Matte,
-    /// Glazed and metal things between soft boxes in a dark room; centimetres.
+    /// Glazed and metal things between soft boxes in a dark room; centimeters.
     Studio,
     /// Mixed materials on uneven ground in the evening.
     Hillside,

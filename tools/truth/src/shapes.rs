@@ -29,7 +29,7 @@ pub enum Shape {
     Capsule {
         /// Radius.
         radius: f32,
-        /// Half the length between the centres of the ends.
+        /// Half the length between the centers of the ends.
         half_length: f32,
     },
     /// A sphere with waves of a share `amplitude` of its radius.

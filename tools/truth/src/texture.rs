@@ -3,16 +3,16 @@
 use glam::{IVec3, Vec3};
 use motes_shading::sampling::unit_f32;
 
-/// How the colours of a palette are laid out. Lengths are in units of the object.
+/// How the colors of a palette are laid out. Lengths are in units of the object.
 #[derive(Clone, Copy, Debug)]
 pub enum Pattern {
     /// One patch per cell of a random mosaic (Worley 1996) with dark joints.
     Patches,
-    /// Small spots of the later colours on the first.
+    /// Small spots of the later colors on the first.
     Speckles,
     /// Wavy bands.
     Stripes,
-    /// Soft clouds between the colours with grain on top.
+    /// Soft clouds between the colors with grain on top.
     Clouds,
     /// Boards along x with grain.
     Boards,
@@ -78,9 +78,9 @@ impl Paint {
                 let shift = hash(IVec3::new(board as i32, 0, 0), 1) * 5.0;
                 let end = ((q.x / 5.0) + shift).floor();
                 let h = hash(IVec3::new(board as i32, end as i32, 1), 2);
-                let fibre = fractal(Vec3::new(q.x * 0.7, q.y * 9.0, h * 40.0), 4);
+                let fiber = fractal(Vec3::new(q.x * 0.7, q.y * 9.0, h * 40.0), 4);
                 let edge = (q.y - board).min(1.0 - (q.y - board));
-                pick(h) * (0.55 + 0.75 * fibre) * (0.3 + 0.7 * smooth_step(0.01, 0.03, edge))
+                pick(h) * (0.55 + 0.75 * fiber) * (0.3 + 0.7 * smooth_step(0.01, 0.03, edge))
             }
         };
         color.clamp(Vec3::splat(0.02), Vec3::splat(0.92))

@@ -80,7 +80,7 @@ fn cameras_points_and_depths_agree() {
     let mean = errors.iter().sum::<f64>() / errors.len() as f64;
     assert!(mean > 0.1 && mean < 1.5, "{mean} px");
 
-    // The centre of the depth map lies on the object that the id picture names.
+    // The center of the depth map lies on the object that the id picture names.
     let recipe = SceneName::Studio.recipe();
     let world = World::new(&recipe, Lobes::Burley).unwrap();
     let shots = ring(&recipe, (48, 36), 4, 2);

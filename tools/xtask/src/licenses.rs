@@ -1,4 +1,4 @@
-//! Licences and sources of all dependencies against `deny.toml`.
+//! Licenses and sources of all dependencies against `deny.toml`.
 //!
 //! The same file and the same meaning as cargo-deny's `licenses` and `sources` checks, so that
 //! either can be run; this one needs no installation.
@@ -25,7 +25,7 @@ struct Licenses {
     exceptions: Vec<Exception>,
 }
 
-/// A licence that one package alone may have.
+/// A license that one package alone may have.
 #[derive(Debug, serde::Deserialize)]
 struct Exception {
     #[serde(alias = "name")]
@@ -51,7 +51,7 @@ pub(crate) fn run(root: &Path) -> anyhow::Result<()> {
     if !problems.is_empty() {
         bail!("{} of {count} packages break deny.toml", problems.len());
     }
-    crate::say(&format!("licences: {count} packages agree with deny.toml"));
+    crate::say(&format!("licenses: {count} packages agree with deny.toml"));
     Ok(())
 }
 
@@ -86,21 +86,21 @@ fn check(deny: &Deny, metadata: &Value) -> anyhow::Result<Vec<String>> {
 fn licensees(names: &[String]) -> anyhow::Result<Vec<Licensee>> {
     names
         .iter()
-        .map(|name| Licensee::parse(name).with_context(|| format!("deny.toml: licence {name:?}")))
+        .map(|name| Licensee::parse(name).with_context(|| format!("deny.toml: license {name:?}")))
         .collect()
 }
 
 fn license_problem(license: Option<&str>, allowed: &[Licensee]) -> Option<String> {
-    let Some(license) = license else { return Some("has no SPDX licence".into()) };
+    let Some(license) = license else { return Some("has no SPDX license".into()) };
     // Old manifests write `MIT/Apache-2.0`.
     let mode = ParseMode { allow_slash_as_or_operator: true, ..ParseMode::STRICT };
     match Expression::parse_mode(license, mode) {
         Err(error) => {
-            Some(format!("licence is not an SPDX expression ({}): {license}", error.reason))
+            Some(format!("license is not an SPDX expression ({}): {license}", error.reason))
         }
         Ok(expression) => {
             let met = expression.evaluate(|need| allowed.iter().any(|have| have.satisfies(need)));
-            (!met).then(|| format!("licence is not allowed: {license}"))
+            (!met).then(|| format!("license is not allowed: {license}"))
         }
     }
 }
@@ -142,7 +142,7 @@ mod tests {
         ] {
             assert_eq!(problems("x", json!(license), Value::Null).is_empty(), ok, "{license}");
         }
-        assert_eq!(problems("x", Value::Null, Value::Null), ["x 1.0.0: has no SPDX licence"]);
+        assert_eq!(problems("x", Value::Null, Value::Null), ["x 1.0.0: has no SPDX license"]);
     }
 
     #[test]

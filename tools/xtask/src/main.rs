@@ -19,7 +19,7 @@ cargo xtask TASK
   tidy         layers, file lengths, schemas, versions, links, contents, words and numbers of
                pages, names of stages, paths of machines
   schemas      write docs/formats/schema/ and the version numbers of pages from the code
-  licenses     compare the licences of all dependencies with deny.toml
+  licenses     compare the licenses of all dependencies with deny.toml
   man          write the manual pages of the built stages to target/man/
   fuzz         hostile files, kills and rivals for the built stages: fuzz --minutes N --seed S
   completions  write the shell completions of the built stages to target/completions/

@@ -1,6 +1,6 @@
 //! PlayCanvas's compressed PLY: 16 bytes per Gaussian and a byte per harmonic.
 //!
-//! Elements `chunk` (256 Gaussians: bounds of position, log scale and colour), `vertex` (four
+//! Elements `chunk` (256 Gaussians: bounds of position, log scale and color), `vertex` (four
 //! packed u32) and, for degrees above 0, `sh` (one u8 per coefficient, channel-major).
 
 mod read;

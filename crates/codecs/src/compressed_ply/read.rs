@@ -55,7 +55,7 @@ pub(crate) fn read_compressed(
         }
         let (table, names): (_, Vec<&str>) = match element.name.as_str() {
             "chunk" => {
-                // Files of the first version have no colour bounds.
+                // Files of the first version have no color bounds.
                 let count = if element.property("min_r").is_some() { 18 } else { 12 };
                 (&mut chunks, BOUNDS[..count].to_vec())
             }

@@ -20,7 +20,7 @@ use motes_formats::ply::SH_C0;
 /// Log scales beyond this are clamped: minus infinity has no place between bounds.
 const SCALE_LIMIT: f32 = 20.0;
 
-/// Three values of three kinds per Gaussian: position, log scale, colour.
+/// Three values of three kinds per Gaussian: position, log scale, color.
 type Values = [[f32; 3]; 3];
 
 fn values_of(gaussians: &Gaussians, i: usize) -> Values {

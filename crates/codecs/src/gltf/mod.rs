@@ -1,7 +1,7 @@
 //! glTF with `KHR_gaussian_splatting`, as ratified by Khronos in 2026.
 //!
 //! A primitive of points with an accessor per attribute: position, rotation `x, y, z, w`, scale (linear),
-//! opacity (0 to 1), a VEC3 per harmonic, and a colour for viewers that do not know the extension. Axes are left, up,
+//! opacity (0 to 1), a VEC3 per harmonic, and a color for viewers that do not know the extension. Axes are left, up,
 //! forward. Columns beyond the standard ones travel as application attributes `_NAME`.
 
 mod accessor;

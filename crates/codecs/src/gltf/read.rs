@@ -203,7 +203,7 @@ fn read_primitive(
     Ok(gaussians)
 }
 
-/// Linear colours as sRGB-encoded ones: exact for the colour of degree 0, to first order around it for the others.
+/// Linear colors as sRGB-encoded ones: exact for the color of degree 0, to first order around it for the others.
 fn encode_colors(gaussians: &mut Gaussians) {
     let stride = 3 * gaussians.sh_coefficients();
     for sh in gaussians.sh.chunks_exact_mut(stride) {

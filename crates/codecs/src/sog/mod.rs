@@ -2,7 +2,7 @@
 //!
 //! A zip archive (`.sog`), or a folder, of `meta.json` and lossless WebP images with a pixel per
 //! Gaussian: positions as two bytes per axis of `sign(v) ln(1 + |v|)`, rotations as their three
-//! smallest components, scales and colours as indices into codebooks, opacity as a byte, harmonics as a
+//! smallest components, scales and colors as indices into codebooks, opacity as a byte, harmonics as a
 //! label of a palette whose values are indices into a codebook. Axes are those of the PLY.
 
 mod archive;
@@ -16,7 +16,7 @@ use motes_formats::error::FormatError;
 pub(super) use read::{read, read_folder};
 pub(super) use write::write;
 
-/// Values of a codebook, and colours of a palette per row of its image.
+/// Values of a codebook, and colors of a palette per row of its image.
 const CODEBOOK: usize = 256;
 const PALETTE_COLUMNS: usize = 64;
 /// A label has two bytes.

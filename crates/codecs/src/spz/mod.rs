@@ -1,6 +1,6 @@
 //! Niantic's `.spz`, versions 1 to 4.
 //!
-//! Six streams, one attribute after another: positions (24-bit fixed point), opacities, colours, log
+//! Six streams, one attribute after another: positions (24-bit fixed point), opacities, colors, log
 //! scales, rotations, harmonics, all as bytes. Up to version 3 they follow a header of 16 bytes in one
 //! gzip stream; version 4 has a plain header, a table and a zstd frame per stream. Axes are right,
 //! up, back.
@@ -23,7 +23,7 @@ use motes_formats::ply::{GaussianFile, RenderMode};
 const MAGIC: u32 = 0x5053_474e;
 const FLAG_ANTIALIASED: u8 = 1;
 const FLAG_EXTENSIONS: u8 = 2;
-/// Bytes of `f_dc` per unit: colours beyond 0 and 1 have room.
+/// Bytes of `f_dc` per unit: colors beyond 0 and 1 have room.
 const COLOR_SCALE: f32 = 0.15;
 /// Bits after the binary point that other writers take.
 const USUAL_FRACTIONAL_BITS: u8 = 12;
@@ -58,7 +58,7 @@ struct Packed {
     sh_degree: u8,
     fractional_bits: u8,
     flags: u8,
-    /// Positions, opacities, colours, log scales, rotations, harmonics.
+    /// Positions, opacities, colors, log scales, rotations, harmonics.
     streams: [Vec<u8>; 6],
 }
 

@@ -1,7 +1,7 @@
-//! What a point would send to each camera, as a linear function of its base colour.
+//! What a point would send to each camera, as a linear function of its base color.
 //!
 //! With light, visibility and roughness fixed, a dielectric sends `b D + S` and a metal (nearly) `b A + B`
-//! per channel, `b` its base colour. So base colour is found in closed form for every roughness.
+//! per channel, `b` its base color. So base color is found in closed form for every roughness.
 
 use glam::Vec3;
 use motes_shading::brdf::{Brdf, Lobes, Material};
@@ -15,11 +15,11 @@ use crate::observation::{Sample, TracedSurface};
 /// The terms for one direction of view.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Terms {
-    /// `D`: diffuse radiance per base colour.
+    /// `D`: diffuse radiance per base color.
     pub diffuse: Vec3,
     /// `S`: specular radiance of a dielectric.
     pub specular: Vec3,
-    /// `A`: radiance of a metal per base colour.
+    /// `A`: radiance of a metal per base color.
     pub metal_slope: Vec3,
     /// `B`: radiance of a black metal.
     pub metal_offset: Vec3,

@@ -13,7 +13,7 @@ pub enum Kind {
     Matte,
     /// Diffuse under a coat.
     Dielectric,
-    /// Specular only, coloured.
+    /// Specular only, colored.
     Metal,
 }
 
@@ -24,7 +24,7 @@ pub struct PartMaterial {
     pub kind: Kind,
     /// Perceptual.
     pub roughness: f32,
-    /// Base colour of the whole part, for a metal: what it reflects errs with its normals far more than metals are
+    /// Base color of the whole part, for a metal: what it reflects errs with its normals far more than metals are
     /// textured.
     pub metal_color_linear: Option<Vec3>,
     /// Number of samples.
@@ -41,7 +41,7 @@ pub struct FoundMaterials {
     pub of_sample: Vec<u32>,
     /// The parts.
     pub parts: Vec<PartMaterial>,
-    /// Base colour of every sample under the material of its part.
+    /// Base color of every sample under the material of its part.
     pub base_color_linear: Vec<Vec3>,
     /// Share of the cost without highlights that highlights save.
     pub specular_gain: f32,
@@ -93,7 +93,7 @@ const CHANNEL_TRUST: f32 = 0.5;
 pub struct ScaleEvidence {
     /// Logarithm of the factor on the light under which highlights are explained best; 0 without highlights.
     pub highlights: f32,
-    /// Logarithm of the factor on the light that makes base colours what they usually are.
+    /// Logarithm of the factor on the light that makes base colors what they usually are.
     pub usual: f32,
     /// Certainty of what is usual: inverse square of log units.
     pub usual_trust: f32,
@@ -115,7 +115,7 @@ impl ScaleEvidence {
         let trust = self.log_spread.max(systematic).powi(-2);
         let common = (self.highlights * trust + self.usual * self.usual_trust)
             / (trust + self.usual_trust).max(1e-6);
-        // What no surface can be, a base colour above 1, is stronger than either.
+        // What no surface can be, a base color above 1, is stronger than either.
         (Vec3::splat(common.max(self.least)) + self.tint * CHANNEL_TRUST).map(f32::exp)
     }
 }

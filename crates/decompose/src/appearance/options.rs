@@ -27,7 +27,7 @@ impl From<LobesChoice> for Lobes {
     }
 }
 
-/// Whether a term of the image formation is modelled.
+/// Whether a term of the image formation is modeled.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum TermChoice {
@@ -65,16 +65,16 @@ pub struct ModelOptions {
     #[arg(long, default_value_t = true, action = clap::ArgAction::Set, value_name = "BOOL", help_heading = "Model")]
     pub visibility: bool,
 
-    /// One base colour per part of metal. Off, each pixel has its own, which fits the photos better and bakes reflections
+    /// One base color per part of metal. Off, each pixel has its own, which fits the photos better and bakes reflections
     /// into it where the normals are wrong
     #[arg(long, default_value_t = true, action = clap::ArgAction::Set, value_name = "BOOL", help_heading = "Model")]
     pub uniform_metal: bool,
 
-    /// Weight: base colours are in a usual range, 0.35 in the mean
+    /// Weight: base colors are in a usual range, 0.35 in the mean
     #[arg(long, default_value_t = 1.0, value_name = "WEIGHT", help_heading = "Priors")]
     pub weight_albedo_range: f32,
 
-    /// Typical base colour, where nothing tells the scale of the light
+    /// Typical base color, where nothing tells the scale of the light
     #[arg(long, default_value_t = 0.35, value_name = "VALUE", help_heading = "Priors")]
     pub typical_base_color: f32,
 }

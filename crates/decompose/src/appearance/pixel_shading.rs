@@ -1,4 +1,4 @@
-//! The photos divided by their shading: base colour per pixel.
+//! The photos divided by their shading: base color per pixel.
 
 use glam::Vec3;
 use motes_math::srgb;
@@ -12,18 +12,18 @@ use super::vertex_materials::VertexMaterials;
 use crate::observation::samples::luminance;
 use crate::observation::{SeenView, TracedSurface};
 
-/// Radiance of every pixel as a linear function of base colour: `b slope + offset`.
+/// Radiance of every pixel as a linear function of base color: `b slope + offset`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PixelShading {
     /// Zero where the surface is missed.
     pub slope: Vec<Vec3>,
     /// Same.
     pub offset: Vec<Vec3>,
-    /// How much of a pixel has one base colour with its part, and that colour.
+    /// How much of a pixel has one base color with its part, and that color.
     pub uniform: Vec<(f32, Vec3)>,
 }
 
-/// Whether a pixel with this slope tells its base colour.
+/// Whether a pixel with this slope tells its base color.
 pub(crate) fn is_told(slope: Vec3) -> bool {
     slope.min_element() > 1e-4
 }
@@ -86,7 +86,7 @@ impl PixelShading {
         Self { slope, offset, uniform }
     }
 
-    /// Multiplies the colours of whole parts by a factor per vertex.
+    /// Multiplies the colors of whole parts by a factor per vertex.
     pub(crate) fn darken(&mut self, view: &SeenView<'_>, scene: &TracedSurface, factors: &[f32]) {
         for (hit, (_, color)) in view.hits.iter().zip(&mut self.uniform) {
             if hit.is_hit() {
@@ -98,7 +98,7 @@ impl PixelShading {
         }
     }
 
-    /// Base colour that explains every pixel of the photo, `[h, w, 3]`, sRGB-encoded, and its weight `[h, w, 1]`: how much
+    /// Base color that explains every pixel of the photo, `[h, w, 3]`, sRGB-encoded, and its weight `[h, w, 1]`: how much
     /// an error of it shows in the sRGB-encoded photo; 0 where nothing is known.
     pub fn base_color(&self, view: &SeenView<'_>) -> (ImageF32, ImageF32) {
         let (w, h) = (view.photo.camera.width, view.photo.camera.height);
@@ -122,7 +122,7 @@ impl PixelShading {
         (base, weight)
     }
 
-    /// The picture of base colours `[h, w, 3]`, linear, under this shading, linear.
+    /// The picture of base colors `[h, w, 3]`, linear, under this shading, linear.
     pub fn relit(&self, base: &ImageF32) -> ImageF32 {
         let mut out = base.clone();
         for (i, pixel) in out.data.chunks_exact_mut(3).enumerate() {

@@ -16,7 +16,7 @@ pub struct VertexMaterials {
     pub metallic: Vec<f32>,
     /// 0 where there is no specular lobe, else 1.
     pub specular: Vec<f32>,
-    /// Base colour of the whole part, where it is to have one.
+    /// Base color of the whole part, where it is to have one.
     pub part_color_linear: Vec<Vec3>,
     /// 1 there, else 0.
     pub is_uniform: Vec<f32>,

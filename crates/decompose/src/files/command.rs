@@ -19,7 +19,7 @@ Examples:
     relight --scene scene/ --sun azimuth=90,elevation=8 --sky --capture OUT/capture.json --split test -o morning/
   The light is known (a mirror ball, a light stage, another renderer):
     decompose --capture OUT/capture.json --gaussians gaussians.ply --environment light.exr --env-convention blender -o scene/
-  Two captures of one scene under different light tell base colour and light apart:
+  Two captures of one scene under different light tell base color and light apart:
     decompose --capture day/capture.json --capture evening/capture.json --gaussians gaussians.ply -o scene/
   Up to the light, which may be looked at or replaced, then on from the materials:
     decompose --capture OUT/capture.json --gaussians gaussians.ply --work work/ --until light

@@ -8,7 +8,7 @@ use crate::error::DecomposeError;
 pub(super) fn explained(error: &DecomposeError) -> StageError {
     let text = error.to_string();
     match error {
-        DecomposeError::Cancelled => StageError::interrupted("interrupted: no scene was written"),
+        DecomposeError::Canceled => StageError::interrupted("interrupted: no scene was written"),
         DecomposeError::NoSurface => {
             StageError::bad_input(text).help("train with more photos, or pass --surface")
         }

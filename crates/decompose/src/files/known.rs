@@ -19,12 +19,12 @@ use super::priors::{NormalFrame, Priors};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum LightConvention {
-    /// OpenEXR, USD, Mitsuba: +y up, centre +z
+    /// OpenEXR, USD, Mitsuba: +y up, center +z
     #[default]
     Openexr,
-    /// Blender: +z up, centre +x
+    /// Blender: +z up, center +x
     Blender,
-    /// Three.js: +y up, centre +x
+    /// Three.js: +y up, center +x
     Threejs,
 }
 
@@ -38,7 +38,7 @@ impl From<LightConvention> for Convention {
     }
 }
 
-/// `VIEW,X,Y=R,G,B`: the base colour at a pixel of a view.
+/// `VIEW,X,Y=R,G,B`: the base color at a pixel of a view.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AlbedoAnchor {
     view: String,
@@ -75,7 +75,7 @@ impl FromStr for AlbedoAnchor {
             _ => return Err(form.into()),
         };
         if !base_color_linear.iter().all(|v| *v > 0.0 && *v <= 1.0) {
-            return Err(format!("base colours are above 0 and at most 1: {form}"));
+            return Err(format!("base colors are above 0 and at most 1: {form}"));
         }
         Ok(Self { view, x, y, base_color_linear })
     }
@@ -85,7 +85,7 @@ impl FromStr for AlbedoAnchor {
 #[derive(Clone, Debug, Args, Serialize)]
 pub struct KnownArgs {
     /// The light of the capture, when it is known (EXR or HDR, lat-long); once per --capture. It breaks the
-    /// ambiguity of light and base colour
+    /// ambiguity of light and base color
     #[arg(long, value_name = "FILE", help_heading = "Known")]
     pub environment: Vec<PathBuf>,
 
@@ -107,7 +107,7 @@ pub struct KnownArgs {
     #[arg(long, default_value_t = 1.0, value_name = "FACTOR", help_heading = "Known")]
     pub env_exposure: f32,
 
-    /// Base colour at a pixel, VIEW,X,Y=R,G,B (linear): sets the scale of light against base colour; repeatable
+    /// Base color at a pixel, VIEW,X,Y=R,G,B (linear): sets the scale of light against base color; repeatable
     #[arg(long, value_name = "ANCHOR", conflicts_with = "environment", help_heading = "Known")]
     pub albedo_anchor: Vec<AlbedoAnchor>,
 

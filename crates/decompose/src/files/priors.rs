@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum NormalFrame {
-    /// The camera's, OpenGL: x right, y up, z towards the viewer; what most predictors write
+    /// The camera's, OpenGL: x right, y up, z toward the viewer; what most predictors write
     #[default]
     CameraGl,
     /// The camera's, OpenCV and COLMAP: x right, y down, z away from the viewer

@@ -156,7 +156,7 @@ impl Request<'_> {
             let Progress { doing, step, of, done } = progress;
             line.message(format!("{doing}, {step} of {of}"));
             line.set((PERCENT * done) as u64);
-            if context.interrupted() { Err(DecomposeError::Cancelled) } else { Ok(()) }
+            if context.interrupted() { Err(DecomposeError::Canceled) } else { Ok(()) }
         };
         for step in self.steps.range() {
             pipeline.run(step, self.options, &mut shown).map_err(|e| explained(&e))?;

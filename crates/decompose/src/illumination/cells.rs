@@ -116,7 +116,7 @@ impl CellLight {
     }
 
     /// Pairs of cells that touch, each once.
-    pub fn neighbours(&self) -> Vec<(u32, u32)> {
+    pub fn neighbors(&self) -> Vec<(u32, u32)> {
         let mut pairs = Vec::new();
         for (i, a) in self.cells.iter().enumerate() {
             for (j, b) in self.cells.iter().enumerate().skip(i + 1) {
@@ -173,9 +173,9 @@ mod tests {
     }
 
     #[test]
-    fn neighbours_wrap_round_the_map() {
+    fn neighbors_wrap_round_the_map() {
         let light = CellLight::uniform(8, 4, Vec3::ONE, Orientation::new(Convention::OpenExr));
-        let pairs = light.neighbours();
+        let pairs = light.neighbors();
         assert!(pairs.contains(&(0, 7)) && pairs.contains(&(0, 1)) && pairs.contains(&(0, 15)));
         assert!(!pairs.contains(&(0, 2)) && !pairs.contains(&(0, 16)));
     }

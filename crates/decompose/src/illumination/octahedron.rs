@@ -37,7 +37,7 @@ impl Octahedron {
         (self.side + 2).pow(2)
     }
 
-    /// Direction at (`x`, `y`) texels, centres at halves, without the rim.
+    /// Direction at (`x`, `y`) texels, centers at halves, without the rim.
     pub(crate) fn direction(&self, x: f32, y: f32) -> Vec3 {
         let side = self.side as f32;
         direction_of(Vec2::new(2.0 * x / side - 1.0, 2.0 * y / side - 1.0))

@@ -24,7 +24,7 @@ pub(crate) struct Texel {
 }
 
 /// The light over every texel of an octahedral map of so many along a side: directions on a grid and directions drawn by
-/// brightness, with the balance heuristic (Veach & Guibas 1995), normalised by the sum of the weights.
+/// brightness, with the balance heuristic (Veach & Guibas 1995), normalized by the sum of the weights.
 pub(crate) fn light_by_texels(light: &Environment, side: usize, seed: u64) -> Vec<Texel> {
     let square = Octahedron { side };
     let areas = square.solid_angles();

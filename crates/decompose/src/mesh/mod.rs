@@ -3,4 +3,4 @@
 pub(crate) mod conjugate_gradients;
 pub(crate) mod triangles;
 
-pub(crate) use triangles::{Mesh, Neighbours, averaged};
+pub(crate) use triangles::{Mesh, Neighbors, averaged};

@@ -129,12 +129,12 @@ impl Mesh {
 }
 
 /// Vertices joined by an edge: those of `v` are `list[start[v]..start[v + 1]]`, ascending.
-pub(crate) struct Neighbours {
+pub(crate) struct Neighbors {
     start: Vec<u32>,
     list: Vec<u32>,
 }
 
-impl Neighbours {
+impl Neighbors {
     pub(crate) fn of(mesh: &Mesh) -> Self {
         let mut edges: Vec<(u32, u32)> = mesh
             .triangles
@@ -153,7 +153,7 @@ impl Neighbours {
         Self { start, list: edges.into_iter().map(|(_, b)| b).collect() }
     }
 
-    /// Mean of a value over a vertex and its neighbours.
+    /// Mean of a value over a vertex and its neighbors.
     #[inline]
     pub(crate) fn mean(&self, values: &[f32], v: usize) -> f32 {
         let ring = self.at(v);
@@ -161,7 +161,7 @@ impl Neighbours {
         (sum + values[v]) / (ring.len() + 1) as f32
     }
 
-    /// Mean of the neighbours less the vertex; nothing without neighbours.
+    /// Mean of the neighbors less the vertex; nothing without neighbors.
     #[inline]
     pub(crate) fn laplacian<T: Value>(&self, values: &[T], v: usize) -> T {
         let ring = self.at(v);
@@ -186,9 +186,9 @@ impl Neighbours {
 }
 
 /// Normals averaged with those of the neighbors.
-pub(crate) fn averaged(normals: &[Vec3], neighbours: &Neighbours) -> Vec<Vec3> {
+pub(crate) fn averaged(normals: &[Vec3], neighbors: &Neighbors) -> Vec<Vec3> {
     let of = |v: usize| {
-        let sum: Vec3 = neighbours.at(v).iter().map(|&j| normals[j as usize]).sum();
+        let sum: Vec3 = neighbors.at(v).iter().map(|&j| normals[j as usize]).sum();
         (sum + normals[v]).normalize_or(normals[v])
     };
     (0..normals.len()).into_par_iter().with_min_len(4096).map(of).collect()

@@ -19,7 +19,7 @@ pub struct Observed<'a> {
     pub samples: Vec<Sample>,
     /// About how many points were asked for.
     pub wanted: usize,
-    /// What every vertex sends out, per light; empty where no light of the surface itself is modelled.
+    /// What every vertex sends out, per light; empty where no light of the surface itself is modeled.
     pub vertex_radiance: Vec<Vec<Vec3>>,
 }
 

@@ -14,7 +14,7 @@ pub struct Observation {
     pub photo: u32,
     /// The light it was taken under.
     pub light: u32,
-    /// Unit vector towards the camera.
+    /// Unit vector toward the camera.
     pub to_viewer: Vec3,
     /// Linear, photo units.
     pub radiance: Vec3,
@@ -193,7 +193,7 @@ pub(crate) fn choose_samples(
 }
 
 /// Mean radiance that the photos of one light show of every vertex; where none sees it, the mean of what its
-/// neighbours show, else of everything.
+/// neighbors show, else of everything.
 pub(crate) fn vertex_radiance(
     scene: &TracedSurface,
     views: &[SeenView<'_>],
@@ -218,7 +218,7 @@ pub(crate) fn vertex_radiance(
     out.into_iter().map(|c| c.unwrap_or(mean)).collect()
 }
 
-/// Gives vertices without a value that of their neighbours, a ring per round.
+/// Gives vertices without a value that of their neighbors, a ring per round.
 pub(crate) fn fill(triangles: &[[u32; 3]], out: &mut [Option<Vec3>]) {
     for _ in 0..64 {
         let mut sums: HashMap<u32, (Vec3, f32)> = HashMap::new();

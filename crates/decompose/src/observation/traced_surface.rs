@@ -99,7 +99,7 @@ impl TracedSurface {
 /// The rays of a photo's pixels.
 #[derive(Clone, Debug)]
 pub struct ViewRays {
-    /// Centre of projection in world.
+    /// Center of projection in world.
     pub eye: Vec3,
     /// Axes of the camera in world, as columns: x right, y down, z forward.
     axes: [Vec3; 3],
@@ -143,7 +143,7 @@ impl ViewRays {
         self.axes[2]
     }
 
-    /// First hits of all pixel centres, row by row.
+    /// First hits of all pixel centers, row by row.
     pub fn hits(&self, scene: &TracedSurface) -> Vec<PixelHit> {
         let (w, h) = (self.photo_camera.width, self.photo_camera.height);
         let mut out =

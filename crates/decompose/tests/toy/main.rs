@@ -1,4 +1,4 @@
-//! A ball on a floor of two greys in the sun, taken apart again: surface given, light and material found.
+//! A ball on a floor of two grays in the sun, taken apart again: surface given, light and material found.
 
 mod scene;
 
@@ -92,7 +92,7 @@ fn run_with(
 fn assert_sound(d: &Found) {
     let m = &d.materials;
     let unit = |v: &f32| v.is_finite() && (0.0..=1.0).contains(v);
-    assert!(m.base_color_linear.iter().flatten().all(unit), "base colours");
+    assert!(m.base_color_linear.iter().flatten().all(unit), "base colors");
     assert!(m.roughness.iter().chain(&m.metallic).chain(&m.visibility).all(unit), "materials");
     assert!(m.normals.iter().flatten().all(|v| v.is_finite()), "normals");
     assert!(d.surface.base_color_linear.iter().flatten().all(unit), "surface");
@@ -101,7 +101,7 @@ fn assert_sound(d: &Found) {
     assert!(d.lights.iter().flat_map(|l| &l.radiance).all(positive), "light");
 }
 
-/// Largest ratio of the mean base colours of floor tiles of one grey, in the shadow and out of it.
+/// Largest ratio of the mean base colors of floor tiles of one gray, in the shadow and out of it.
 fn shadow_ratio(d: &Found, scene: &TracedSurface, light: &Environment) -> f32 {
     let options = IntegrationOptions {
         light_samples: 64,
@@ -155,7 +155,7 @@ fn a_matte_scene_in_the_sun_loses_its_shadow_and_needs_no_highlight() {
     assert!(!d.is_specular, "{:?}", d.terms);
     assert!(d.term("light by reflections").is_none(), "nothing reflects");
     let ratio = shadow_ratio(&d, &scene, &light);
-    println!("base colour lit over shadowed: {ratio:.3}; {:?}", d.term("sharp light"));
+    println!("base color lit over shadowed: {ratio:.3}; {:?}", d.term("sharp light"));
     // In the photos the ratio is above 2.
     assert!(ratio < 1.25, "{ratio}");
     assert_eq!(d.materials.observations.last(), Some(&0), "no camera looks there");

@@ -74,7 +74,7 @@ flags! {
     "remove-floaters" => "remove_floaters", Short::Nothing, "JSON", "Remove Gaussians that hang far from all others";
     "keep-largest" => "keep_largest", Short::Nothing, "JSON", "Keep the largest cluster";
     "drop-nan" => "drop_nan", Short::Nothing, "JSON", "Remove Gaussians with values that are no numbers";
-    "decimate" => "decimate", Short::Number("count"), "COUNT", "Merge neighbours until so many are left";
+    "decimate" => "decimate", Short::Number("count"), "COUNT", "Merge neighbors until so many are left";
     "order" => "order", Short::Text("by"), "morton", "Sort along a Z curve";
     "sh-reduce" => "sh_reduce", Short::Number("degree"), "DEGREE", "Drop bands of spherical harmonics above a degree";
     "measure" => "measure", Short::Nothing, "JSON", "Report where the selection is and how large";

@@ -54,7 +54,7 @@ pub struct ReshadeFlags {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=i64::from(MAX_FIT_STEPS)))]
     pub refit_steps: Option<u32>,
 
-    /// Directions towards the light per Gaussian that light is traced along, 1 to 65536 [default: the plan's, else 64]
+    /// Directions toward the light per Gaussian that light is traced along, 1 to 65536 [default: the plan's, else 64]
     #[arg(long, value_name = "N", conflicts_with = "no_reshade",
         value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_RESHADE_SAMPLES)))]
     pub reshade_samples: Option<u32>,

@@ -5,19 +5,19 @@ use motes_math::median::upper_median;
 use std::collections::BTreeMap;
 
 use glam::DVec3;
-use motes_math::knn::rms_neighbour_distance;
+use motes_math::knn::rms_neighbor_distance;
 use motes_math::sigmoid::sigmoid;
 
 use crate::EditState;
 
-/// Neighbours that say how far apart Gaussians usually are.
-const NEIGHBOURS: usize = 6;
+/// Neighbors that say how far apart Gaussians usually are.
+const NEIGHBORS: usize = 6;
 
-/// Rows among `rows` outside the largest cluster (by opacity), ascending. Two Gaussians touch when their centres are closer
-/// than `reach` times the median distance to the nearest neighbours.
+/// Rows among `rows` outside the largest cluster (by opacity), ascending. Two Gaussians touch when their centers are closer
+/// than `reach` times the median distance to the nearest neighbors.
 pub fn outside_largest(state: &EditState, rows: &[u32], reach: f64) -> Vec<u32> {
     let means: Vec<[f32; 3]> = rows.iter().map(|r| state.gaussians.means[*r as usize]).collect();
-    let mut distances = rms_neighbour_distance(&means, NEIGHBOURS);
+    let mut distances = rms_neighbor_distance(&means, NEIGHBORS);
     distances.retain(|d| d.is_finite());
     let Some(usual) = upper_median(&mut distances, f32::total_cmp) else {
         return Vec::new();
@@ -55,7 +55,7 @@ fn clusters(points: &[[f32; 3]], link: f64) -> Vec<u32> {
         members.iter().for_each(|i| sets.join(members[0], *i));
     }
     for (cell, members) in &cells {
-        // One of two neighbours looks at the other.
+        // One of two neighbors looks at the other.
         for k in 63..125i64 {
             let step = [k / 25 - 2, k / 5 % 5 - 2, k % 5 - 2];
             let near = [0, 1, 2].map(|a| cell[a].saturating_add(step[a]));

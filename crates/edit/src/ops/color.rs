@@ -1,6 +1,6 @@
-//! How a colour changes another, and how that shows on spherical harmonics.
+//! How a color changes another, and how that shows on spherical harmonics.
 //!
-//! Shown colours are sRGB-encoded: `c = 0.5 + Y_0 sh_0 + Σ Y_k sh_k`. When the light that a point sends out changes by a factor
+//! Shown colors are sRGB-encoded: `c = 0.5 + Y_0 sh_0 + Σ Y_k sh_k`. When the light that a point sends out changes by a factor
 //! per channel, band 0 takes the new encoded mean, and the higher bands are scaled by the ratio of the encoded means: to
 //! first order that is what the sRGB curve, nearly a power law, does to their variation.
 
@@ -8,34 +8,34 @@ use motes_math::luminance::luminance;
 use motes_math::sh::SH_C0;
 use motes_math::srgb;
 
-/// How a colour changes another.
+/// How a color changes another.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ColorMode {
-    /// Hue and saturation of the given colour, lightness as it is.
+    /// Hue and saturation of the given color, lightness as it is.
     Tint,
     /// Multiplied by the given factors.
     Gain,
-    /// The given colour; what varied around the mean still varies.
+    /// The given color; what varied around the mean still varies.
     #[default]
     Replace,
-    /// The given colour everywhere, as a material has it.
+    /// The given color everywhere, as a material has it.
     Even,
 }
 
-/// A change of colour, linear Rec. 709.
+/// A change of color, linear Rec. 709.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ColorChange {
     /// How.
     pub mode: ColorMode,
-    /// The colour, or the factors.
+    /// The color, or the factors.
     pub rgb_linear: [f32; 3],
 }
 
-/// Factors on a shown colour stay below: a black point has no colour to multiply.
+/// Factors on a shown color stay below: a black point has no color to multiply.
 const DARKEST: f32 = 2e-3;
 
 impl ColorChange {
-    /// The colour that `old` becomes, clamped to 0..1; `mean_luminance` is that of all that change together.
+    /// The color that `old` becomes, clamped to 0..1; `mean_luminance` is that of all that change together.
     pub fn apply(&self, old: [f32; 3], mean_luminance: f32) -> [f32; 3] {
         let rgb = self.rgb_linear;
         let scaled = |factor: f32| rgb.map(|v| v * factor);
@@ -54,7 +54,7 @@ fn ratio(a: f32, b: f32) -> f32 {
     if b > 0.0 { a / b } else { 1.0 }
 }
 
-/// Mean shown colour of coefficients, linear, 0 to 1.
+/// Mean shown color of coefficients, linear, 0 to 1.
 pub fn shown_linear(sh: &[f32]) -> [f32; 3] {
     [0, 1, 2].map(|c| {
         let shown = 0.5 + sh[c] * SH_C0 as f32;
@@ -62,7 +62,7 @@ pub fn shown_linear(sh: &[f32]) -> [f32; 3] {
     })
 }
 
-/// Changes coefficients so that their mean shown colour is `new`, linear.
+/// Changes coefficients so that their mean shown color is `new`, linear.
 pub fn show_linear(sh: &mut [f32], new: [f32; 3]) {
     for (c, value) in new.into_iter().enumerate() {
         let old = (0.5 + sh[c] * SH_C0 as f32).max(srgb::encode(DARKEST));
@@ -100,7 +100,7 @@ mod tests {
     }
 
     #[test]
-    fn shown_colours_follow() {
+    fn shown_colors_follow() {
         let mut sh: Vec<f32> = (0..12).map(|i| 0.1 + 0.05 * i as f32).collect();
         let before = sh.clone();
         scale_shown(&mut sh, [1.0; 3]);

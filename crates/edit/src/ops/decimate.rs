@@ -1,4 +1,4 @@
-//! Fewer Gaussians by merging neighbours.
+//! Fewer Gaussians by merging neighbors.
 //!
 //! A Gaussian carries the mass `m = -ln(1 - o) A`: the optical depth of its peak, because depths add where layers overlap, times
 //! its mean projected area, that of an ellipsoid with its radii, `A = (s1 s2 + s2 s3 + s3 s1) / 3` up to a constant.
@@ -8,8 +8,8 @@
 //! μ = Σ m_i μ_i / m,   Σ = Σ m_i (Σ_i + (μ_i - μ)(μ_i - μ)ᵀ) / m,   o = 1 - exp(-m / A(Σ))
 //! ```
 //!
-//! and colours, float columns and bands weighted by mass. In rounds, the pairs of near neighbours with the least cost merge, each
-//! Gaussian once per round; the cost is the mass that moves, times how far it moves in radii and in colour.
+//! and colors, float columns and bands weighted by mass. In rounds, the pairs of near neighbors with the least cost merge, each
+//! Gaussian once per round; the cost is the mass that moves, times how far it moves in radii and in color.
 
 use std::num::NonZero;
 
@@ -22,13 +22,13 @@ use rayon::prelude::*;
 use crate::EditState;
 use crate::symmetric::eigen;
 
-/// Neighbours that a Gaussian may merge with.
-const NEIGHBOURS: usize = 6;
+/// Neighbors that a Gaussian may merge with.
+const NEIGHBORS: usize = 6;
 /// Share of the Gaussians that merge in one round: more would take bad pairs before better ones arise.
 const SHARE_PER_ROUND: f64 = 0.25;
 /// Opacities beyond have a depth that rounding decides.
 const MOST_OPAQUE: f64 = 0.999;
-/// Weight of a squared difference of colour against a squared distance in radii: a step of 0.3 in band 0
+/// Weight of a squared difference of color against a squared distance in radii: a step of 0.3 in band 0
 /// counts like one radius.
 const COLOR_WEIGHT: f64 = 11.0;
 
@@ -66,7 +66,7 @@ pub fn decimate(state: &mut EditState, rows: &[u32], count: usize) -> usize {
 fn best_pairs(gaussians: &Gaussians, active: &[u32], most: usize) -> Vec<(u32, u32)> {
     let points: Vec<[f32; 3]> = active.iter().map(|r| gaussians.means[*r as usize]).collect();
     let Ok(tree) = ImmutableKdTree::<f32, 3>::new_from_slice(&points) else { return Vec::new() };
-    let wanted = NonZero::new(NEIGHBOURS + 1).unwrap_or(NonZero::<usize>::MIN);
+    let wanted = NonZero::new(NEIGHBORS + 1).unwrap_or(NonZero::<usize>::MIN);
     let parts: Vec<Part> = active.iter().map(|r| Part::of(gaussians, *r as usize)).collect();
     let mut candidates: Vec<(f64, u32, u32)> = points
         .par_iter()

@@ -14,12 +14,12 @@ pub fn extract(state: &mut EditState, rows: &[u32]) {
     state.gather(rows);
 }
 
-/// Rows with centres in a box along the axes, bounds included.
+/// Rows with centers in a box along the axes, bounds included.
 pub fn rows_in_box(state: &EditState, min: DVec3, max: DVec3) -> Vec<u32> {
     rows_where(state, |p| p.cmpge(min).all() && p.cmple(max).all())
 }
 
-/// Rows with centres in a ball.
+/// Rows with centers in a ball.
 pub fn rows_in_sphere(state: &EditState, center: DVec3, radius: f64) -> Vec<u32> {
     rows_where(state, |p| p.distance(center) <= radius)
 }

@@ -1,11 +1,11 @@
 //! Gaussians that hang far from all others: statistical outlier removal (Rusu et al. 2008).
 //!
-//! The distance of a Gaussian is the root mean square of that to its `k` nearest neighbours. Distances spread over decades in a
+//! The distance of a Gaussian is the root mean square of that to its `k` nearest neighbors. Distances spread over decades in a
 //! scene with a background, so mean and deviation are those of logarithms; they are taken from the median and the
 //! median absolute deviation, which outliers do not move. A large Gaussian fills the space around it: what counts is
 //! the distance over its own radius where that is larger than usual.
 
-use motes_math::knn::rms_neighbour_distance;
+use motes_math::knn::rms_neighbor_distance;
 use motes_math::median::median;
 
 use crate::EditState;
@@ -15,14 +15,14 @@ const DEVIATION_OF_MAD: f32 = 1.4826;
 /// Distances agree at least this well, so that a regular grid has no outliers by rounding.
 const LEAST_DEVIATION: f32 = 0.05;
 
-/// Rows among `rows` that hang `deviations` standard deviations farther from their `neighbours` nearest
+/// Rows among `rows` that hang `deviations` standard deviations farther from their `neighbors` nearest
 /// than usual, ascending.
-pub fn floaters(state: &EditState, rows: &[u32], neighbours: usize, deviations: f64) -> Vec<u32> {
+pub fn floaters(state: &EditState, rows: &[u32], neighbors: usize, deviations: f64) -> Vec<u32> {
     let means: Vec<[f32; 3]> = rows.iter().map(|r| state.gaussians.means[*r as usize]).collect();
-    if means.len() <= neighbours {
+    if means.len() <= neighbors {
         return Vec::new();
     }
-    let distances = rms_neighbour_distance(&means, neighbours);
+    let distances = rms_neighbor_distance(&means, neighbors);
     let radius = |row: u32| {
         let scales = state.gaussians.log_scales[row as usize];
         scales.into_iter().fold(f32::NEG_INFINITY, f32::max)

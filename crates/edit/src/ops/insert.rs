@@ -50,7 +50,7 @@ impl Asset {
         Bounds::of(&self.gaussians, 0..self.gaussians.len() as u32)
     }
 
-    /// Whether none of its Gaussians has a finite centre.
+    /// Whether none of its Gaussians has a finite center.
     pub fn is_nowhere(&self) -> bool {
         (0..self.gaussians.len() as u32).all(|row| center_of(&self.gaussians, row).is_none())
     }
@@ -82,7 +82,7 @@ impl Asset {
 /// What had to be invented.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct InsertNotes {
-    /// Its material is a guess from its colours.
+    /// Its material is a guess from its colors.
     pub guessed_material: bool,
     /// Squares stand for its surface.
     pub guessed_surface: bool,
@@ -181,7 +181,7 @@ fn same_columns(to: &mut Gaussians, from: &mut Gaussians) -> Vec<String> {
     filled
 }
 
-/// Material from colours alone: the shown colour as base color, matte, normals along the shortest axis away from the middle.
+/// Material from colors alone: the shown color as base color, matte, normals along the shortest axis away from the middle.
 pub(crate) fn guessed_materials(gaussians: &Gaussians) -> Materials {
     const ROUGHNESS: f32 = 0.6;
     let n = gaussians.len();

@@ -1,7 +1,7 @@
 //! What a target is made of.
 //!
 //! On Gaussians with material columns the columns change, and the rows are noted for the light to follow. On a plain splat the
-//! shown colour stands for the base color: light and reflectance are not told apart, so only the colour changes.
+//! shown color stands for the base color: light and reflectance are not told apart, so only the color changes.
 
 use motes_math::luminance::luminance;
 use motes_scene::{Materials, Residual};
@@ -25,7 +25,7 @@ pub struct MaterialChange {
 pub enum MaterialOutcome {
     /// Material columns: the light has to follow.
     Columns,
-    /// Shown colours alone.
+    /// Shown colors alone.
     Shown,
 }
 
@@ -83,7 +83,7 @@ fn change_shown(state: &mut EditState, rows: &[u32], color: &ColorChange) {
     let shown: Vec<[f32; 3]> =
         rows.iter().map(|r| shown_linear(state.gaussians.sh_of(*r as usize))).collect();
     let mean = mean(shown.iter().map(|c| luminance(*c)));
-    // What varies is the light, too: an even colour would take it away.
+    // What varies is the light, too: an even color would take it away.
     let mode = if color.mode == ColorMode::Even { ColorMode::Replace } else { color.mode };
     let color = ColorChange { mode, ..*color };
     for (row, old) in rows.iter().zip(shown) {
@@ -157,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn a_plain_splat_takes_the_colour() {
+    fn a_plain_splat_takes_the_color() {
         let gaussians = motes_testkit::random_gaussians(3, 4, 1);
         let before = gaussians.clone();
         let mut state = EditState::new("t", gaussians, None, None, DVec3::Z);

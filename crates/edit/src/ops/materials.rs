@@ -5,7 +5,7 @@
 //!
 //! - metals: reflectance at normal incidence by its complex refractive indices at one wavelength per channel, which come from
 //!   refractiveindex.info; chrome is its chromium;
-//! - brick, charcoal, concrete, marble, sand: its colours; paper is its office paper, rubber its tire; terracotta its measurement
+//! - brick, charcoal, concrete, marble, sand: its colors; paper is its office paper, rubber its tire; terracotta its measurement
 //!   with a spectrophotometer (L*a*b* 59.66, 23.57, 28.85).
 //!
 //! Not from a table: black and white are 3 and 80 percent; oak, walnut and pine are typical L*a*b* (D65) of planed wood, (70, 7, 22),
@@ -39,7 +39,7 @@ const fn matter(
 
 /// All materials, by name.
 pub const MATERIALS: &[LibraryMaterial] = &[
-    metal("aluminium", [0.912, 0.914, 0.920], 0.25),
+    metal("aluminum", [0.912, 0.914, 0.920], 0.25),
     metal("brass", [0.887, 0.789, 0.434], 0.2),
     matter("brick", [0.262, 0.095, 0.061], 0.9),
     matter("charcoal", [0.020, 0.020, 0.020], 0.95),
@@ -65,9 +65,14 @@ pub const MATERIALS: &[LibraryMaterial] = &[
     matter("walnut", [0.218, 0.130, 0.081], 0.5),
 ];
 
-/// The material of a name; `-` and spaces stand for `_`.
+/// Other names of materials.
+const ALIASES: &[(&str, &str)] = &[("aluminium", "aluminum")];
+
+/// The material of a name; `-` and spaces stand for `_`, British spelling is understood.
 pub fn material_named(name: &str) -> Option<&'static LibraryMaterial> {
     let name = name.trim().to_ascii_lowercase().replace(['-', ' '], "_");
+    let alias = ALIASES.iter().find(|(alias, _)| *alias == name);
+    let name = alias.map_or(name.as_str(), |(_, name)| name);
     MATERIALS.iter().find(|material| material.name == name)
 }
 
@@ -95,7 +100,7 @@ mod tests {
     }
 
     #[test]
-    fn woods_are_their_lab_colours() {
+    fn woods_are_their_lab_colors() {
         for (name, lab) in
             [("oak", [70.0, 7.0, 22.0]), ("walnut", [45.0, 8.0, 16.0]), ("pine", [80.0, 5.0, 27.0])]
         {
@@ -112,7 +117,7 @@ mod tests {
         // n and k at the wavelengths of red, green and blue, of the same table.
         #[rustfmt::skip]
         let constants = [
-            ("aluminium", [[1.3456, 7.4746], [0.965_21, 6.3995], [0.617_22, 5.3031]]),
+            ("aluminum", [[1.3456, 7.4746], [0.965_21, 6.3995], [0.617_22, 5.3031]]),
             ("brass", [[0.444, 3.695], [0.527, 2.765], [1.094, 1.829]]),
             ("chrome", [[3.4256, 4.273], [2.7891, 4.1976], [2.0246, 3.8586]]),
             ("copper", [[0.271_05, 3.6092], [0.676_93, 2.6248], [1.3164, 2.2921]]),
@@ -136,6 +141,7 @@ mod tests {
     fn names_are_sorted_forgiving_and_in_range() {
         assert!(MATERIALS.windows(2).all(|w| w[0].name < w[1].name));
         assert_eq!(material_named("Matte Black"), material_named("matte_black"));
+        assert_eq!(material_named("Aluminium").unwrap().name, "aluminum");
         assert!(material_named("matte-black").is_some() && material_named("mithril").is_none());
         for m in MATERIALS {
             assert!(m.base_color_linear.iter().all(|v| (0.0..=1.0).contains(v)), "{}", m.name);

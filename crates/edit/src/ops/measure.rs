@@ -12,11 +12,11 @@ const TAIL: f64 = 0.005;
 /// Size and place of a set of Gaussians.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Extent {
-    /// Smallest coordinates of the centres, world.
+    /// Smallest coordinates of the centers, world.
     pub min: DVec3,
     /// Largest coordinates.
     pub max: DVec3,
-    /// Mean of the centres, weighted by opacity.
+    /// Mean of the centers, weighted by opacity.
     pub centroid: DVec3,
     /// Lowest height along up, but for half a percent of the opacity.
     pub bottom: f64,
@@ -29,18 +29,18 @@ pub struct Extent {
 /// What an [`Extent`] says that needs no sorting.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds {
-    /// Smallest coordinates of the centres, world.
+    /// Smallest coordinates of the centers, world.
     pub min: DVec3,
     /// Largest coordinates.
     pub max: DVec3,
-    /// Mean of the centres, weighted by opacity.
+    /// Mean of the centers, weighted by opacity.
     pub centroid: DVec3,
     /// Sum of the weights.
     weights: f64,
 }
 
 impl Bounds {
-    /// Of the Gaussians of `rows`; `None` when none of them has a finite centre.
+    /// Of the Gaussians of `rows`; `None` when none of them has a finite center.
     pub fn of(gaussians: &Gaussians, rows: impl IntoIterator<Item = u32>) -> Option<Self> {
         Self::of_centers(rows.into_iter().filter_map(|row| center_of(gaussians, row)))
     }
@@ -57,7 +57,7 @@ impl Bounds {
     }
 }
 
-/// A finite centre and its weight.
+/// A finite center and its weight.
 pub(super) fn center_of(gaussians: &Gaussians, row: u32) -> Option<(DVec3, f64)> {
     let row = row as usize;
     let p = DVec3::from_array(gaussians.means[row].map(f64::from));
@@ -70,7 +70,7 @@ pub(super) fn center_of(gaussians: &Gaussians, row: u32) -> Option<(DVec3, f64)>
 }
 
 impl Extent {
-    /// Of the Gaussians of `rows`; `None` when none of them has a finite centre.
+    /// Of the Gaussians of `rows`; `None` when none of them has a finite center.
     pub fn of(gaussians: &Gaussians, rows: &[u32], up: DVec3) -> Option<Self> {
         let mut heights = Vec::with_capacity(rows.len());
         let centers = rows.iter().filter_map(|row| center_of(gaussians, *row));
@@ -109,7 +109,7 @@ impl Extent {
     }
 }
 
-/// Mean shown colour of the Gaussians of `rows`, linear Rec. 709, weighted by opacity; `None` for none.
+/// Mean shown color of the Gaussians of `rows`, linear Rec. 709, weighted by opacity; `None` for none.
 pub fn mean_color_linear(gaussians: &Gaussians, rows: &[u32]) -> Option<[f64; 3]> {
     let (mut sum, mut weights) = ([0.0; 3], 0.0);
     for row in rows.iter().map(|r| *r as usize) {

@@ -9,7 +9,7 @@ use motes_math::sh::SH_C0;
 use motes_math::srgb;
 use motes_scene::{Gaussians, Materials, Surface};
 
-/// Standard deviation over the spacing of the points: neighbours overlap without a gap.
+/// Standard deviation over the spacing of the points: neighbors overlap without a gap.
 const WIDTH: f64 = 0.7;
 /// Thickness over width.
 const THINNESS: f64 = 0.05;
@@ -20,9 +20,9 @@ const SPACING: f64 = 1.0 / 120.0;
 /// Numbers when none is given.
 const DEFAULT_COUNT: std::ops::RangeInclusive<f64> = 2_000.0..=200_000.0;
 /// Reflectance of a mesh that does not say.
-const GREY: [f32; 3] = [0.5; 3];
+const GRAY: [f32; 3] = [0.5; 3];
 
-/// Gaussians of degree 0 with material columns on a mesh; shown colours are the encoded base colors. A mesh without
+/// Gaussians of degree 0 with material columns on a mesh; shown colors are the encoded base colors. A mesh without
 /// area gives none.
 pub fn gaussians_on(mesh: &Surface, count: Option<usize>) -> Gaussians {
     let corner = |t: &[u32; 3], k: usize| Vec3::from(mesh.vertices[t[k] as usize]).as_dvec3();
@@ -66,7 +66,7 @@ pub fn gaussians_on(mesh: &Surface, count: Option<usize>) -> Gaussians {
         let q = DQuat::from_rotation_arc(DVec3::Z, face);
         let base = match mesh.has_materials() {
             true => mixed(&mesh.base_color_linear).as_vec3().to_array(),
-            false => GREY,
+            false => GRAY,
         };
         gaussians.means.push(mixed(&mesh.vertices).as_vec3().to_array());
         gaussians.rotations.push([q.w, q.x, q.y, q.z].map(|v| v as f32));
@@ -176,7 +176,7 @@ mod tests {
         let surface = surface_of(&gaussians, &Materials::of(&gaussians).unwrap());
         assert!(surface.is_consistent() && surface.triangles.len() == 800);
         let side = Vec3::from(surface.vertices[0]).distance(Vec3::from(surface.vertices[1]));
-        // 1.46 spacings: neighbouring squares overlap, so no light leaks.
+        // 1.46 spacings: neighboring squares overlap, so no light leaks.
         assert!((side - 2.0 * 1.04 * 0.7 * 0.1).abs() < 1e-3, "{side}");
     }
 }

@@ -7,8 +7,8 @@ use crate::EditState;
 /// Bits per axis of the Z curve.
 const BITS: u32 = 21;
 
-/// Sorts along a Z curve (Morton 1966) through the box of the centres; ties keep their order.
-/// Gaussians without a finite centre come last.
+/// Sorts along a Z curve (Morton 1966) through the box of the centers; ties keep their order.
+/// Gaussians without a finite center come last.
 pub fn morton_order(state: &mut EditState) {
     let codes = morton_codes(&state.gaussians.means);
     let mut rows: Vec<u32> = (0..state.len() as u32).collect();
@@ -16,7 +16,7 @@ pub fn morton_order(state: &mut EditState) {
     state.gather(&rows);
 }
 
-/// Place of every centre on the Z curve through their box.
+/// Place of every center on the Z curve through their box.
 pub(crate) fn morton_codes(means: &[[f32; 3]]) -> Vec<u64> {
     let point = |m: &[f32; 3]| DVec3::from_array(m.map(f64::from));
     let finite = means.iter().map(point).filter(|p| p.is_finite());
@@ -62,7 +62,7 @@ mod tests {
     }
 
     #[test]
-    fn neighbours_in_the_file_are_neighbours_in_space() {
+    fn neighbors_in_the_file_are_neighbors_in_space() {
         let mut gaussians = motes_testkit::random_gaussians(3, 2000, 0);
         gaussians.means[7] = [f32::NAN; 3];
         let mut state = EditState::new("t", gaussians, None, None, DVec3::Z);

@@ -10,7 +10,7 @@
 //! When the object leaves, the plane is multiplied by `1 / S`; where it arrives, by `S` at the place that
 //! corresponds (after ComGS, 2025: ratios, clamped, faded with distance). It moves with the object and does not turn with it, because
 //! light does not. What is inserted has no shadow to read: it gets the contact shadow of a ball under an even sky, whose form
-//! factor at distance `d` is `S = 1 - h R² / d³`, `h` the height of its centre and `R` its radius.
+//! factor at distance `d` is `S = 1 - h R² / d³`, `h` the height of its center and `R` its radius.
 //!
 //! Texture coarser than the smoothing passes for shadow, and shadows of others are moved along: decompose the scene where that shows.
 
@@ -178,7 +178,7 @@ mod tests {
     use super::*;
     use crate::ops::color::show_linear;
 
-    /// A grey floor with a dark disc around the origin, and a ball of Gaussians on it.
+    /// A gray floor with a dark disc around the origin, and a ball of Gaussians on it.
     fn scene() -> (EditState, Vec<u32>) {
         let n = 80;
         let mut gaussians = motes_testkit::random_gaussians(3, n * n + 200, 0);
@@ -188,8 +188,8 @@ mod tests {
             gaussians.rotations[i] = [1.0, 0.0, 0.0, 0.0];
             gaussians.log_scales[i] = [-2.8, -2.8, -6.0];
             gaussians.opacity_logits[i] = 3.0;
-            let grey = if x.hypot(y) < 0.6 { 0.2 } else { 0.4 };
-            show_linear(&mut gaussians.sh[3 * i..3 * i + 3], [grey; 3]);
+            let gray = if x.hypot(y) < 0.6 { 0.2 } else { 0.4 };
+            show_linear(&mut gaussians.sh[3 * i..3 * i + 3], [gray; 3]);
         }
         for i in n * n..n * n + 200 {
             let d = DVec3::from_array(gaussians.means[i].map(f64::from)).normalize_or(DVec3::Z);
@@ -201,7 +201,7 @@ mod tests {
         (EditState::new("t", gaussians, None, None, DVec3::Z), ball)
     }
 
-    fn grey_at(state: &EditState, x: f32, y: f32) -> f32 {
+    fn gray_at(state: &EditState, x: f32, y: f32) -> f32 {
         let near = |m: &[f32; 3]| (m[0] - x).hypot(m[1] - y) + m[2].abs();
         let means = &state.gaussians.means[..6400];
         let row = (0..6400).min_by(|a, b| near(&means[*a]).total_cmp(&near(&means[*b]))).unwrap();
@@ -215,19 +215,19 @@ mod tests {
         let shift = DVec3::new(2.0, 1.0, 0.7);
         assert!(shadow.apply(&mut state.gaussians, DVec3::ZERO, true, &ball) > 50);
         assert!(shadow.apply(&mut state.gaussians, shift, false, &ball) > 50);
-        let (old, new) = (grey_at(&state, 0.0, 0.0), grey_at(&state, 2.0, 1.0));
+        let (old, new) = (gray_at(&state, 0.0, 0.0), gray_at(&state, 2.0, 1.0));
         assert!((old - 0.4).abs() < 0.04, "the old shadow is gone: {old}");
         assert!((new - 0.2).abs() < 0.04, "the new one is there: {new}");
-        assert!((grey_at(&state, -3.0, -3.0) - 0.4).abs() < 1e-4);
+        assert!((gray_at(&state, -3.0, -3.0) - 0.4).abs() < 1e-4);
     }
 
     #[test]
     fn what_is_inserted_gets_a_contact_shadow() {
         let (mut state, ball) = scene();
         let shadow = RatioShadow::of_ball(&state, &ball).unwrap();
-        let before = grey_at(&state, 0.9, 0.0);
+        let before = gray_at(&state, 0.9, 0.0);
         shadow.apply(&mut state.gaussians, DVec3::ZERO, false, &ball);
-        let (near, far) = (grey_at(&state, 0.9, 0.0), grey_at(&state, 1.6, 0.0));
+        let (near, far) = (gray_at(&state, 0.9, 0.0), gray_at(&state, 1.6, 0.0));
         assert!(near < 0.9 * before && far > near, "{before} {near} {far}");
     }
 }

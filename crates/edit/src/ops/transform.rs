@@ -1,6 +1,6 @@
 //! Rotation, uniform scale and translation of Gaussians.
 //!
-//! With `p ↦ s R p + t`: centres move, quaternions are multiplied by that of `R`, log scales grow by `ln s`, bands of spherical
+//! With `p ↦ s R p + t`: centers move, quaternions are multiplied by that of `R`, log scales grow by `ln s`, bands of spherical
 //! harmonics and normals turn with `R`. The opacity of a Gaussian is that of its peak and stays. Covariances transform
 //! exactly, whatever their shape, because `s` is uniform.
 
@@ -184,7 +184,7 @@ mod tests {
 
     #[test]
     fn scene_and_camera_moved_together_show_the_same_picture() {
-        // Tests every part at once: covariances, order, and colours that depend on the direction.
+        // Tests every part at once: covariances, order, and colors that depend on the direction.
         let before = anisotropic();
         let mut after = before.clone();
         let rows: Vec<u32> = (0..300).collect();
@@ -224,7 +224,7 @@ mod tests {
         let ColumnValues::F32(ny) = &gaussians.extra[1].values else { panic!() };
         assert!((ny[1] - 1.0).abs() < 1e-6 && ny[0] == 0.0, "{ny:?}");
         let residual = Residual::of(&gaussians).unwrap().unwrap();
-        assert_eq!(residual.log_ratio_sh, gaussians.sh, "it turns as colours do");
+        assert_eq!(residual.log_ratio_sh, gaussians.sh, "it turns as colors do");
         assert!((gaussians.log_scales[1][0] - before.log_scales[1][0] - 2f32.ln()).abs() < 1e-6);
     }
 }

@@ -41,7 +41,7 @@ impl Run<'_> {
                 skipped("a plain splat has no roughness and no metallic: decompose it first")
             }
             MaterialOutcome::Shown => {
-                self.unlit(state, at, "only the colour changed, not how it reflects");
+                self.unlit(state, at, "only the color changed, not how it reflects");
                 applied(rows.len())
             }
         }
@@ -54,7 +54,7 @@ impl Run<'_> {
         at: &str,
     ) -> Result<Outcome, EditError> {
         let Some(parts) = &mut state.parts else {
-            return skipped("a plain splat has its light in its colours: decompose it first");
+            return skipped("a plain splat has its light in its colors: decompose it first");
         };
         set_environment(parts, op, state.up_in_world, self.resources, at)?;
         applied(state.len())
@@ -72,7 +72,7 @@ impl Run<'_> {
         }
         let numbers = apply_style(state, &rows, op, self.seed, self.resources, at)?;
         if state.parts.is_some() {
-            self.warn(at, "colours changed, base colors did not: relighting shows the old ones");
+            self.warn(at, "colors changed, base colors did not: relighting shows the old ones");
         }
         Ok(Outcome::Applied(rows.len() as u64, numbers))
     }

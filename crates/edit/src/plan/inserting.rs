@@ -139,7 +139,7 @@ impl Run<'_> {
         if notes.guessed_material {
             self.warn(
                 at,
-                "what was inserted has no material: its colours are taken for base colors",
+                "what was inserted has no material: its colors are taken for base colors",
             );
         }
         if notes.guessed_surface {

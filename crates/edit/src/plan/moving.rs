@@ -11,7 +11,7 @@ use crate::ops::ratio_shadow::RatioShadow;
 use crate::ops::{duplicate, transform};
 use crate::{EditState, Similarity};
 
-/// Copies make no more than so many: about 10 GiB of memory with colours of degree 3. Copies of copies would fill any machine.
+/// Copies make no more than so many: about 10 GiB of memory with colors of degree 3. Copies of copies would fill any machine.
 const MAX_GAUSSIANS: usize = 20_000_000;
 
 /// Refuses to move matter out of what a file can hold.

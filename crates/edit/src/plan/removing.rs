@@ -85,7 +85,7 @@ pub(super) fn remove_floaters(
     at: &str,
 ) -> Result<Outcome, EditError> {
     let rows = rows_of(state, op.target.as_deref(), at)?;
-    let found = floaters::floaters(state, &rows, op.neighbours as usize, op.deviations);
+    let found = floaters::floaters(state, &rows, op.neighbors as usize, op.deviations);
     remove_found(state, &found, "nothing hangs far from the others")
 }
 

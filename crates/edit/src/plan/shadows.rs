@@ -11,7 +11,7 @@ impl Run<'_> {
     pub(super) fn unlit(&mut self, state: &EditState, at: &str, what: &str) {
         if state.parts.is_none() && !self.ratio_shadow {
             let text = format!(
-                "a plain splat has its light in its colours: {what}; --shadow ratio moves shadows roughly, decompose finds the light"
+                "a plain splat has its light in its colors: {what}; --shadow ratio moves shadows roughly, decompose finds the light"
             );
             self.warn(at, text);
         }

@@ -50,7 +50,7 @@ pub(super) fn extent_of(state: &EditState, rows: &[u32], at: &str) -> Result<Ext
 /// What is known of the place of a target that must have one.
 pub(super) fn some_place<T>(found: Option<T>, at: &str) -> Result<T, EditError> {
     found.ok_or_else(|| {
-        EditError::plan(format!("{at}/target"), "no centre of the target is a number")
+        EditError::plan(format!("{at}/target"), "no center of the target is a number")
             .remedy("drop_nan comes first")
     })
 }

@@ -10,7 +10,7 @@ use super::rows::{put, rows_of};
 use super::targets::Target;
 use super::{RefitOptions, RefitReport};
 
-/// Twice those of training, as some hundred steps have to do. Centres: share of the usual size of what is fitted.
+/// Twice those of training, as some hundred steps have to do. Centers: share of the usual size of what is fitted.
 const RATES: Rates = Rates {
     means: 2e-2,
     rotations: 4e-3,

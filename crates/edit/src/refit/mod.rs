@@ -1,6 +1,6 @@
 //! A short fit after a hole was filled, to what the photos still say there.
 //!
-//! A filling continues colours: it is smooth, and its rim is a seam. Photos show much of what surrounds a hole, and parts of
+//! A filling continues colors: it is smooth, and its rim is a seam. Photos show much of what surrounds a hole, and parts of
 //! what is open, but under the light of before and with an object in the way. So every photo is brought to the light of
 //! after first, and is believed only where nothing stood in the way (`targets`):
 //!
@@ -11,7 +11,7 @@
 //! ```
 //!
 //! `before` and `after` are the rendered scenes and `<>` is a mean over what is believed nearby. Only the filling and a rim
-//! around it are fitted, colours and shapes; everything else keeps its bytes.
+//! around it are fitted, colors and shapes; everything else keeps its bytes.
 
 mod fit;
 mod rows;

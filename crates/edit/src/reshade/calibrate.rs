@@ -63,9 +63,9 @@ pub(super) struct Calibration {
     grid: Grid,
     /// κ per channel; `None` when there is no inside to learn it from.
     pub(super) exponent: Option<Vec3>,
-    /// `s` per cell, along the direction in which the shadow changes colour.
+    /// `s` per cell, along the direction in which the shadow changes color.
     shift: Vec<Vec3>,
-    /// Linear colour without light, continued where it is not known.
+    /// Linear color without light, continued where it is not known.
     unlit: Vec<Vec3>,
 }
 
@@ -96,7 +96,7 @@ impl Calibration {
             cells.clone().map(|c| known[c] && test(c)).collect()
         };
         let zone = grid.grown(&marks(&|c| change(c).abs() > LEAST_CHANGE), steps);
-        // Where other things stand or throw their shadow, colours are those of hidden matter, or of another error of the light.
+        // Where other things stand or throw their shadow, colors are those of hidden matter, or of another error of the light.
         let lit_from =
             upper_quartile(cells.clone().filter(|c| known[*c]).map(|c| mean(log_after[c])));
         let in_light = |c: usize| mean(log_after[c]) >= lit_from + SHADOWED;
@@ -113,10 +113,10 @@ impl Calibration {
             cells.clone().filter(|&c| known[c] && !edge[c] && change(c) < INSIDE).collect();
         let sum = |f: &dyn Fn(usize) -> Vec3| inside.iter().map(|c| f(*c)).sum::<Vec3>();
         let seen = sum(&|c| log_c[c] - unlit_around[c] - log_after[c]);
-        let modelled = sum(&|c| log_before[c] - log_after[c]);
-        let learned = inside.len() >= LEAST_CELLS && modelled.max_element() < 0.0;
+        let modeled = sum(&|c| log_before[c] - log_after[c]);
+        let learned = inside.len() >= LEAST_CELLS && modeled.max_element() < 0.0;
         let [least, most] = EXPONENT.map(Vec3::splat);
-        let found = seen / modelled;
+        let found = seen / modeled;
         // More than that is no shadow of what left.
         if learned && !(mean(found) >= EXPONENT[0] && mean(found) <= EXPONENT[1]) {
             return None;
@@ -126,12 +126,12 @@ impl Calibration {
         let across = (0.5 * count.sqrt()) as usize;
         let apart = across + 2 * steps;
         let texture = Texture::new(&grid, &around, apart, beside);
-        let expected = f64::from(SPREAD * mean(modelled) / count).powi(2);
+        let expected = f64::from(SPREAD * mean(modeled) / count).powi(2);
         let sure = (expected / (expected + texture.power(across.max(1)))) as f32;
         let exponent = learned.then(|| Vec3::ONE + sure * (found.clamp(least, most) - Vec3::ONE));
         let kappa = exponent.unwrap_or(Vec3::ONE);
         let d: Vec<Vec3> = cells.clone().map(|c| kappa * (log_before[c] - log_after[c])).collect();
-        let tint = kappa * modelled;
+        let tint = kappa * modeled;
         let tint = if mean(tint) < 0.0 { tint / mean(tint) } else { Vec3::ONE };
         // Photos show the light before: they tell about shadows that go, not about those that come.
         let gone: Vec<Vec3> = d.iter().map(|d| d.min(Vec3::ZERO)).collect();
@@ -165,7 +165,7 @@ impl Calibration {
         self.grid.cell(self.grid.plane.flat(p)).map_or(Vec3::ZERO, |cell| self.shift[cell])
     }
 
-    /// Colour without light at a point of the plane.
+    /// Color without light at a point of the plane.
     pub(super) fn unlit_at(&self, p: Vec3) -> Option<Vec3> {
         self.grid.cell(self.grid.plane.flat(p)).map(|cell| self.unlit[cell])
     }

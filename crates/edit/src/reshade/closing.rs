@@ -164,7 +164,7 @@ fn copy_patch(state: &mut EditState, hole: &Hole, shift: [f32; 2]) -> usize {
     rows.len()
 }
 
-/// Adds the Gaussians of a filling, still without colour.
+/// Adds the Gaussians of a filling, still without color.
 fn append_filling(state: &mut EditState, filling: Filling) {
     let n = filling.gaussians.len();
     if n == 0 {

@@ -1,4 +1,4 @@
-//! Colours of a Gaussian under other light, from its colours and the ratio of the light.
+//! Colors of a Gaussian under other light, from its colors and the ratio of the light.
 
 use std::f32::consts::TAU;
 
@@ -6,14 +6,14 @@ use glam::Vec3;
 use motes_math::sh::{SH_C0, sh_basis, sh_coefficients};
 use motes_math::srgb;
 
-/// Directions that a Gaussian's colours are looked at from.
+/// Directions that a Gaussian's colors are looked at from.
 pub(super) const DIRECTIONS: usize = 64;
 
 /// Least-squares projection of values at [`DIRECTIONS`] viewers, spread evenly over the sphere, on
 /// spherical harmonics.
 pub(super) struct Projection {
     degree: u8,
-    /// Unit vectors towards the viewers.
+    /// Unit vectors toward the viewers.
     pub(super) to_viewer: Vec<Vec3>,
     /// `[DIRECTIONS, K]`
     basis: Vec<[f32; 25]>,
@@ -75,7 +75,7 @@ impl Projection {
         color
     }
 
-    /// Multiplies the linear colour towards each viewer by `ratio(d)`.
+    /// Multiplies the linear color toward each viewer by `ratio(d)`.
     pub(super) fn scale(&self, sh: &mut [f32], ratio: impl Fn(usize) -> Vec3) {
         let k = sh_coefficients(self.degree);
         let mut change = [[0.0f32; 3]; 25];
@@ -98,7 +98,7 @@ impl Projection {
         }
     }
 
-    /// The same linear colour towards every viewer.
+    /// The same linear color toward every viewer.
     pub(super) fn set_even(&self, sh: &mut [f32], color_linear: Vec3) {
         sh.fill(0.0);
         self.set_dc(&mut sh[..3], color_linear);
@@ -111,7 +111,7 @@ impl Projection {
         }
     }
 
-    /// Linear colour towards a viewer.
+    /// Linear color toward a viewer.
     pub(super) fn radiance(&self, sh: &[f32], to_viewer: Vec3) -> Vec3 {
         let mut basis = [0.0; 25];
         sh_basis(self.degree, (-to_viewer).to_array(), &mut basis);

@@ -1,6 +1,6 @@
-//! New matter where an object stood: the plane goes on, with the colours of its surroundings.
+//! New matter where an object stood: the plane goes on, with the colors of its surroundings.
 //!
-//! Colours are continued without their light ([`super::looks`]). New Gaussians are lit anew, so that no shadow is continued.
+//! Colors are continued without their light ([`super::looks`]). New Gaussians are lit anew, so that no shadow is continued.
 
 use glam::{Mat3, Quat, Vec3};
 use motes_math::sigmoid::{logit, sigmoid};
@@ -9,7 +9,7 @@ use motes_scene::{Gaussians, Materials, Surface};
 use super::hole::Hole;
 use super::looks::{LEAST_OPACITY, Look};
 
-/// Standard deviation of a new Gaussian over its distance to the next: neighbours overlap to an even cover.
+/// Standard deviation of a new Gaussian over its distance to the next: neighbors overlap to an even cover.
 const SPREAD: f32 = 0.7;
 /// Standard deviation across the plane over that along it.
 const FLATNESS: f32 = 0.1;
@@ -19,7 +19,7 @@ const OPACITY: f32 = 0.95;
 /// What fills a hole.
 #[derive(Debug, Default)]
 pub(super) struct Filling {
-    /// Of degree 0, without colour yet.
+    /// Of degree 0, without color yet.
     pub(super) gaussians: Gaussians,
     pub(super) materials: Materials,
     /// Radiance over the radiance of a white matte surface, linear.

@@ -22,7 +22,7 @@ const CONTACT: usize = 2;
 const TOLERANCE_EDGES: [f32; 4] = [2.0, 4.0, 8.0, 16.0];
 /// But for the fewest, no more than this share of the object's size.
 const ROUGHEST: f32 = 0.05;
-/// Colours next to an opening are those of the object as well, within this share of its size.
+/// Colors next to an opening are those of the object as well, within this share of its size.
 const RIM: f32 = 0.04;
 /// What is this near to an opening is fitted together with what fills it, share of the object's size.
 const REFIT_RIM: f32 = 0.08;
@@ -38,12 +38,12 @@ const UNDER: f32 = 0.25;
 const POINTS: usize = 16_384;
 const PURPOSE: u64 = 0x484f_4c45;
 /// The plane is looked for this share of the object's size around it.
-const NEIGHBOURHOOD: f32 = 0.35;
+const NEIGHBORHOOD: f32 = 0.35;
 /// Gaussians around whose normals agree less with the ground belong to what stands on it.
 pub(super) const GROUNDED: f32 = 0.5;
 /// Normals of a plane agree with its own by this cosine.
 pub(super) const ALIGNED: f32 = 0.9;
-/// The grid reaches this share of the object's size beyond it: far enough for colours to go on from, and for a
+/// The grid reaches this share of the object's size beyond it: far enough for colors to go on from, and for a
 /// piece as large as the hole.
 fn margin(fill: Fill) -> f32 {
     if fill == Fill::Patch { 1.2 } else { 0.35 }
@@ -55,7 +55,7 @@ pub(super) struct Hole {
     pub(super) grid: Grid,
     /// Cells that were hidden or have no surface.
     pub(super) open: Vec<bool>,
-    /// Those and the cells around, which hold what was seen at the foot of the object: its colours and its contact shadow.
+    /// Those and the cells around, which hold what was seen at the foot of the object: its colors and its contact shadow.
     pub(super) blurred: Vec<bool>,
     /// Cells whose surface stayed.
     pub(super) covered: Vec<bool>,
@@ -94,7 +94,7 @@ pub(super) fn find_hole(
     let (low, high) = bounds(&object)?;
     let size = (high - low).length();
     let edge = 2.0 * before.ray_bias();
-    let region = (0.5 * (low + high), (0.5 + NEIGHBOURHOOD) * size);
+    let region = (0.5 * (low + high), (0.5 + NEIGHBORHOOD) * size);
     let around = points_around(surface, &stays, region, seed);
     let (grid, tolerance, reach) =
         ground(&around, &object, size, edge, margin(fill), before.up_in_world, seed)?;

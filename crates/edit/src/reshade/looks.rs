@@ -4,7 +4,7 @@
 //! unlit = Σ c L / Σ L²        over the seen cells of a window; c = unlit L, least squares
 //! ```
 //!
-//! `c` is the ground as it looks from above, the light `L` of white matte matter traced at the same cells. The colours of single
+//! `c` is the ground as it looks from above, the light `L` of white matte matter traced at the same cells. The colors of single
 //! Gaussians do not say it: small bright ones lie on large dark ones, and what lies beneath others was never seen alone.
 
 use glam::Vec3;
@@ -18,7 +18,7 @@ use super::hole::Hole;
 
 /// Gaussians that are fainter have no say.
 pub(super) const LEAST_OPACITY: f32 = 0.3;
-/// Colours are means over this share of the object's size: texture shall not go on as stripes.
+/// Colors are means over this share of the object's size: texture shall not go on as stripes.
 const WINDOW: f32 = 0.06;
 /// Windows reach this many cells at most.
 const MAX_WINDOW: usize = 24;
@@ -62,7 +62,7 @@ impl Seen {
     }
 }
 
-/// Cells that a colour is a mean over, to each side.
+/// Cells that a color is a mean over, to each side.
 pub(super) fn window(grid: &Grid, object_size: f32) -> usize {
     ((WINDOW * object_size / grid.pitch).round() as usize).min(MAX_WINDOW)
 }
@@ -93,7 +93,7 @@ pub(super) fn continued_looks(
     unlit.into_iter().zip(materials).map(look).collect()
 }
 
-/// Colour without light of every cell: of what is seen within `window` cells, continued into the cells of `blurred`
+/// Color without light of every cell: of what is seen within `window` cells, continued into the cells of `blurred`
 /// and where nothing is seen. `light` is the radiance of white matte matter.
 pub(super) fn unlit(
     grid: &Grid,
@@ -126,7 +126,7 @@ fn continued<const C: usize, const M: usize>(
     sums: &[[f32; C]],
 ) -> Vec<[f32; M]> {
     let known: Vec<bool> = (0..sums.len()).map(|c| !blurred[c] && sums[c][M] > 0.0).collect();
-    // Cells in deep shadow, where an object touched the plane, know little about its colour.
+    // Cells in deep shadow, where an object touched the plane, know little about its color.
     let weights = (0..sums.len()).filter(|c| known[*c]).map(|c| f64::from(sums[c][M]));
     let usual = median(weights).unwrap_or(1.0) as f32;
     let trust = |c: usize| if known[c] { (sums[c][M] / usual).min(1.0) } else { 0.0 };

@@ -1,10 +1,10 @@
 //! Light that follows an edit: old shadows go, new ones land, what was covered is closed.
 //!
-//! The colours that a splat was trained to hold more than any model of material and light explains, so
+//! The colors that a splat was trained to hold more than any model of material and light explains, so
 //! they are kept and only *scaled*, after Debevec 1998 (Rendering Synthetic Objects into Real Scenes):
 //!
 //! ```text
-//! colour after = colour before * L_after / L_before
+//! color after = color before * L_after / L_before
 //! ```
 //!
 //! `L` is what the decomposed scene says about the surface point of a Gaussian: the radiance of white matte matter there,
@@ -48,7 +48,7 @@ use crate::refit::Fills;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct ReshadeOptions {
-    /// Directions towards the light per Gaussian.
+    /// Directions toward the light per Gaussian.
     pub samples: u32,
     /// Directions that newly shaded Gaussians are seen from.
     pub bake_directions: u32,
@@ -67,7 +67,7 @@ impl Default for ReshadeOptions {
 /// What light did.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct ReshadeReport {
-    /// Gaussians whose colours were scaled.
+    /// Gaussians whose colors were scaled.
     pub scaled: usize,
     /// Gaussians that were shaded anew.
     pub shaded: usize,
@@ -104,7 +104,7 @@ pub enum ReshadeError {
     Light(#[from] LightError),
 }
 
-/// Makes colours, surface and filling of an edited scene right; returns the new surface.
+/// Makes colors, surface and filling of an edited scene right; returns the new surface.
 ///
 /// # Errors
 /// When the scene before or after cannot be lit.

@@ -17,7 +17,7 @@ const SINE_OF_VIEW: f32 = 0.7;
 /// Around the normal.
 const VIEWS: usize = 8;
 
-/// Linear colour per cell, mean over views around; none where the Gaussians of `rows` leave it open.
+/// Linear color per cell, mean over views around; none where the Gaussians of `rows` leave it open.
 pub(super) fn plane_picture(
     grid: &Grid,
     gaussians: &Gaussians,
@@ -81,7 +81,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn cells_have_the_colours_of_the_gaussians_over_them() {
+    fn cells_have_the_colors_of_the_gaussians_over_them() {
         let plane = Plane::new(DVec3::new(0.3, -0.2, 1.0), DVec3::new(0.0, 0.0, 2.0));
         let corners = [[-1.0, -1.0], [1.0, 0.5]].map(|f| plane.point(f));
         let grid = Grid::over(plane, &corners, 0.05, 0.0).expect("a grid");

@@ -1,4 +1,4 @@
-//! Colours by the ratio of light after to light before.
+//! Colors by the ratio of light after to light before.
 
 use glam::Vec3;
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
@@ -27,7 +27,7 @@ const GRAZING: f32 = 0.1;
 /// Gaussians that are fainter do not lend their material to the surface.
 const LEAST_OPACITY: f32 = 0.1;
 
-/// Present rows by what happens to their colours.
+/// Present rows by what happens to their colors.
 #[derive(Debug, Default)]
 pub(super) struct Rows {
     /// Row, where its light was before, where it is now.
@@ -105,7 +105,7 @@ pub(super) struct Change<'a> {
     pub(super) options: &'a ReshadeOptions,
 }
 
-/// Scales the colours whose light changed; returns how many, and what was learned at each hole.
+/// Scales the colors whose light changed; returns how many, and what was learned at each hole.
 pub(super) fn scale(
     state: &mut EditState,
     rows: &Rows,
@@ -235,7 +235,7 @@ fn mirrored(
     metals.iter().enumerate().map(of_metal).collect()
 }
 
-/// Lights what fills holes: its unlit colour times the light that is there now.
+/// Lights what fills holes: its unlit color times the light that is there now.
 pub(super) fn light_filling(
     state: &mut EditState,
     first_filled: usize,

@@ -34,14 +34,14 @@ pub(super) fn reshade(
     let mut mesh = matter.without_leftovers(state, &holes, &mut report);
 
     let quality = QualityOptions::of(CACHE);
-    // Under another light nothing of the old colours stays, so the old light need not be known.
+    // Under another light nothing of the old colors stays, so the old light need not be known.
     let lit_before = Relighter::new(before, &light, &quality, options.seed);
     let closing = Closing { before: (before, &lit_before), projection: &projection, options };
     let first_new = state.len();
     let grounds = closing.close(state, &mut holes, &mut mesh, &mut report)?;
     let filled = fill_planes(state, &holes, &grounds, &mut report);
     report.fills = fills_of(state, &holes, first_new);
-    // Rays must meet the new materials, or the bounce light of an object keeps its old colour.
+    // Rays must meet the new materials, or the bounce light of an object keeps its old color.
     mesh = ratio::with_materials_of(state, &materials_of(state)?, &mesh);
 
     let after = scene_after(state, mesh, before.up_in_world)?;

@@ -68,7 +68,7 @@ pub(super) fn support_plane(
         |n: DVec3, c: DVec3| points.iter().filter(move |p| n.dot(**p - c).abs() <= tolerance);
     let step = object.len().div_ceil(MAX_OBJECT_VOTERS).max(1);
     let object: Vec<DVec3> = object.iter().step_by(step).map(|p| p.as_dvec3()).collect();
-    // A plane through the object is one of its faces, or a neighbour's, but not what it stands on.
+    // A plane through the object is one of its faces, or a neighbor's, but not what it stands on.
     let beside = |n: DVec3, c: DVec3| {
         let front = object.iter().filter(|p| n.dot(**p - c) > -tolerance).count();
         let back = object.iter().filter(|p| n.dot(**p - c) < tolerance).count();

@@ -4,7 +4,7 @@
 //! remedies, both without knowing the editor:
 //!
 //! - Key views are edited first. They are brought to agree on the brightness of each channel, and warped into the other
-//!   views by depth; where a point is seen by a key view, the other views take its colour from there (after DGE, Chen et al. 2024,
+//!   views by depth; where a point is seen by a key view, the other views take its color from there (after DGE, Chen et al. 2024,
 //!   and GaussCtrl, Wu et al. 2024, which do so inside a diffusion model).
 //! - Views are weighed by how far they agree: a picture that disagrees twice as much as usual counts a fifth.
 //!
@@ -77,7 +77,7 @@ pub enum StyleError {
     Stopped,
 }
 
-/// Edits the colours of the Gaussians that `chosen` says, through pictures of `views`.
+/// Edits the colors of the Gaussians that `chosen` says, through pictures of `views`.
 ///
 /// # Errors
 /// The editor fails or returns something that is no picture of the same size; the fit refuses its input; the user asked to stop.

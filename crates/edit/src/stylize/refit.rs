@@ -1,4 +1,4 @@
-//! Colours fitted to the edited pictures.
+//! Colors fitted to the edited pictures.
 
 use std::sync::Arc;
 
@@ -10,11 +10,11 @@ use train_splat::{
 
 use super::{StyleOptions, StyleView};
 
-/// Rates of the colours: some hundred steps have to cover what a first fit has thousands for.
+/// Rates of the colors: some hundred steps have to cover what a first fit has thousands for.
 const LR_SH0: f64 = 5e-2;
 const LR_SH_REST: f64 = 2.5e-3;
 
-/// Fits the colours of the chosen Gaussians; their places, shapes and opacities stay.
+/// Fits the colors of the chosen Gaussians; their places, shapes and opacities stay.
 pub(super) fn refit(
     gaussians: &mut Gaussians,
     chosen: &[bool],

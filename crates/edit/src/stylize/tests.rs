@@ -8,7 +8,7 @@ use motes_math::sh::SH_C0;
 
 use super::*;
 
-/// A lumpy sheet with smooth colours, and cameras above it.
+/// A lumpy sheet with smooth colors, and cameras above it.
 fn scene() -> (Gaussians, Vec<StyleView>) {
     let n = 40;
     let mut gaussians = motes_testkit::random_gaussians(3, n * n, 0);

@@ -63,9 +63,9 @@ pub(crate) fn add_square(
 pub(crate) fn geometry(boxes: &[[f32; 2]], whole: bool) -> (Gaussians, Surface) {
     let mut scene = (Gaussians::empty(0), Materials::default(), Surface::default());
     let corner = Vec3::new(-GROUND, -GROUND, 0.0);
-    let grey = Vec3::splat(0.5);
+    let gray = Vec3::splat(0.5);
     let sides = [corner, Vec3::X * 2.0 * GROUND, Vec3::Y * 2.0 * GROUND];
-    add_square(&mut scene, sides, GROUND_CELLS, grey);
+    add_square(&mut scene, sides, GROUND_CELLS, gray);
     if !whole {
         let under = |p: [f32; 3]| {
             boxes.iter().any(|b| (p[0] - b[0]).abs() < BOX && (p[1] - b[1]).abs() < BOX)
@@ -104,7 +104,7 @@ pub(crate) fn geometry(boxes: &[[f32; 2]], whole: bool) -> (Gaussians, Surface) 
     (gaussians, surface)
 }
 
-/// A grey sky and a sun of a few pixels, 45 degrees high.
+/// A gray sky and a sun of a few pixels, 45 degrees high.
 pub(crate) fn environment() -> ImageF32 {
     let mut image = ImageF32::filled(64, 32, 3, 0.25);
     for (x, y) in [(40, 7), (41, 7), (40, 8), (41, 8)] {
@@ -119,7 +119,7 @@ pub(crate) fn lit(gaussians: Gaussians, surface: Surface) -> RelightScene {
     RelightScene::new(gaussians, surface, Lobes::Lambert, true, Vec3::Z).expect("a scene")
 }
 
-/// The scene with the colours that it has under its light.
+/// The scene with the colors that it has under its light.
 pub(crate) fn photographed(boxes: &[[f32; 2]], whole: bool) -> (Gaussians, Surface) {
     let (gaussians, surface) = geometry(boxes, whole);
     let source = LightSource::Map { image: environment(), convention: Convention::Blender };

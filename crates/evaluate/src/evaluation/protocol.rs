@@ -30,7 +30,7 @@ pub fn protocol(
             }
             .into(),
         ),
-        masks: "masked-out pixels (mask below 128) are excluded from PSNR, from the colour fit and \
+        masks: "masked-out pixels (mask below 128) are excluded from PSNR, from the color fit and \
                 from the mean of SSIM; for the windows of SSIM and for LPIPS they are made equal in \
                 both images"
             .into(),
@@ -99,7 +99,7 @@ pub fn protocol_words(protocol: &Protocol) -> Vec<(String, String)> {
                 psnr.peak, psnr.encoding, psnr.bits, psnr.cap_db
             ),
         ),
-        ("colour-corrected", psnr.color_correction.clone()),
+        ("color-corrected", psnr.color_correction.clone()),
         (
             "SSIM",
             format!(

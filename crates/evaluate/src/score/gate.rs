@@ -12,7 +12,7 @@ pub enum GateMetric {
     Psnr,
     /// The same before rounding, dB.
     PsnrFloat,
-    /// The same after colour correction, dB.
+    /// The same after color correction, dB.
     PsnrColorCorrected,
     /// Structural similarity.
     Ssim,

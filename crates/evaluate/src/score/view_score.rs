@@ -47,8 +47,8 @@ pub struct ViewScore {
 
 /// Scores a render (3 channels, sRGB-encoded, any range) against its photo.
 ///
-/// Only counted pixels enter PSNR and the colour fit. For SSIM, masked-out pixels of the render
-/// are replaced by the photo's and windows centred on counted pixels are averaged. Where no pixel
+/// Only counted pixels enter PSNR and the color fit. For SSIM, masked-out pixels of the render
+/// are replaced by the photo's and windows centered on counted pixels are averaged. Where no pixel
 /// counts, the values are NaN.
 ///
 /// # Errors
@@ -157,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn colour_correction_takes_out_exposure_and_white_balance() {
+    fn color_correction_takes_out_exposure_and_white_balance() {
         let photo = photo(24, 20);
         let mut render = photo.rgb.to_f32();
         for pixel in render.data.chunks_exact_mut(3) {

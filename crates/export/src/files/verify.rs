@@ -17,7 +17,7 @@ use serde::Serialize;
 
 /// Pixels of the longer side of a picture.
 const LONGER_SIDE: usize = 640;
-/// An orbit sees a sphere of this many standard deviations of the centres, weighted by opacity.
+/// An orbit sees a sphere of this many standard deviations of the centers, weighted by opacity.
 const ORBIT_DEVIATIONS: f64 = 2.0;
 
 /// The flags of the comparison.

@@ -1,7 +1,7 @@
 //! One self-contained HTML file that draws a splat from `file://` with no network.
 //!
 //! - [`ViewerPage`]: what the page shows; [`ViewerPage::write`] is the page.
-//! - [`pack`]: the Gaussians, quantised and compressed, as the page's scripts read them.
+//! - [`pack`]: the Gaussians, quantized and compressed, as the page's scripts read them.
 //! - `viewer/`: the page itself, plain JavaScript and GLSL without third-party code.
 //!
 //! `docs/formats/html-page.md` has the layout of the data, `docs/benchmarks/export.md` what it loses.

@@ -1,8 +1,8 @@
-//! Gaussians to the records of the page: quantised, in Morton order, in compressed blocks.
+//! Gaussians to the records of the page: quantized, in Morton order, in compressed blocks.
 //!
 //! | part | stored | step |
 //! |---|---|---|
-//! | centre | 16 bits per axis in the bounding box of 256 neighbours | box / 65535 |
+//! | center | 16 bits per axis in the bounding box of 256 neighbors | box / 65535 |
 //! | log scales | 12 bits between the smallest and the largest of all, at most 20 apart | ≤ 0.005 |
 //! | opacity | 12 bits | 1 / 4095 |
 //! | rotation | index of the largest component, 10 bits for each of the others | 0.0014 |
@@ -37,7 +37,7 @@ pub const MAX_DEGREE: u8 = 3;
 /// Scales more than this below the largest, natural logarithm, are raised to it: a millionth of a
 /// pixel is no thinner than the blur of the projection.
 const MAX_LOG_SCALE_RANGE: f32 = 20.0;
-/// Band-0 coefficients beyond are clamped; colours are of the order of 1.
+/// Band-0 coefficients beyond are clamped; colors are of the order of 1.
 const MAX_DC: f32 = 16.0;
 /// Likewise of the higher bands.
 const MAX_REST: f32 = 8.0;
@@ -65,9 +65,9 @@ pub struct Packed {
     pub objects: bool,
     /// Raw deflate streams of at most [`BLOCK`] Gaussians.
     pub blocks: Vec<Vec<u8>>,
-    /// Median of the centres.
+    /// Median of the centers.
     pub center: [f32; 3],
-    /// Radius round it that holds nine tenths of the centres.
+    /// Radius round it that holds nine tenths of the centers.
     pub radius: f32,
 }
 
@@ -113,7 +113,7 @@ fn drawable(gaussians: &Gaussians) -> Vec<u32> {
         .collect()
 }
 
-/// Along a curve through space, so that neighbours in the file are neighbours in the world.
+/// Along a curve through space, so that neighbors in the file are neighbors in the world.
 fn morton_order(gaussians: &Gaussians, rows: Vec<u32>) -> Vec<u32> {
     let of = |i: u32| Vec3::from(gaussians.means[i as usize]);
     let (low, high) = rows
@@ -316,7 +316,7 @@ fn octahedral(normal: [f32; 3]) -> u32 {
 /// The column that says which object a Gaussian belongs to.
 fn object_ids(gaussians: &Gaussians) -> Option<Vec<u16>> {
     let column = gaussians.extra.iter().find(|column| column.name == "object_id")?;
-    // Ids above 16 bits share colours with others.
+    // Ids above 16 bits share colors with others.
     Some(match &column.values {
         ColumnValues::U8(v) => v.iter().map(|v| u16::from(*v)).collect(),
         ColumnValues::I8(v) => v.iter().map(|v| (*v).max(0) as u16).collect(),
@@ -342,7 +342,7 @@ fn deflated(bytes: &[u8]) -> Vec<u8> {
     written.unwrap_or_default()
 }
 
-/// Median of the centres, and the radius round it that holds nine tenths of them.
+/// Median of the centers, and the radius round it that holds nine tenths of them.
 fn extent(gaussians: &Gaussians, rows: &[u32]) -> ([f32; 3], f32) {
     let step = rows.len().div_ceil(100_000).max(1);
     let some: Vec<Vec3> =

@@ -10,7 +10,7 @@ pub(super) fn pinhole() -> Pinhole {
     Pinhole { fx: focal, fy: focal, cx: 480.0, cy: 360.0, width, height }
 }
 
-/// An eye 25 degrees above the centre that sees a ball of `radius` round it.
+/// An eye 25 degrees above the center that sees a ball of `radius` round it.
 pub(super) fn eye(center: DVec3, radius: f64, up: DVec3) -> DVec3 {
     let up = up.try_normalize().unwrap_or(DVec3::Z);
     let side = if up.z.abs() < 0.9 { DVec3::Z } else { DVec3::X };

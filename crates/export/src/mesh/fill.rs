@@ -1,4 +1,4 @@
-//! Colours for texels that show nothing, so that filtering and mip maps do not bleed: pull-push
+//! Colors for texels that show nothing, so that filtering and mip maps do not bleed: pull-push
 //! (Gortler et al. 1996).
 
 use motes_scene::ImageU8;
@@ -70,7 +70,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn unknown_texels_take_the_nearest_colours_and_known_ones_stay() {
+    fn unknown_texels_take_the_nearest_colors_and_known_ones_stay() {
         let mut image = ImageU8::filled(9, 5, 3, 0);
         let mut known = vec![false; 45];
         for (i, color) in [(0, [200, 0, 10]), (44, [0, 100, 30])] {

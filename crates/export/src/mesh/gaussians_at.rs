@@ -41,7 +41,7 @@ struct Blob {
 /// are as large as the box.
 pub(super) struct GaussiansAt {
     blobs: Vec<Blob>,
-    /// Centres and half sizes of their boxes, apart: most candidates end here.
+    /// Centers and half sizes of their boxes, apart: most candidates end here.
     boxes: Vec<(Vec3, Vec3)>,
     cells: BTreeMap<(i32, [i32; 3]), Vec<u32>>,
     levels: Vec<i32>,

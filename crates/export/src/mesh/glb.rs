@@ -169,7 +169,7 @@ fn add_textures(builder: &mut GlbBuilder, textures: &Textures, document: &mut Va
         builder.image("occlusion_roughness_metallic", &textures.orm),
         builder.image("normal", &textures.normal),
     ]);
-    // Linear with mip maps; clamped, for an atlas has no neighbours beyond its edge.
+    // Linear with mip maps; clamped, for an atlas has no neighbors beyond its edge.
     document["samplers"] =
         json!([{ "magFilter": 9729, "minFilter": 9987, "wrapS": 33071, "wrapT": 33071 }]);
     document["textures"] = json!([

@@ -57,7 +57,7 @@ pub struct PbrMesh {
     pub normals: Vec<[f32; 3]>,
     /// Parts with a material each.
     pub parts: Vec<MeshPart>,
-    /// Textures, or colours at the vertices.
+    /// Textures, or colors at the vertices.
     pub look: Look,
     /// Whether the matter has no coat: `KHR_materials_specular` with factor 0.
     pub is_lambert: bool,
@@ -76,10 +76,10 @@ pub struct MeshPart {
     pub metallic: f32,
 }
 
-/// Where colour comes from.
+/// Where color comes from.
 #[derive(Clone, Debug)]
 pub enum Look {
-    /// Colours at the vertices.
+    /// Colors at the vertices.
     Vertices {
         /// `[V]`, linear, Rec. 709.
         base_color_linear: Vec<[f32; 3]>,

@@ -16,7 +16,7 @@ pub struct MeshOptions {
         value_parser = clap::value_parser!(u32).range(64..=8192))]
     pub texture_size: u32,
 
-    /// Colours at the vertices and one material per kind of matter, instead of textures
+    /// Colors at the vertices and one material per kind of matter, instead of textures
     #[arg(long)]
     pub no_atlas: bool,
 }

@@ -1,4 +1,4 @@
-//! Without textures: colours at the vertices, and triangles grouped by what importers take from a
+//! Without textures: colors at the vertices, and triangles grouped by what importers take from a
 //! material alone, roughness and metallic.
 
 use std::collections::BTreeMap;

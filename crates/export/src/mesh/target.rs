@@ -1,14 +1,14 @@
 //! Whose axes, units and environment maps.
 //!
-//! A glTF file has +y up and metres whoever reads it, and every importer turns it into its own axes, so
+//! A glTF file has +y up and meters whoever reads it, and every importer turns it into its own axes, so
 //! the mesh is the same for all; what differs is where the importer puts north in a lat-long map:
 //!
 //! | target | own axes of glTF's (x, y, z) | lat-long map, in glTF axes |
 //! |---|---|---|
-//! | `blender` | (x, -z, y) | centre +x, right of it +z |
-//! | `threejs` | (x, y, z) | centre +x, right of it +z |
-//! | `unreal` | (x, z, y), centimetres, left-handed | centre +x, right of it +z |
-//! | `usd` | (x, y, z) | centre +z, right of it -x (`DomeLight`, OpenEXR) |
+//! | `blender` | (x, -z, y) | center +x, right of it +z |
+//! | `threejs` | (x, y, z) | center +x, right of it +z |
+//! | `unreal` | (x, z, y), centimeters, left-handed | center +x, right of it +z |
+//! | `usd` | (x, y, z) | center +z, right of it -x (`DomeLight`, OpenEXR) |
 
 pub use super::options::Target;
 use glam::{DMat3, DVec3};
@@ -34,7 +34,7 @@ impl Target {
 pub struct GltfFrame {
     /// Orthonormal, right-handed: up becomes +y.
     pub rotation: DMat3,
-    /// Metres per world unit.
+    /// Meters per world unit.
     pub scale: f64,
 }
 

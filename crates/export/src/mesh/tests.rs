@@ -136,7 +136,7 @@ fn tangent_space_is_undone_by_its_own_frame() {
     assert_eq!(tangent_space(n, n, 1.0, t), Vec3::Z, "singular");
 }
 
-/// Flat Gaussians over the square whose colour is blue, a hair above it.
+/// Flat Gaussians over the square whose color is blue, a hair above it.
 fn cover(n: usize) -> (Gaussians, Materials) {
     let mut gaussians = Gaussians::empty(0);
     let mut materials = Materials::default();

@@ -2,7 +2,7 @@
 
 use super::unwrap::Atlas;
 
-/// No triangle covers the texel's centre.
+/// No triangle covers the texel's center.
 pub(super) const EMPTY: u32 = u32::MAX;
 
 /// Triangle per texel, row by row; where two touch, the earlier one.
@@ -29,7 +29,7 @@ pub(super) fn triangle_of_texel(atlas: &Atlas) -> Vec<u32> {
     owner
 }
 
-/// Weights of a triangle's corners at the centre of a texel, which sum to 1.
+/// Weights of a triangle's corners at the center of a texel, which sum to 1.
 pub(super) fn barycentrics(atlas: &Atlas, triangle: u32, x: usize, y: usize) -> [f32; 3] {
     let [a, b, c] = atlas.triangles[triangle as usize].map(|v| texel_space(atlas, v));
     let inverse = inverse_area(a, b, c).unwrap_or(0.0);

@@ -119,7 +119,7 @@ pub fn jpeg_url(image: &ImageU8) -> String {
     data_url("jpeg", &encode_jpeg(image, 92))
 }
 
-/// A picture as a data URL without loss, for diagrams and colour scales.
+/// A picture as a data URL without loss, for diagrams and color scales.
 pub fn png_url(image: &ImageU8) -> String {
     data_url("png", &encode_png(image))
 }

@@ -37,13 +37,13 @@ impl Document for CaptureDocument {
     const MINOR: u32 = 1;
 }
 
-/// Gain of a photo's sRGB-encoded colours over those of a model:
+/// Gain of a photo's sRGB-encoded colors over those of a model:
 /// `exp(slope_per_stop * (exposure_stops - reference_stops))`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ExposureResponseDocument {
     /// Natural log of the gain per stop.
     pub slope_per_stop: f64,
-    /// Exposure that a model's colours stand for.
+    /// Exposure that a model's colors stand for.
     pub reference_stops: f64,
 }
 
@@ -52,11 +52,11 @@ pub struct ExposureResponseDocument {
 pub struct Conventions {
     /// Axes of the camera frame: `x right, y down, z forward`.
     pub camera_axes: String,
-    /// Pixel coordinates of the centre of the top-left pixel: `0.5, 0.5`.
+    /// Pixel coordinates of the center of the top-left pixel: `0.5, 0.5`.
     pub pixel_center: String,
     /// `camera_point = rotation * world_point + translation`.
     pub pose: String,
-    /// Encoding of image colours: `sRGB`.
+    /// Encoding of image colors: `sRGB`.
     pub colors: String,
 }
 

@@ -34,7 +34,7 @@ pub struct ColmapImage {
     pub camera_id: u32,
     /// World to camera; camera axes x right, y down, z forward.
     pub camera_from_world: Pose,
-    /// Keypoints that belong to a 3D point: pixel position (top-left pixel centre at 0.5) and
+    /// Keypoints that belong to a 3D point: pixel position (top-left pixel center at 0.5) and
     /// point id.
     pub observations: Vec<([f64; 2], u64)>,
 }

@@ -1,6 +1,6 @@
 //! Image names from foreign files.
 
-/// Normalises a path that a file gives for an image: `/` between parts, no `.` parts.
+/// Normalizes a path that a file gives for an image: `/` between parts, no `.` parts.
 ///
 /// # Errors
 /// Says why the name is refused: it is empty, absolute, leads upwards, or has control characters other than tabs, which

@@ -165,7 +165,7 @@ pub(super) fn parse_points(bytes: &[u8], path: &Path) -> Result<Vec<ColmapPoint>
         let position = checked_position(path, &format!("line {line}"), position)?;
         let mut color = [0u8; 3];
         for channel in &mut color {
-            *channel = fields.parse("the colour (0 to 255)")?;
+            *channel = fields.parse("the color (0 to 255)")?;
         }
         let error = known_error(fields.parse("the reprojection error")?);
         let mut track = Vec::new();

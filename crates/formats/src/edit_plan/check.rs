@@ -167,7 +167,7 @@ fn check_values(op: &OpDocument) -> std::result::Result<(), Fault> {
             _ => Err(("".into(), "exactly one of \"box\" and \"sphere\" is needed".into(), None)),
         },
         OpDocument::RemoveFloaters(op) => {
-            bounded("/neighbours", u64::from(op.neighbours), 256)?;
+            bounded("/neighbours", u64::from(op.neighbors), 256)?;
             positive("/deviations", op.deviations)
         }
         OpDocument::KeepLargest(op) => positive("/reach", op.reach),

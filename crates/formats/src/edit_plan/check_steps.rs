@@ -3,7 +3,7 @@
 use super::check::{Fault, direction, finite, positive, range};
 use crate::selectors::{ObjectPrompt, PostDocument, SelectStep, Selector};
 
-/// Largest difference of two colours in CIE L*a*b* that means anything, and more.
+/// Largest difference of two colors in CIE L*a*b* that means anything, and more.
 const MOST_DIFFERENT: f64 = 1e3;
 
 pub(super) fn check_steps(steps: &[SelectStep]) -> Result<(), Fault> {

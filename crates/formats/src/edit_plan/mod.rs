@@ -29,7 +29,7 @@ pub const MAX_OPS: usize = 10_000;
 pub const LARGEST: f64 = 1e18;
 /// Most steps of a fit.
 pub const MAX_FIT_STEPS: u32 = 100_000;
-/// Most directions towards the light.
+/// Most directions toward the light.
 pub const MAX_RESHADE_SAMPLES: u32 = 65_536;
 /// Plans with more bytes are refused before they are read.
 pub const MAX_PLAN_BYTES: u64 = 16 << 20;
@@ -59,7 +59,7 @@ pub struct EditPlanDocument {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(max = 100_000))]
     pub refit_steps: Option<u32>,
-    /// Directions towards the light per Gaussian that light is traced along after an edit of a decomposed scene; 0: light does not
+    /// Directions toward the light per Gaussian that light is traced along after an edit of a decomposed scene; 0: light does not
     /// follow, shadows stay. Default: 64.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(max = 65_536))]

@@ -84,7 +84,7 @@ operations! {
     KeepLargest(KeepLargestOp) = "keep_largest",
     /// Remove Gaussians with values that are no numbers.
     DropNan(DropNanOp) = "drop_nan",
-    /// Merge neighbours until a number is left; mass, mean and covariance of what is merged stay.
+    /// Merge neighbors until a number is left; mass, mean and covariance of what is merged stay.
     Decimate(DecimateOp) = "decimate",
     /// Sort.
     Order(OrderOp) = "order",

@@ -25,7 +25,7 @@ impl Default for PivotDocument {
 pub enum PivotName {
     /// The origin of the world.
     Origin,
-    /// The mean of the centres, weighted by opacity.
+    /// The mean of the centers, weighted by opacity.
     Centroid,
     /// Where the target stands: below its centroid, at its lowest.
     Base,
@@ -47,22 +47,22 @@ pub struct AxisAngleDocument {
 pub enum FillDocument {
     /// Nothing.
     None,
-    /// The support plane goes on with its own colours.
+    /// The support plane goes on with its own colors.
     #[default]
     Plane,
     /// Pieces of the surroundings are copied.
     Patch,
 }
 
-/// How a colour changes another.
+/// How a color changes another.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ColorModeDocument {
-    /// Hue and saturation of the given colour, lightness as it is.
+    /// Hue and saturation of the given color, lightness as it is.
     Tint,
     /// Multiplied by the given factors.
     Gain,
-    /// The given colour; what varied around the mean still varies.
+    /// The given color; what varied around the mean still varies.
     #[default]
     Replace,
 }
@@ -137,7 +137,7 @@ pub enum FitDocument {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum OrderDocument {
-    /// Along a Z curve: neighbours in space are neighbours in the file.
+    /// Along a Z curve: neighbors in space are neighbors in the file.
     #[default]
     Morton,
 }

@@ -32,7 +32,7 @@ fn wrap<P: Pixel<Subpixel = u8>>(image: ImageBuffer<P, Vec<u8>>) -> ImageU8 {
     ImageU8::from_data(width, height, P::CHANNEL_COUNT as usize, image.into_raw())
 }
 
-/// The sRGB transfer function (IEC 61966-2-1) on linear colours; alpha stays.
+/// The sRGB transfer function (IEC 61966-2-1) on linear colors; alpha stays.
 fn encode_srgb<P: Pixel<Subpixel = f32>>(
     mut image: ImageBuffer<P, Vec<f32>>,
 ) -> ImageBuffer<P, Vec<f32>> {

@@ -20,7 +20,7 @@ const MAX_DECODER_BYTES: u64 = 8 * MAX_PIXELS;
 const GRANTED_BYTES: u64 = 320 << 20;
 const MAX_COMPRESSION: u64 = 8800;
 
-/// Reads an image as stored: 3 channels, or 4 when the file has alpha. Grey and palette images
+/// Reads an image as stored: 3 channels, or 4 when the file has alpha. Gray and palette images
 /// become RGB.
 ///
 /// # Errors
@@ -46,7 +46,7 @@ pub fn read_image_from(bytes: &[u8], name: &Path) -> Result<ImageU8> {
     decode_bytes(bytes, name, false).map(to_rgb_or_rgba)
 }
 
-/// Reads a mask as stored: 1 channel, 0 = ignore. Colours become luminance, which alpha
+/// Reads a mask as stored: 1 channel, 0 = ignore. Colors become luminance, which alpha
 /// multiplies.
 ///
 /// # Errors
@@ -149,7 +149,7 @@ fn decoder<'b>(bytes: &'b [u8], path: &Path) -> Result<impl ImageDecoder + 'b> {
                 return Err(FormatError::invalid(path, "TIFF directory", cause));
             }
         }
-        // Recognised by chance in arbitrary bytes, and no camera writes it.
+        // Recognized by chance in arbitrary bytes, and no camera writes it.
         Some(ImageFormat::Tga) | None => {
             return Err(FormatError::invalid(path, "byte 0", "not an image of a known format")
                 .with_remedy("PNG, JPEG, TIFF, WebP, BMP, PNM and HDR are read; HEIC and raw files must be converted first"));
@@ -207,7 +207,7 @@ fn image_error(path: &Path, error: ImageError) -> FormatError {
 }
 
 /// Whether the image data of a JPEG file is closed by an end marker. The decoder fills what is
-/// missing with grey and says nothing, and a fit would then learn the grey.
+/// missing with gray and says nothing, and a fit would then learn the gray.
 fn jpeg_has_end(bytes: &[u8]) -> bool {
     // Marker segments up to the first scan: a thumbnail inside them has end markers of its own.
     let mut at = 2;

@@ -2,7 +2,7 @@
 //! content, not by their suffix.
 //!
 //! Everything becomes 8-bit, sRGB-encoded, with straight alpha. Samples of 16 bits are rounded,
-//! floating-point samples are taken as linear and encoded. Colour profiles are ignored.
+//! floating-point samples are taken as linear and encoded. Color profiles are ignored.
 
 mod convert;
 mod decode;

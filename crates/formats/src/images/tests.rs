@@ -40,11 +40,11 @@ fn lossless_images_survive_whatever_their_name() {
 
 #[test]
 fn every_pixel_type_becomes_eight_bits() {
-    let grey = DynamicImage::ImageLuma8(image::GrayImage::from_raw(1, 1, vec![77]).unwrap());
+    let gray = DynamicImage::ImageLuma8(image::GrayImage::from_raw(1, 1, vec![77]).unwrap());
     let deep = image::ImageBuffer::from_raw(1, 1, vec![65535u16, 257, 0]).unwrap();
     let clear = image::ImageBuffer::from_raw(1, 1, vec![100u8, 128]).unwrap();
     for (image, expected) in [
-        (grey, vec![77, 77, 77]),
+        (gray, vec![77, 77, 77]),
         (DynamicImage::ImageRgb16(deep), vec![255, 1, 0]),
         (DynamicImage::ImageLumaA8(clear), vec![100, 100, 100, 128]),
     ] {
@@ -52,7 +52,7 @@ fn every_pixel_type_becomes_eight_bits() {
         let read = read_image_from(&png, Path::new("x")).unwrap();
         assert_eq!((read.channels, &read.data), (expected.len(), &expected));
     }
-    // Linear 0.214 is middle grey in sRGB; the format has 8 bits of mantissa.
+    // Linear 0.214 is middle gray in sRGB; the format has 8 bits of mantissa.
     let linear = image::ImageBuffer::from_raw(1, 1, vec![0.214f32, 2.0, 0.0]).unwrap();
     let hdr = encoded(&DynamicImage::ImageRgb32F(linear), ImageFormat::Hdr);
     let read = read_image_from(&hdr, Path::new("x")).unwrap();
@@ -81,8 +81,8 @@ fn masks_are_luminance_times_alpha() {
     );
     let (_dir, path) = save(&encoded(&rgba.unwrap().into(), ImageFormat::Png), "m.png");
     assert_eq!(read_mask(&path).unwrap().data, [100, 0, 255]);
-    let grey = image::GrayImage::from_raw(2, 1, vec![0, 200]).unwrap();
-    let (_dir, path) = save(&encoded(&grey.into(), ImageFormat::Png), "m.png");
+    let gray = image::GrayImage::from_raw(2, 1, vec![0, 200]).unwrap();
+    let (_dir, path) = save(&encoded(&gray.into(), ImageFormat::Png), "m.png");
     let mask = read_mask(&path).unwrap();
     assert_eq!((mask.channels, mask.data), (1, vec![0, 200]));
 }
@@ -128,7 +128,7 @@ fn exif_orientation_turns_the_image() {
 }
 
 #[test]
-fn an_incomplete_jpeg_is_not_filled_with_grey() {
+fn an_incomplete_jpeg_is_not_filled_with_gray() {
     let whole = jpeg_with_orientation(1);
     for kept in [whole.len() - 2, whole.len() / 2, 3] {
         assert!(read_image_from(&whole[..kept], Path::new("x")).is_err(), "{kept} bytes");

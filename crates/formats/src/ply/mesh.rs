@@ -1,4 +1,4 @@
-//! Triangle meshes of other programs: text or binary, polygons of any size, with or without normals and colours.
+//! Triangle meshes of other programs: text or binary, polygons of any size, with or without normals and colors.
 //!
 //! [`super::read_surface`] reads what motes wrote and takes nothing else; this reads what people have.
 

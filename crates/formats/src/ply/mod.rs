@@ -1,4 +1,4 @@
-//! PLY files: Gaussians in the layout that every splat program reads, coloured points, and surfaces
+//! PLY files: Gaussians in the layout that every splat program reads, colored points, and surfaces
 //! with a material.
 //!
 //! `docs/formats/gaussians-ply.md` and `surface-ply.md` are normative. Columns are found by name, in any order, any
@@ -30,7 +30,7 @@ pub use points::{read_points, read_points_from, write_points, write_points_to};
 pub use surface::{read_surface, read_surface_from, write_surface, write_surface_to};
 pub use write::{PlyColumns, PlyWriteOptions, write_gaussians, write_gaussians_to};
 
-/// `colour = 0.5 + SH_C0 * f_dc` at degree 0.
+/// `color = 0.5 + SH_C0 * f_dc` at degree 0.
 pub const SH_C0: f32 = motes_math::sh::SH_C0 as f32;
 
 /// Third log scale of a flat Gaussian (2DGS, a file without `scale_2`), relative to the smaller of

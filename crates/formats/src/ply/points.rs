@@ -1,4 +1,4 @@
-//! Coloured points without shape: what structure from motion triangulates.
+//! Colored points without shape: what structure from motion triangulates.
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::path::Path;
@@ -12,11 +12,11 @@ use crate::atomic::{write_checked, write_error};
 use crate::error::{FormatError, Result, quoted};
 use crate::finite;
 
-/// Colour of points in a file without colours: middle grey.
+/// Color of points in a file without colors: middle gray.
 const DEFAULT_COLOR: [u8; 3] = [128; 3];
 
 /// Reads points from a PLY file: columns `x y z`, and `red green blue` (8 or 16 bits, or a
-/// fraction of 1) or, in a file of Gaussians, `f_dc_0..2`. Points without colour are grey.
+/// fraction of 1) or, in a file of Gaussians, `f_dc_0..2`. Points without color are gray.
 ///
 /// # Errors
 /// The file cannot be read, is no PLY file or ends early, lacks a position column, or holds a
@@ -115,7 +115,7 @@ impl Reading {
 /// Writing fails.
 ///
 /// # Panics
-/// When there are not as many colours as positions.
+/// When there are not as many colors as positions.
 pub fn write_points(path: &Path, points: &SparsePoints) -> Result<()> {
     finite::columns(path, [("position", points.positions.as_flattened(), 3)])?;
     write_checked(path, |writer| write_points_to(writer, points, path))
@@ -129,7 +129,7 @@ pub fn write_points(path: &Path, points: &SparsePoints) -> Result<()> {
 /// # Panics
 /// As [`write_points`].
 pub fn write_points_to(mut writer: impl Write, points: &SparsePoints, name: &Path) -> Result<()> {
-    assert_eq!(points.positions.len(), points.colors.len(), "one colour per position");
+    assert_eq!(points.positions.len(), points.colors.len(), "one color per position");
     let mut bytes = b"ply\nformat binary_little_endian 1.0\n".to_vec();
     bytes.extend(b"comment motes format motes/points 1.0\n");
     bytes.extend(format!("element vertex {}\n", points.len()).as_bytes());

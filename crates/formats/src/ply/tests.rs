@@ -60,7 +60,7 @@ fn columns_are_found_by_name_and_the_rest_is_carried() {
 }
 
 #[test]
-fn colours_stand_in_for_coefficients_and_flat_gaussians_get_a_thickness() {
+fn colors_stand_in_for_coefficients_and_flat_gaussians_get_a_thickness() {
     let rgb = [("uchar", "red", "255"), ("uchar", "green", "0"), ("uchar", "blue", "51")];
     let gaussians = read(ascii(&with_shape(&rgb))).gaussians;
     let color: Vec<f32> = gaussians.sh.iter().map(|dc| 0.5 + SH_C0 * dc).collect();
@@ -213,7 +213,7 @@ fn elements_and_lists_around_the_vertices_are_passed_over() {
 }
 
 #[test]
-fn points_have_colours_of_any_kind() {
+fn points_have_colors_of_any_kind() {
     let read = |text: &str| read_points_from(text.as_bytes(), Path::new("p.ply"));
     let head = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n\
         property float z\n";
@@ -225,8 +225,8 @@ fn points_have_colours_of_any_kind() {
     assert_eq!(colored("uchar", "255 0 51"), expected);
     assert_eq!(colored("ushort", "65535 0 13107"), expected);
     assert_eq!(colored("float", "1 0 0.2"), expected);
-    let grey = read(&format!("{head}end_header\n1 2 3\n")).unwrap();
-    assert_eq!(grey.colors, [[128; 3]]);
+    let gray = read(&format!("{head}end_header\n1 2 3\n")).unwrap();
+    assert_eq!(gray.colors, [[128; 3]]);
     let nan = read(&format!("{head}end_header\n1 nan 3\n")).unwrap_err().to_string();
     assert!(nan.contains("the position is [1.0, NaN, 3.0] (row 0 of vertex)"), "{nan}");
 

@@ -8,7 +8,7 @@ fn scatter(a: usize, b: usize) -> f64 {
     (bits >> 40) as f64 / (1u64 << 24) as f64
 }
 
-/// `count` photos on a ring, each sharing points with its neighbours; every tenth sample is wrong.
+/// `count` photos on a ring, each sharing points with its neighbors; every tenth sample is wrong.
 fn photos(count: usize, slope: f64) -> (Vec<PhotoBrightness>, usize) {
     let points = count * 40;
     let photos = (0..count)

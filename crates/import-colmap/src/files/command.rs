@@ -117,7 +117,7 @@ pub fn run(args: &Args, context: &Context) -> anyhow::Result<ImportReport> {
         for (role, path) in [("input", &input), ("model", &model), ("images", &images)] {
             path.as_ref().map_or(Ok(()), |path| context.input(role, path))?;
         }
-        let source = Source::recognise(&ImportInput { input, model, images }).map_err(to_stage)?;
+        let source = Source::recognize(&ImportInput { input, model, images }).map_err(to_stage)?;
         context.stop_if_dry_run()?;
         import(&source, &args.output, &args.options, &args.sfm, &shown)
     };

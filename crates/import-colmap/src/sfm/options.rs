@@ -40,7 +40,7 @@ pub enum Matcher {
     Auto,
     /// Every photo with every other
     Exhaustive,
-    /// Neighbours in name order: frames of a video
+    /// Neighbors in name order: frames of a video
     Sequential,
 }
 

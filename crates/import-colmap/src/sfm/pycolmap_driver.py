@@ -44,7 +44,7 @@ import time
 PHOTO_SUFFIXES = (".jpg", ".jpeg", ".png", ".tif", ".tiff", ".bmp")
 EXHAUSTIVE_UP_TO = 60  # pairs grow with the square of the photos: 60 are 1770 pairs, minutes on two cores
 FOCAL_GUESS = 1.2      # focal length / long side when nothing is known; COLMAP's own default factor
-FOCAL_MOVED = 0.15     # EXIF focal lengths are rounded to whole millimetres, so a few percent off is normal
+FOCAL_MOVED = 0.15     # EXIF focal lengths are rounded to whole millimeters, so a few percent off is normal
 MIN_FEATURES = 50      # a photo with fewer cannot be placed reliably (the mapper wants 30 inliers)
 
 
@@ -184,7 +184,7 @@ def parse_arguments(argv):
     p.add_argument("--masks", metavar="DIR",
                    help="PHOTO.png or PHOTO.jpg.png for each photo; black pixels give no features")
     p.add_argument("--matcher", choices=("auto", "exhaustive", "sequential"), default="auto",
-                   help="auto: exhaustive up to %d photos, then neighbours in name order" % EXHAUSTIVE_UP_TO)
+                   help="auto: exhaustive up to %d photos, then neighbors in name order" % EXHAUSTIVE_UP_TO)
     p.add_argument("--max-image-size", type=at_least(64), metavar="N",
                    help="long side in pixels for feature detection; positions stay in full-size pixels")
     p.add_argument("--threads", type=at_least(1), metavar="N", help="for features and matching; default all")
@@ -213,7 +213,7 @@ def list_photos(folder):
 
 
 def jpeg_is_cut_off(path):
-    """The decoder fills a cut-off JPEG with grey and says nothing. Entropy-coded data cannot hold the bytes
+    """The decoder fills a cut-off JPEG with gray and says nothing. Entropy-coded data cannot hold the bytes
     FF D9 (end of image), so a whole file has them after its last start of scan."""
     with open(path, "rb") as f:
         data = f.read()
@@ -248,7 +248,7 @@ def read_photos(pycolmap, folder, names, events):
             continue
         photo = Photo(name, bitmap)
         if jpeg_is_cut_off(path):
-            events.warning("truncated_photo", "'%s' ends in the middle; its lower part may be grey." % name, name)
+            events.warning("truncated_photo", "'%s' ends in the middle; its lower part may be gray." % name, name)
         if photo.orientation != 1:
             events.warning("exif_orientation", "'%s' has EXIF orientation %d, which is not applied: its pose is for "
                            "the pixels as stored." % (name, photo.orientation), name)
@@ -394,11 +394,11 @@ def count_pairs(path):
 
 def triangulation_angles(numpy, model):
     """For every point the widest angle, in degrees, between two of the rays that see it."""
-    centres = {i: image.projection_center() for i, image in model.images.items() if image.has_pose}
+    centers = {i: image.projection_center() for i, image in model.images.items() if image.has_pose}
     angles = []
     for point in model.points3D.values():
         seen_from = sorted({e.image_id for e in point.track.elements})
-        rays = numpy.array([centres[i] for i in seen_from]) - point.xyz
+        rays = numpy.array([centers[i] for i in seen_from]) - point.xyz
         rays /= numpy.maximum(numpy.linalg.norm(rays, axis=1, keepdims=True), 1e-300)
         cosine = numpy.clip((rays @ rays.T).min(), -1.0, 1.0)
         angles.append(math.degrees(math.acos(cosine)))

@@ -1,6 +1,6 @@
 //! Small COLMAP projects made on the spot: cameras on a ring look at the origin and photograph a
 //! pattern that depends on the viewing direction only, so that every pixel of every lens has a
-//! known colour.
+//! known color.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -163,5 +163,5 @@ pub(crate) fn import_path(
     let input = ImportInput { input: Some(input.to_path_buf()), ..ImportInput::default() };
     // Without pycolmap, whether this machine has it or not.
     let sfm = SfmOptions { triangulate: Triangulate::Off, ..SfmOptions::default() };
-    import(&Source::recognise(&input)?, output, options, &sfm, &Silent)
+    import(&Source::recognize(&input)?, output, options, &sfm, &Silent)
 }

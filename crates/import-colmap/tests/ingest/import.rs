@@ -159,12 +159,12 @@ fn photos_of_another_size_scale_their_camera() {
 }
 
 #[test]
-fn grey_sixteen_bit_and_transparent_photos_are_read() {
-    let project = Project::new(pinhole(), &["alpha.png", "deep.png", "grey.png"]);
+fn gray_sixteen_bit_and_transparent_photos_are_read() {
+    let project = Project::new(pinhole(), &["alpha.png", "deep.png", "gray.png"]);
     project.write_photos();
     project.write_model();
     let images = project.path().join("images");
-    image::GrayImage::from_pixel(64, 48, image::Luma([77])).save(images.join("grey.png")).unwrap();
+    image::GrayImage::from_pixel(64, 48, image::Luma([77])).save(images.join("gray.png")).unwrap();
     let deep = image::ImageBuffer::from_pixel(64, 48, image::Rgb([0x4d4du16, 0x8080, 0xffff]));
     image::DynamicImage::ImageRgb16(deep).save(images.join("deep.png")).unwrap();
     let mut alpha = ImageU8::filled(64, 48, 4, 200);
@@ -172,7 +172,7 @@ fn grey_sixteen_bit_and_transparent_photos_are_read() {
     std::fs::write(images.join("alpha.png"), encode_png(&alpha)).unwrap();
     project.import_written(&ImportOptions::default()).unwrap();
     let read = |name: &str| read_image(&project.output().join("images").join(name)).unwrap();
-    assert_eq!(read("grey.png").pixel(9, 9), [77, 77, 77]);
+    assert_eq!(read("gray.png").pixel(9, 9), [77, 77, 77]);
     assert_eq!(read("deep.png").pixel(9, 9), [0x4d, 0x80, 0xff]);
     assert_eq!(read("alpha.png").pixel(3, 3), [200, 200, 200, 0], "alpha is kept");
 }
@@ -267,11 +267,11 @@ fn model_and_images_may_lie_apart() {
         ..ImportInput::default()
     };
     let (options, sfm) = (ImportOptions::default(), SfmOptions::default());
-    let source = Source::recognise(&input).unwrap();
+    let source = Source::recognize(&input).unwrap();
     let report = import(&source, &output, &options, &sfm, &Silent);
     assert_eq!(report.unwrap().registered, 2);
     input.images = None;
-    assert!(matches!(Source::recognise(&input), Err(IngestError::Usage { .. })));
+    assert!(matches!(Source::recognize(&input), Err(IngestError::Usage { .. })));
 }
 
 #[test]
@@ -298,7 +298,7 @@ fn a_panorama_becomes_eight_pinhole_views() {
     let sideways = project.images[0].2.inverse().rotation * DVec3::X;
     assert!((ahead - sideways).length() < 1e-9, "a quarter turn to the right");
     let crop = read_image(&project.output().join(&capture.views[right].image)).unwrap();
-    // The centre of that crop is at three quarters of the panorama's width.
+    // The center of that crop is at three quarters of the panorama's width.
     assert!(crop.pixel(16, 16)[0].abs_diff(192) <= 3, "{:?}", crop.pixel(16, 16));
     let back = capture.view_named("hall_yaw180.png").unwrap();
     let seam = read_image(&project.output().join(&capture.views[back].image)).unwrap();
@@ -377,16 +377,16 @@ fn transforms_take_points_from_the_model_beside_them_only_in_the_same_world() {
 #[test]
 fn an_input_that_is_nothing_says_what_could_be() {
     let folder = tempfile::tempdir().unwrap();
-    let recognise = |path: &Path| {
-        Source::recognise(&ImportInput { input: Some(path.to_path_buf()), ..Default::default() })
+    let recognize = |path: &Path| {
+        Source::recognize(&ImportInput { input: Some(path.to_path_buf()), ..Default::default() })
             .unwrap_err()
     };
-    let (cause, remedy) = bad_input(recognise(folder.path()));
+    let (cause, remedy) = bad_input(recognize(folder.path()));
     assert!(
         cause.contains("neither a COLMAP model") && remedy.contains("--photos"),
         "{cause} {remedy}"
     );
-    assert!(bad_input(recognise(&folder.path().join("no"))).0.contains("no such folder"));
+    assert!(bad_input(recognize(&folder.path().join("no"))).0.contains("no such folder"));
 }
 
 #[test]
@@ -435,7 +435,7 @@ fn a_model_may_start_with_a_byte_order_mark_and_lie_in_a_numbered_folder() {
     let file = project.path().join("sparse/0/cameras.txt");
     let text = std::fs::read_to_string(&file).unwrap();
     std::fs::write(&file, format!("\u{feff}{text}")).unwrap();
-    let source = Source::recognise(&ImportInput {
+    let source = Source::recognize(&ImportInput {
         model: Some(project.path().join("sparse")),
         ..Default::default()
     })

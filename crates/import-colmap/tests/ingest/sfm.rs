@@ -174,7 +174,7 @@ fn triangulate(project: &Project, body: &str, when: Triangulate) -> Result<Impor
     }
     std::fs::write(posed.join("points3D.txt"), "").unwrap();
     let (model, images) = (Some(posed), Some(project.path().join("images")));
-    let source = Source::recognise(&ImportInput { input: None, model, images })?;
+    let source = Source::recognize(&ImportInput { input: None, model, images })?;
     import(&source, &output, &ImportOptions::default(), &sfm, &Silent)
 }
 

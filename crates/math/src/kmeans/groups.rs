@@ -5,17 +5,17 @@ use rayon::prelude::*;
 use super::KmeansOptions;
 use super::lloyd::{Centroids, lloyd};
 
-/// Points per group that its centre is fitted to.
+/// Points per group that its center is fitted to.
 const SAMPLES_PER_GROUP: usize = 128;
 /// Points of one task.
 const CHUNK: usize = 4096;
 
-/// A coarse quantisation.
+/// A coarse quantization.
 pub(super) struct Groups {
     centers: Centroids,
     /// Points of each group, rising.
     pub(super) members: Vec<Vec<u32>>,
-    /// Sum of squared distances to the centre, per group.
+    /// Sum of squared distances to the center, per group.
     errors: Vec<f64>,
 }
 

@@ -1,11 +1,11 @@
-//! Colour correction for comparisons: the affine map of RGB that fits one image to another best.
+//! Color correction for comparisons: the affine map of RGB that fits one image to another best.
 
 use glam::{DMat4, DVec4};
 
 /// Least-squares `M` (3×4, row per output channel) with `to ≈ M (r, g, b, 1)`.
 ///
 /// `from` and `to` are interleaved RGB of equal length; only pixels whose `weights` entry is
-/// positive count (`None`: all). A small ridge towards the identity keeps images of one colour
+/// positive count (`None`: all). A small ridge toward the identity keeps images of one color
 /// solvable. Double precision.
 pub fn fit_affine_rgb(from: &[f32], to: &[f32], weights: Option<&[f32]>) -> [[f64; 4]; 3] {
     let mut normal = DMat4::ZERO;
@@ -58,7 +58,7 @@ mod tests {
     }
 
     #[test]
-    fn one_colour_stays_finite() {
+    fn one_color_stays_finite() {
         let fitted = fit_affine_rgb(&[0.5; 30], &[0.25; 30], None);
         let mapped: f64 = fitted[0][..3].iter().sum::<f64>() * 0.5 + fitted[0][3];
         assert!((mapped - 0.25).abs() < 1e-3);

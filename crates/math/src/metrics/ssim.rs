@@ -13,13 +13,13 @@ pub enum SsimBorder {
     Valid,
 }
 
-/// Taps on each side of the centre.
+/// Taps on each side of the center.
 const RADIUS: usize = 5;
 const SIGMA: f64 = 1.5;
 const C1: f64 = 0.01 * 0.01;
 const C2: f64 = 0.03 * 0.03;
 
-/// Normalised 1-D window; the 2-D window is its outer product.
+/// Normalized 1-D window; the 2-D window is its outer product.
 fn ssim_window() -> [f64; 2 * RADIUS + 1] {
     let mut window = [0.0; 2 * RADIUS + 1];
     for (i, w) in window.iter_mut().enumerate() {
@@ -32,10 +32,10 @@ fn ssim_window() -> [f64; 2 * RADIUS + 1] {
 
 fn blur(values: &[f64], width: usize, height: usize) -> Vec<f64> {
     let window = ssim_window();
-    let tap = |line: &dyn Fn(usize) -> f64, centre: usize, length: usize| -> f64 {
-        let from = centre.saturating_sub(RADIUS);
-        let to = (centre + RADIUS + 1).min(length);
-        (from..to).map(|i| window[i + RADIUS - centre] * line(i)).sum()
+    let tap = |line: &dyn Fn(usize) -> f64, center: usize, length: usize| -> f64 {
+        let from = center.saturating_sub(RADIUS);
+        let to = (center + RADIUS + 1).min(length);
+        (from..to).map(|i| window[i + RADIUS - center] * line(i)).sum()
     };
     let mut rows = vec![0.0; values.len()];
     for y in 0..height {
@@ -71,10 +71,10 @@ pub fn ssim(
     mean_ssim(a, b, width, height, channels, border, None)
 }
 
-/// As [`ssim`], averaged over the windows centred on counted pixels only (`counted`: one flag per
+/// As [`ssim`], averaged over the windows centered on counted pixels only (`counted`: one flag per
 /// pixel, row-major). NaN when no pixel counts.
 ///
-/// Windows still see their uncounted neighbours, so give both images the same values there.
+/// Windows still see their uncounted neighbors, so give both images the same values there.
 ///
 /// # Panics
 /// When a length is wrong.

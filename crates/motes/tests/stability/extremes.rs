@@ -145,7 +145,7 @@ fn radiance_over_16_decades_survives_exr() {
             .filter(|channel| channel.name == "G")
             .flat_map(|channel| channel.to_f32())
             .fold(0.0f32, f32::max);
-        // Alpha is at most 0.99, and a colour near 0 is a difference from one half.
+        // Alpha is at most 0.99, and a color near 0 is a difference from one half.
         let expected = linear * 0.99f64.powf(if linear > 0.01 { 2.4 } else { 1.0 });
         let error = (f64::from(brightest) - expected).abs();
         assert!(error < 0.02 * linear + 1e-8, "1e{exponent}: {brightest:e} for {expected:e}");

@@ -10,9 +10,9 @@ use proptest::prelude::*;
 /// Differences of one scene.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct ImageErrors {
-    /// Root mean square over pixels that no cut-off passes, over the brightest colour.
+    /// Root mean square over pixels that no cut-off passes, over the brightest color.
     pub(crate) rms: f64,
-    /// Largest anywhere, over the brightest colour.
+    /// Largest anywhere, over the brightest color.
     pub(crate) worst: f64,
 }
 

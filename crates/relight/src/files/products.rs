@@ -16,7 +16,7 @@ use super::{PictureJob, RelightReport};
 /// Rows of a map that the sky or a turned map is painted into, at least.
 const LEAST_ROWS: usize = 512;
 
-/// Writes the Gaussians with baked colours.
+/// Writes the Gaussians with baked colors.
 ///
 /// # Errors
 /// When the light is out of range or the file cannot be written.
@@ -45,7 +45,7 @@ pub fn write_baked(
     Ok(())
 }
 
-/// Writes a scene folder: the same surface, byte by byte, and the same Gaussians with the colours that they have
+/// Writes a scene folder: the same surface, byte by byte, and the same Gaussians with the colors that they have
 /// under the new light.
 ///
 /// # Errors

@@ -15,7 +15,7 @@ use super::{LiftReport, LightReport};
 pub enum Product {
     /// A folder of pictures
     Pictures,
-    /// Gaussians with baked colours
+    /// Gaussians with baked colors
     Splat,
     /// A scene folder with the new light
     Scene,
@@ -51,7 +51,7 @@ pub struct RelightReport {
     pub light: LightReport,
     /// Time against noise.
     pub quality: Quality,
-    /// Directions towards the light per shaded pixel.
+    /// Directions toward the light per shaded pixel.
     pub light_samples: u32,
     /// Directions of the lobes per shaded pixel.
     pub brdf_samples: u32,

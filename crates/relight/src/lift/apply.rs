@@ -1,6 +1,6 @@
-//! A ratio of light on colours that are stored as harmonics of encoded values.
+//! A ratio of light on colors that are stored as harmonics of encoded values.
 //!
-//! With `f(c) = encode(ratio · decode(c))`: the mean colour `c_0` becomes `f(c_0)`, the bands above it are scaled by
+//! With `f(c) = encode(ratio · decode(c))`: the mean color `c_0` becomes `f(c_0)`, the bands above it are scaled by
 //! `f'(c_0)`.
 
 use motes_math::sh::SH_C0;
@@ -13,7 +13,7 @@ const STEP: f32 = 1e-3;
 /// Bounds of the factor on the bands: near black the curve is steep.
 const BAND_FACTOR: [f32; 2] = [0.1, 4.0];
 
-/// The Gaussians with colours times `exp(log_ratio)`, linear.
+/// The Gaussians with colors times `exp(log_ratio)`, linear.
 pub(super) fn apply(gaussians: &Gaussians, log_ratio: &[[f32; 3]]) -> Gaussians {
     let mut out = gaussians.clone();
     let stride = 3 * out.sh_coefficients();
@@ -40,7 +40,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_ratio_multiplies_linear_colours() {
+    fn a_ratio_multiplies_linear_colors() {
         let mut sh = vec![0.0; 12];
         sh[0] = 0.4;
         sh[3] = 0.1;

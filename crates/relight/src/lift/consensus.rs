@@ -108,10 +108,10 @@ fn judge(votes: &[Votes], ratio: &Voted, views: &mut [OfView], act: bool) {
             (gain, median(off.collect()))
         })
         .collect();
-    let centre = [0, 1, 2].map(|c| median(found.iter().map(|(g, _)| (g[c], 1.0)).collect()));
+    let center = [0, 1, 2].map(|c| median(found.iter().map(|(g, _)| (g[c], 1.0)).collect()));
     let spread = median(found.iter().map(|(_, d)| (*d, 1.0)).collect()).max(LEAST_DEVIATION);
     for (view, (gain, deviation)) in views.iter_mut().zip(found) {
-        view.gain = [0, 1, 2].map(|c| gain[c] - centre[c]);
+        view.gain = [0, 1, 2].map(|c| gain[c] - center[c]);
         view.deviation = deviation;
         if act {
             view.weight = (1.0 + (deviation / (3.0 * spread)).powi(2)).powi(-2);
@@ -121,11 +121,11 @@ fn judge(votes: &[Votes], ratio: &Voted, views: &mut [OfView], act: bool) {
 
 /// Weighted median, then a few steps of Cauchy weights around it.
 fn robust_mean(values: Vec<(f32, f32)>) -> f32 {
-    let mut centre = median(values.clone());
+    let mut center = median(values.clone());
     for _ in 0..4 {
-        centre = mean(&values, |v| 1.0 / (1.0 + ((v - centre) / SCALE).powi(2)));
+        center = mean(&values, |v| 1.0 / (1.0 + ((v - center) / SCALE).powi(2)));
     }
-    centre
+    center
 }
 
 fn mean(values: &[(f32, f32)], by: impl Fn(f32) -> f32) -> f32 {

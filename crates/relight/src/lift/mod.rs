@@ -4,8 +4,8 @@
 //! smooth, and a majority.
 //!
 //! - [`LiftMethod::Bake`]: the ratio of relit to rendered view, low-passed in log space, is voted on by all views
-//!   per Gaussian and multiplied onto its colour. Texture stays that of the capture.
-//! - [`LiftMethod::Refit`]: the same first, then the harmonics of the colours are fitted to the relit views
+//!   per Gaussian and multiplied onto its color. Texture stays that of the capture.
+//! - [`LiftMethod::Refit`]: the same first, then the harmonics of the colors are fitted to the relit views
 //!   with a robust loss. Texture may change.
 //!
 //! Both estimate a gain per view and channel and a weight per view from the votes ([`ViewAgreement`]).
@@ -58,7 +58,7 @@ pub struct ViewAgreement {
 /// The result.
 #[derive(Clone, Debug)]
 pub struct Lifted {
-    /// The same Gaussians with other colours.
+    /// The same Gaussians with other colors.
     pub gaussians: Gaussians,
     /// One per view, in their order.
     pub views: Vec<ViewAgreement>,

@@ -10,7 +10,7 @@ pub enum LiftMethod {
     /// Vote on smooth ratios of light
     #[default]
     Bake,
-    /// Vote, then fit the colours to the views
+    /// Vote, then fit the colors to the views
     Refit,
 }
 

@@ -1,6 +1,6 @@
 //! The change of light in a view: `ln((relit + ε) / (rendered + ε))`, linear, smoothed.
 //!
-//! Smoothing is an à-trous filter by normalised convolution: pixels count by how much they can say (not
+//! Smoothing is an à-trous filter by normalized convolution: pixels count by how much they can say (not
 //! clipped, not dark, not masked), depth is not smoothed across, nor are steps of light itself.
 
 use glam::Vec3;
@@ -54,7 +54,7 @@ pub(super) fn ratio(view: &RelitView, rendered: &Rendering, radius_share: f32) -
         (log, weight) = (0..width * height).into_par_iter().map(pass).unzip();
         step *= 2;
     }
-    // A pixel of no weight may have got some from its neighbours: it still says nothing.
+    // A pixel of no weight may have got some from its neighbors: it still says nothing.
     let said = |i: usize| if pixel(i).1 > 0.0 { weight[i] } else { 0.0 };
     let weight = (0..width * height).into_par_iter().map(said).collect();
     Ratio { log, weight }

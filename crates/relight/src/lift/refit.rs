@@ -1,9 +1,9 @@
-//! Colours fitted to relit views, geometry fixed.
+//! Colors fitted to relit views, geometry fixed.
 //!
-//! A picture is linear in the harmonics, `colour(p) = Σ_i w_ip Σ_k Y_k(d_i) sh_ik`, and `Σ_i w_ip <= 1`, so
+//! A picture is linear in the harmonics, `color(p) = Σ_i w_ip Σ_k Y_k(d_i) sh_ik`, and `Σ_i w_ip <= 1`, so
 //!
 //! ```text
-//! sh_ik <- sh_ik - (1 / D_ik) ∂/∂sh_ik ½ Σ_v Σ_p ω_v ω(p) |colour(p) - target(p)|²
+//! sh_ik <- sh_ik - (1 / D_ik) ∂/∂sh_ik ½ Σ_v Σ_p ω_v ω(p) |color(p) - target(p)|²
 //! D_ik  = Σ_v ω_v |Y_k| (Σ_j |Y_j|) Σ_p w_ip + λ
 //! ```
 //!
@@ -23,7 +23,7 @@ use motes_math::srgb;
 
 /// Residual, encoded, from which on a pixel counts less.
 const SIGMA: f32 = 0.1;
-/// Pull towards the voted colour, pixels: what no view sees keeps it.
+/// Pull toward the voted color, pixels: what no view sees keeps it.
 const PULL: f32 = 0.5;
 
 /// Fits in place; root mean square errors of the first and the last step.

@@ -1,6 +1,6 @@
 //! What each Gaussian hears from a view: means over its pixels by blending weight.
 //!
-//! `Σ_p w_ip G(p)` is the gradient of `Σ_p G(p) colour(p)` by the colour of Gaussian `i`, so the backward pass of
+//! `Σ_p w_ip G(p)` is the gradient of `Σ_p G(p) color(p)` by the color of Gaussian `i`, so the backward pass of
 //! the rasterizer computes it: once for the ratios times their weights, once for the weights.
 
 use motes_math::sh::SH_C0;
@@ -46,8 +46,8 @@ pub(super) fn votes_of(
 /// Sums of pixels by blending weight, for one view.
 pub(super) struct BackProjection {
     frame: Frame,
-    /// Colours in the middle of their range, so that no clamp hides one.
-    grey: Gaussians,
+    /// Colors in the middle of their range, so that no clamp hides one.
+    gray: Gaussians,
     options: RenderOptions,
     gradients: GaussianGradients,
     size: [usize; 2],
@@ -55,7 +55,7 @@ pub(super) struct BackProjection {
 
 impl BackProjection {
     pub(super) fn new(gaussians: &Gaussians, antialias: Antialias, view: &RelitView) -> Self {
-        let grey = Gaussians {
+        let gray = Gaussians {
             sh_degree: 0,
             sh: vec![0.0; 3 * gaussians.len()],
             extra: Vec::new(),
@@ -64,9 +64,9 @@ impl BackProjection {
         let options = RenderOptions { antialias, ..RenderOptions::default() };
         let mut frame = Frame::new();
         let transform = ViewTransform::new(&view.camera, &view.camera_from_world);
-        frame.forward(&grey, &transform, &Modifiers::default(), &options);
+        frame.forward(&gray, &transform, &Modifiers::default(), &options);
         let size = [view.camera.width, view.camera.height];
-        Self { frame, grey, options, gradients: GaussianGradients::default(), size }
+        Self { frame, gray, options, gradients: GaussianGradients::default(), size }
     }
 
     /// `Σ_p w_ip G(p)` for every Gaussian and channel.
@@ -74,7 +74,7 @@ impl BackProjection {
         let mut planes = Planes::new(self.size[0], self.size[1], 4);
         (0..3).for_each(|c| planes.set_plane(c, image, c));
         let (none, out) = (Modifiers::default(), &mut self.gradients);
-        self.frame.backward(&self.grey, &none, &self.options, &planes, out);
+        self.frame.backward(&self.gray, &none, &self.options, &planes, out);
         let inverse = 1.0 / SH_C0 as f32;
         out.sh.chunks_exact(3).map(|g| [g[0] * inverse, g[1] * inverse, g[2] * inverse]).collect()
     }

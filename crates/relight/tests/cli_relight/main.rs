@@ -269,7 +269,7 @@ fn a_relit_scene_opens_again_with_its_light() {
     );
     assert_code(&done, 0);
     assert_eq!(read_image(&toy.path("again/view_0.png")).unwrap(), direct);
-    // The rasterizer shows the colours of the folder, which are those of its own light.
+    // The rasterizer shows the colors of the folder, which are those of its own light.
     let done = run_program(
         motes_testkit::program("render"),
         &toy,

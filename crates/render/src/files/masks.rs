@@ -24,7 +24,7 @@ pub struct MaskFlags {
     #[arg(long = "selection", value_name = "FILE")]
     pub selections: Vec<PathBuf>,
 
-    /// Write the coverage of the selection as 8-bit grey PNG, and nothing else
+    /// Write the coverage of the selection as 8-bit gray PNG, and nothing else
     #[arg(long, requires = "selections", conflicts_with_all = ["format", "aov", "object_ids"])]
     pub mask: bool,
 
@@ -125,7 +125,7 @@ fn labels(model: &Model, column: &str) -> anyhow::Result<Vec<u32>> {
     };
     labels.ok_or_else(|| {
         let text = format!("the Gaussians have no column \"{column}\" of whole numbers from 0 on");
-        StageError::bad_input(text).help("segment-select --labelled writes one").into()
+        StageError::bad_input(text).help("segment-select --labeled writes one").into()
     })
 }
 
@@ -171,9 +171,9 @@ impl Objects {
         let (camera, pose) = (&frame.camera, &frame.camera_from_world);
         let rgb: ImageF32 = render_scalars(&model.gaussians, &[belongs], camera, pose, options);
         let wide = rgb.to_u8();
-        let grey = wide.data.iter().step_by(3).copied().collect();
-        let grey = ImageU8::from_data(wide.width, wide.height, 1, grey);
-        write_png(&folder.join(format!("{}.png", frame.name)), &grey)?;
+        let gray = wide.data.iter().step_by(3).copied().collect();
+        let gray = ImageU8::from_data(wide.width, wide.height, 1, gray);
+        write_png(&folder.join(format!("{}.png", frame.name)), &gray)?;
         Ok(true)
     }
 }

@@ -10,7 +10,7 @@ use motes_figures::colormap::colormap;
 /// Which files a frame becomes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrameFiles {
-    /// 8-bit sRGB colour over the background.
+    /// 8-bit sRGB color over the background.
     pub png: bool,
     /// All channels.
     pub exr: bool,
@@ -156,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn colour_is_decoded_and_data_is_not() {
+    fn color_is_decoded_and_data_is_not() {
         let channels = exr_channels(&rendering());
         let of = |name: &str| channels.iter().find(|c| c.name == name).unwrap().to_f32();
         assert!((of("G")[0] - 0.214_041).abs() < 1e-4, "sRGB 0.5 is linear 0.214");

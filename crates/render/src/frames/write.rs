@@ -30,7 +30,7 @@ pub struct FrameWriter {
 
 impl FrameWriter {
     /// For a folder; `depth_range` scales depth previews, otherwise the first frame does, so that
-    /// the colours of a video do not flicker.
+    /// the colors of a video do not flicker.
     pub fn new(folder: &Path, files: FrameFiles, depth_range: Option<DepthRange>) -> Self {
         Self { folder: folder.to_owned(), files, depth_range, attributes: Vec::new() }
     }

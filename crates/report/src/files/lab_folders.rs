@@ -138,7 +138,7 @@ pub(super) fn pose_error_sentences(path: &Path) -> Result<Vec<String>> {
                 .with_remedy("write the file with scripts/sfm-pose-error.py")
         })
     };
-    let (cameras, center) = (number("/cameras")?, number("/centre_error_percent/max")?);
+    let (cameras, center) = (number("/cameras")?, number("/center_error_percent/max")?);
     let rotation = number("/rotation_error_deg/max")?;
     let missing = value.pointer("/missing").and_then(|m| m.as_array()).map_or(0, Vec::len);
     let missing = if missing == 0 { String::new() } else { format!(" {missing} were not found.") };
@@ -158,7 +158,7 @@ mod tests {
         let dir = std::env::temp_dir().join(format!("motes-pose-error-{}", std::process::id()));
         std::fs::create_dir_all(&dir).unwrap();
         let path = dir.join("pose-error.json");
-        let json = r#"{"cameras": 24, "missing": [], "centre_error_percent": {"max": 0.043},
+        let json = r#"{"cameras": 24, "missing": [], "center_error_percent": {"max": 0.043},
             "rotation_error_deg": {"max": 0.025}}"#;
         std::fs::write(&path, json).unwrap();
         let sentence = pose_error_sentences(&path).unwrap().remove(0);

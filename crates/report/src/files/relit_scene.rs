@@ -119,9 +119,9 @@ fn facts(document: &DecompositionDocument) -> Vec<(String, String)> {
 
 fn axes(convention: ConventionDocument) -> &'static str {
     match convention {
-        ConventionDocument::Openexr => "up is +y, the centre +z",
-        ConventionDocument::Blender => "up is +z, the centre +x",
-        ConventionDocument::Threejs => "up is +y, the centre +x",
+        ConventionDocument::Openexr => "up is +y, the center +z",
+        ConventionDocument::Blender => "up is +z, the center +x",
+        ConventionDocument::Threejs => "up is +y, the center +x",
     }
 }
 

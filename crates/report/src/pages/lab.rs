@@ -230,7 +230,7 @@ impl LabPage {
         } else {
             findings.push(format!(
                 "The gap between train and test went from {first_gap:.1} to {last_gap:.1} dB, which \
-                 is little: here the model does not memorise its photos more as they get fewer. \
+                 is little: here the model does not memorize its photos more as they get fewer. \
                  Photos from farther apart, or fewer of them, show the effect more."
             ));
         }
@@ -268,13 +268,13 @@ impl LabPage {
 }
 
 const WHY: [&str; 4] = [
-    "A pixel of one photo fixes a colour along a ray, not where on the ray the surface is. Depth \
+    "A pixel of one photo fixes a color along a ray, not where on the ray the surface is. Depth \
      comes from seeing the same point from several sides.",
     "Seen by one or two photos only, the cheapest way to lower the training error is a Gaussian \
      right in front of a camera: it paints that photo and is wrong for every other viewpoint. These \
      are the floaters.",
-    "View-dependent colour (spherical harmonics) can do the same: with few photos, each direction \
-     gets a colour of its own that no other photo contradicts.",
+    "View-dependent color (spherical harmonics) can do the same: with few photos, each direction \
+     gets a color of its own that no other photo contradicts.",
     "Long thin Gaussians that point at a camera cost nothing in its photo and show as needles from \
      the side.",
 ];
@@ -282,7 +282,7 @@ const WHY: [&str; 4] = [
 const NEXT: [&str; 5] = [
     "More photos, or the same number better placed: move sideways by about 10 to 15 degrees between \
      photos instead of turning on the spot.",
-    "Fewer degrees of freedom: `train-splat --sh-degree 0` takes view-dependent colour away.",
+    "Fewer degrees of freedom: `train-splat --sh-degree 0` takes view-dependent color away.",
     "Shorter training: `train-splat --iterations N` with a smaller N; the test PSNR of few photos \
      peaks early.",
     "A fixed budget: `train-splat --max-gaussians N`.",

@@ -84,7 +84,7 @@ impl RelightPage {
         page.heading("Before and after");
         page.paragraph(
             "Choose a light below each view; the slider, or dragging on the picture, uncovers the photo \
-             from the left. Shadows and highlights should move with the light, the colour of things \
+             from the left. Shadows and highlights should move with the light, the color of things \
              should not.",
         );
         page.comparisons(&self.views.iter().map(|v| self.comparison(v)).collect::<Vec<_>>());

@@ -70,7 +70,7 @@ fn jacobian(model: M, k: &[f64], m: DVec2) -> DMat2 {
     DMat2::from_cols(column(DVec2::X * h), column(DVec2::Y * h))
 }
 
-/// Whether the lens still maps the neighbourhood of `m` without folding it over. A polynomial
+/// Whether the lens still maps the neighborhood of `m` without folding it over. A polynomial
 /// fitted to a photo may turn back outside the photo; pixels beyond the fold are no image of `m`.
 pub(super) fn is_unfolded(model: M, k: &[f64], m: DVec2) -> bool {
     k.iter().all(|&c| c == 0.0) || jacobian(model, k, m).determinant() > 0.0

@@ -1,6 +1,6 @@
 //! The pinhole camera: `u = fx * x / z + cx`, `v = fy * y / z + cy`.
 
-/// Pinhole intrinsics in pixels; the centre of the top-left pixel is (0.5, 0.5).
+/// Pinhole intrinsics in pixels; the center of the top-left pixel is (0.5, 0.5).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pinhole {
     /// Focal length along x, pixels.

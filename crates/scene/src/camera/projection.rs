@@ -9,7 +9,7 @@
 //! | FOV | `(X, Y)/Z * atan(2 r tan(omega/2)) / (r omega)` (Devernay and Faugeras 2001) |
 //! | division | `(X, Y)/Z = m / (1 + k |m|^2)` (Fitzgibbon 2001) |
 //! | EUCM | `(X, Y) / (alpha d + (1 - alpha) Z)`, `d^2 = beta rho^2 + Z^2` (Khomutenko 2016) |
-//! | equirectangular | longitude and latitude; image centre = +z, right = +x, up = -y |
+//! | equirectangular | longitude and latitude; image center = +z, right = +x, up = -y |
 
 use std::f64::consts::{FRAC_PI_2, PI};
 

@@ -90,7 +90,7 @@ fn a_fisheye_sees_behind_itself_and_a_pinhole_does_not() {
 }
 
 #[test]
-fn a_panorama_looks_forward_at_its_centre() {
+fn a_panorama_looks_forward_at_its_center() {
     let camera =
         Camera { model: M::Equirectangular, width: 400, height: 200, params: vec![400.0, 200.0] };
     let at = |d: DVec3| camera.pixel_from_direction(d).unwrap();

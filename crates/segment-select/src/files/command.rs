@@ -7,7 +7,7 @@ use clap::Parser;
 use motes_stage::{CommonArgs, Context, HasCommon, OrBadInput as _};
 use serde::Serialize;
 
-/// Select Gaussians by clicks, boxes, masks, shapes, colours and properties
+/// Select Gaussians by clicks, boxes, masks, shapes, colors and properties
 #[derive(Parser, Debug, Serialize)]
 #[command(name = "segment-select")]
 pub struct Args {

@@ -31,7 +31,7 @@ pub struct PromptFlags {
     })]
     pub scribble: Vec<String>,
 
-    /// A mask image of a view, white on the object, grey where unsure; repeatable
+    /// A mask image of a view, white on the object, gray where unsure; repeatable
     #[arg(long, value_name = "VIEW=FILE", value_parser = |text: &str| {
         parse_mask(text).map(|_| text.to_owned())
     })]

@@ -36,7 +36,7 @@ pub struct ExtraProducts {
     #[arg(long, conflicts_with = "cache")]
     pub no_cache: bool,
 
-    /// Column of labels in the labelled PLY; other rows keep the label that they have
+    /// Column of labels in the labeled PLY; other rows keep the label that they have
     #[arg(long, value_name = "NAME", default_value = "object_id")]
     pub label_column: String,
 
@@ -46,12 +46,12 @@ pub struct ExtraProducts {
 
     /// Gaussians with those at the edge of the selection split in two (PLY); the selection is then one of
     /// this file
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["labelled", "candidates"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["labeled", "candidates"])]
     pub split_boundary: Option<PathBuf>,
 
     /// Gaussians with the column of labels (PLY)
-    #[arg(short = 'O', long, value_name = "FILE")]
-    pub labelled: Option<PathBuf>,
+    #[arg(short = 'O', long, value_name = "FILE", alias = "labelled")]
+    pub labeled: Option<PathBuf>,
 }
 
 /// Claimed paths.
@@ -59,7 +59,7 @@ pub struct Outputs {
     /// The selection, then its part and subpart.
     selections: Vec<PathBuf>,
     overlay: Option<PathBuf>,
-    labelled: Option<PathBuf>,
+    labeled: Option<PathBuf>,
     split: Option<PathBuf>,
 }
 
@@ -91,7 +91,7 @@ impl ExtraProducts {
         Ok(Outputs {
             selections,
             overlay: claim(&self.overlay)?,
-            labelled: claim(&self.labelled)?,
+            labeled: claim(&self.labeled)?,
             split: claim(&self.split_boundary)?,
         })
     }
@@ -161,7 +161,7 @@ pub fn write_products(
             write_png(&folder.join(format!("{}.png", stems[view])), &picture)?;
         }
     }
-    if let Some(path) = &outputs.labelled {
+    if let Some(path) = &outputs.labeled {
         let mut gaussians = inputs.file.gaussians.clone();
         let column = &extra.label_column;
         let mut labels = match gaussians.extra.iter().find(|c| c.name == *column) {

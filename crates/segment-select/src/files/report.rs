@@ -33,7 +33,7 @@ pub struct SelectReport {
     pub count: usize,
     /// Gaussians in all.
     pub gaussians: usize,
-    /// Bounds of all but the outermost selected centres, world.
+    /// Bounds of all but the outermost selected centers, world.
     pub object_box: Option<BoxDocument>,
     /// What it stands on, where one was found.
     pub support_plane: Option<PlaneDocument>,

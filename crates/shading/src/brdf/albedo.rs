@@ -48,7 +48,7 @@ pub fn albedo_table() -> &'static AlbedoTable {
     TABLE.get_or_init(AlbedoTable::compute)
 }
 
-/// `F_ms`: colour of the light that left after more than one bounce, `F_avg` the mean Fresnel
+/// `F_ms`: color of the light that left after more than one bounce, `F_avg` the mean Fresnel
 /// reflectance; Kulla & Conty 2017 with `F_avg = (20 F_0 + 1) / 21` of Schlick's term.
 pub(super) fn multiple_scattering_fresnel(f0: f64, e_avg: f64) -> f64 {
     let f_avg = (20.0 * f0 + 1.0) / 21.0;

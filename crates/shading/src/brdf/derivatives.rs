@@ -2,7 +2,7 @@
 //!
 //! Everything is a function of `μ_i = n · w_i`, `μ_o = n · w_o`, `μ_h = n · h` and of constants
 //! of the pair of directions, so `∂/∂n = ∂/∂μ_i w_i + ∂/∂μ_o w_o + ∂/∂μ_h h`. That gradient is not
-//! projected on the sphere of unit normals: a caller that moves along it projects and normalises.
+//! projected on the sphere of unit normals: a caller that moves along it projects and normalizes.
 
 use std::f32::consts::FRAC_1_PI;
 

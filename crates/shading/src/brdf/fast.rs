@@ -112,7 +112,7 @@ impl Brdf {
         self.normal
     }
 
-    /// The direction towards the viewer.
+    /// The direction toward the viewer.
     #[inline]
     pub fn to_viewer(&self) -> Vec3 {
         self.to_viewer
@@ -164,7 +164,7 @@ impl Brdf {
         self.a * FRAC_1_PI / (d * d)
     }
 
-    /// A direction towards the light; `u` in [0, 1)³, the first chooses the lobe. None when the
+    /// A direction toward the light; `u` in [0, 1)³, the first chooses the lobe. None when the
     /// sampled microfacet reflects into the surface, or the point faces away.
     #[inline]
     pub fn sample(&self, u: [f32; 3]) -> Option<Vec3> {

@@ -122,7 +122,7 @@ impl Material {
         p * reflection_pdf(alpha(self.roughness), w_i, w_o) + (1.0 - p) * w_i.z / PI
     }
 
-    /// A direction towards the light; `u` in [0, 1)³, the first chooses the lobe. None when the
+    /// A direction toward the light; `u` in [0, 1)³, the first chooses the lobe. None when the
     /// sampled microfacet reflects into the surface: that share of the density is lost, as
     /// [`Self::pdf`] says.
     pub fn sample(&self, normal: DVec3, to_viewer: DVec3, u: [f64; 3]) -> Option<DVec3> {

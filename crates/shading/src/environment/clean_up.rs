@@ -3,7 +3,7 @@
 /// What a map's values were before they were used.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct CleanUp {
-    /// Values below 0 (ringing of filters, out-of-gamut colours): taken as 0.
+    /// Values below 0 (ringing of filters, out-of-gamut colors): taken as 0.
     pub negative: usize,
     /// NaN: taken as 0.
     pub nan: usize,

@@ -1,7 +1,7 @@
-//! A lat-long map: radiance between texel centres is bilinear (wrapped in u, clamped in v), and
+//! A lat-long map: radiance between texel centers is bilinear (wrapped in u, clamped in v), and
 //! so is the density of its sampler.
 //!
-//! Every texel carries a tent of its neighbours' width. Choosing a texel with probability
+//! Every texel carries a tent of its neighbors' width. Choosing a texel with probability
 //! `p_ij` and then a point of its tent has the density `Σ p_ij tent_ij(u, v)`: the bilinear
 //! interpolation of `p_ij`. So density and radiance have the same shape inside a texel as well,
 //! and a density that is constant per texel would not. `p_ij` is proportional to mean radiance
@@ -163,7 +163,7 @@ impl EnvironmentMap {
         (texel.truncate(), Self::per_steradian(texel.w, sin_theta))
     }
 
-    /// A unit vector towards the light (world); `u` are fractions of 2³². None for a black map.
+    /// A unit vector toward the light (world); `u` are fractions of 2³². None for a black map.
     #[inline]
     pub fn sample_direction(&self, u: [u32; 3]) -> Option<Vec3> {
         self.sample(u).map(|(to_light, _, _)| to_light)

@@ -26,10 +26,10 @@ pub use sky::{SkyError, SunSky};
 pub use sun::SunDisc;
 pub use test_map::{AXIS_COLORS, axis_test_map};
 
-/// A direction towards the light, chosen about in proportion to radiance.
+/// A direction toward the light, chosen about in proportion to radiance.
 #[derive(Clone, Copy, Debug)]
 pub struct LightSample {
-    /// Unit vector towards the light, world.
+    /// Unit vector toward the light, world.
     pub to_light: Vec3,
     /// Radiance of everything in that direction.
     pub radiance: Vec3,
@@ -104,7 +104,7 @@ impl Environment {
         (radiance, pdf)
     }
 
-    /// A direction towards the light; `u` are fractions of 2³². None when all is black.
+    /// A direction toward the light; `u` are fractions of 2³². None when all is black.
     #[inline]
     pub fn sample(&self, u: [u32; 3]) -> Option<LightSample> {
         let pick = crate::sampling::unit_f32(u[0]);

@@ -2,10 +2,10 @@
 //!
 //! Canonical lat-long map, as OpenEXR's `envmap` attribute and USD's dome light define it, in the
 //! map's own axes (+y up): `u = atan2(x, -z) / 2π mod 1`, `v = acos(y) / π`, row 0 up, seen from
-//! inside. Image centre +z, a quarter from the left +x. Other conventions use the same picture
+//! inside. Image center +z, a quarter from the left +x. Other conventions use the same picture
 //! with other names for the axes, so they are exact permutations and no pixel moves:
 //!
-//! | convention | up | centre | u = 1/4 | map (x, y, z) of world (x, y, z) |
+//! | convention | up | center | u = 1/4 | map (x, y, z) of world (x, y, z) |
 //! |---|---|---|---|---|
 //! | `openexr` | +y | +z | +x | (x, y, z) |
 //! | `blender` | +z | +x | +y | (y, z, x) |
@@ -18,12 +18,12 @@ use glam::{DMat3, DVec3};
 /// Whose lat-long map it is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Convention {
-    /// OpenEXR, USD, Mitsuba: +y up, centre +z.
+    /// OpenEXR, USD, Mitsuba: +y up, center +z.
     #[default]
     OpenExr,
-    /// Blender: +z up, centre +x.
+    /// Blender: +z up, center +x.
     Blender,
-    /// three.js: +y up, centre +x.
+    /// three.js: +y up, center +x.
     ThreeJs,
 }
 
@@ -135,7 +135,7 @@ mod tests {
 
     #[test]
     fn rotation_turns_the_light_counter_clockwise_from_above() {
-        // Blender axes: light at +x (centre), turned by 90 degrees, comes from +y.
+        // Blender axes: light at +x (center), turned by 90 degrees, comes from +y.
         for degrees in [90.0, 90.0 + 1e-9] {
             let turned = Orientation::new(Convention::Blender).rotated(degrees);
             let (u, v) = uv_from_direction(turned.map_from_world(DVec3::Y));

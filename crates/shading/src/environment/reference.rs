@@ -8,10 +8,10 @@ use glam::{DVec3, DVec4};
 use super::{Environment, EnvironmentMap, SunDisc, direction_from_uv, uv_from_direction};
 use crate::sampling::unit_f64;
 
-/// A direction towards the light, as [`super::LightSample`].
+/// A direction toward the light, as [`super::LightSample`].
 #[derive(Clone, Copy, Debug)]
 pub struct LightSample {
-    /// Unit vector towards the light, world.
+    /// Unit vector toward the light, world.
     pub to_light: DVec3,
     /// Radiance of everything in that direction.
     pub radiance: DVec3,
@@ -58,7 +58,7 @@ fn sun_contains(sun: &SunDisc, to_light: DVec3) -> bool {
     (to_light - sun.to_sun().as_dvec3()).length_squared() <= 2.0 * sun.one_minus_cos()
 }
 
-/// A direction towards the light; `u` are fractions of 2³². None when all is black.
+/// A direction toward the light; `u` are fractions of 2³². None when all is black.
 pub fn sample(environment: &Environment, u: [u32; 3]) -> Option<LightSample> {
     let p_sun = f64::from(environment.sun_probability());
     let pick = unit_f64(u[0]);

@@ -37,8 +37,8 @@ pub enum SkyError {
 /// A clear sky.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SunSky {
-    /// Degrees from the map's centre, counter-clockwise seen from above: in Blender's axes from
-    /// +x towards +y.
+    /// Degrees from the map's center, counter-clockwise seen from above: in Blender's axes from
+    /// +x toward +y.
     pub azimuth_deg: f64,
     /// Degrees above the horizon, 0 to 90.
     pub elevation_deg: f64,

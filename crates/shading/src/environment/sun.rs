@@ -43,7 +43,7 @@ impl SunDisc {
         }
     }
 
-    /// Towards the centre of the disc, world.
+    /// Toward the center of the disc, world.
     pub fn to_sun(&self) -> Vec3 {
         self.to_sun
     }

@@ -1,4 +1,4 @@
-//! Colour of the sun's disc through the atmosphere, one spectrum per call.
+//! Color of the sun's disc through the atmosphere, one spectrum per call.
 //!
 //! `L(λ) = B(λ, 5778 K) τ_Rayleigh τ_aerosol τ_ozone`, each `τ = exp(-coefficient · air mass)`,
 //! integrated with the CIE 1931 observer. Transmittances: Preetham, Shirley & Smits 1999,
@@ -8,7 +8,7 @@
 
 use glam::{DMat3, DVec3};
 
-/// Linear Rec. 709 radiance of the disc, in watts per square metre and steradian weighted by
+/// Linear Rec. 709 radiance of the disc, in watts per square meter and steradian weighted by
 /// the observer (times 683 it is luminance), for an elevation in radians (0 to π/2) and a
 /// turbidity.
 pub(super) fn sun_radiance(elevation: f64, turbidity: f64) -> DVec3 {

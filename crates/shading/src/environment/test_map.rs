@@ -1,4 +1,4 @@
-//! A map in which every world axis can be recognised, to check conventions by eye and by test.
+//! A map in which every world axis can be recognized, to check conventions by eye and by test.
 
 use glam::{DVec3, Vec3};
 use motes_scene::ImageF32;
@@ -17,7 +17,7 @@ pub const AXIS_COLORS: [(DVec3, Vec3); 6] = [
 
 /// A lat-long picture of `2 height` x `height` as a program with this orientation would write it:
 /// discs of 20 degrees round the world axes in [`AXIS_COLORS`], negative ones with a black
-/// centre of 8 degrees; the upper half of the map grey 0.2, the lower 0.05.
+/// center of 8 degrees; the upper half of the map gray 0.2, the lower 0.05.
 pub fn axis_test_map(height: usize, orientation: &Orientation) -> ImageF32 {
     let width = 2 * height;
     let mut image = ImageF32::filled(width, height, 3, 0.0);

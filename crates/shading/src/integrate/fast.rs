@@ -48,7 +48,7 @@ impl Shaded {
 /// derivatives of its estimate by material and normal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Incident {
-    /// Unit vector towards the light.
+    /// Unit vector toward the light.
     pub to_light: Vec3,
     /// Radiance over the density of all strategies; 0 where blocked and nothing comes back.
     pub weighted_radiance: Vec3,

@@ -1,4 +1,4 @@
-//! Directions towards the light, drawn once and shared by all points.
+//! Directions toward the light, drawn once and shared by all points.
 //!
 //! Light at infinity looks the same from everywhere, so its samples need no point. The pool is
 //! one long Sobol' sequence; its aligned blocks are stratified sets of their own, and every point

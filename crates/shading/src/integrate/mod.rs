@@ -34,7 +34,7 @@ pub struct SurfacePoint {
     pub geometric_normal: Vec3,
     /// Unit normal for shading.
     pub shading_normal: Vec3,
-    /// Unit vector towards the camera.
+    /// Unit vector toward the camera.
     pub to_viewer: Vec3,
     /// What it is made of.
     pub material: Material,

@@ -77,7 +77,7 @@ pub fn outgoing_radiance(
     let material = Material::from(point.material);
     let (n_l, n_b) = (f64::from(options.light_samples), f64::from(options.brdf_samples));
     let mut rng = keyed_rng(options.seed, STREAM, item);
-    let ray_towards = |w: DVec3| {
+    let ray_toward = |w: DVec3| {
         let w = w.as_vec3().normalize();
         let origin = offset_origin(point.position, point.geometric_normal, w, options.ray_bias);
         Ray::new(origin, w)
@@ -97,7 +97,7 @@ pub fn outgoing_radiance(
             unblocked += f.total() * weight;
             let lit = f.total() != DVec3::ZERO
                 && geometric.dot(w) > 0.0
-                && !tracer.occluded(&ray_towards(w));
+                && !tracer.occluded(&ray_toward(w));
             if lit {
                 out.diffuse += f.diffuse * weight;
                 out.specular += f.specular * weight;
@@ -118,7 +118,7 @@ pub fn outgoing_radiance(
             let weight = radiance * (cos * scale);
             unblocked += f.total() * weight;
             if geometric.dot(w) > 0.0 {
-                let ray = ray_towards(w);
+                let ray = ray_toward(w);
                 if let Some(hit) = tracer.closest_hit(&ray) {
                     if let Some(l_hit) = indirect {
                         let l_hit = l_hit(&ray, &hit).as_dvec3();

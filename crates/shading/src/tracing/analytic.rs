@@ -7,8 +7,8 @@ use super::{Hit, Ray, Tracer};
 /// A sphere.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sphere {
-    /// Centre, world.
-    pub centre: DVec3,
+    /// Center, world.
+    pub center: DVec3,
     /// Radius, world units.
     pub radius: f64,
 }
@@ -36,7 +36,7 @@ impl Shapes {
         let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
         let range = f64::from(ray.t_min)..f64::from(ray.t_max);
         let spheres = self.spheres.iter().enumerate().flat_map(move |(i, s)| {
-            let oc = o - s.centre;
+            let oc = o - s.center;
             // The distance of closest approach, as a vector: no digits lost far away.
             let b = -oc.dot(d);
             let nearest = oc + b * d;

@@ -1,7 +1,7 @@
 //! Triangle meshes under a bounding volume hierarchy.
 //!
 //! A binary tree by parallel locally ordered clustering and reinsertion (Meister & Bittner 2018,
-//! the crate `obvhs`), made eight wide for traversal. Inside, coordinates are centred and scaled by
+//! the crate `obvhs`), made eight wide for traversal. Inside, coordinates are centered and scaled by
 //! a power of two to a box of about 1000, so that tolerances are far below a triangle whatever unit
 //! the world has.
 
@@ -80,7 +80,7 @@ pub struct MeshTracer {
     tree: WideTree,
     /// Unit normals, by index in the mesh.
     normals: Vec<Vec3>,
-    centre: Vec3,
+    center: Vec3,
     scale: f32,
     skipped: usize,
 }
@@ -100,8 +100,8 @@ impl MeshTracer {
                 finite && (b - a).as_dvec3().cross((c - a).as_dvec3()).length_squared() > 0.0
             })
             .collect();
-        let (centre, scale) = frame(usable.iter().flat_map(|&i| corners[i as usize]));
-        let inner = |p: Vec3| (p - centre) * scale;
+        let (center, scale) = frame(usable.iter().flat_map(|&i| corners[i as usize]));
+        let inner = |p: Vec3| (p - center) * scale;
         let boxes: Vec<Padded> = usable
             .iter()
             .map(|&i| Padded(corners[i as usize].map(|p| Vec3A::from(inner(p)))))
@@ -125,7 +125,7 @@ impl MeshTracer {
         };
         let normals = corners.iter().map(normal).collect();
         let skipped = corners.len() - usable.len();
-        Ok(Self { tree, normals, centre, scale, skipped })
+        Ok(Self { tree, normals, center, scale, skipped })
     }
 
     /// Triangles that no ray can meet: without area, or not finite.
@@ -146,7 +146,7 @@ impl MeshTracer {
     fn inner(&self, ray: &Ray) -> Option<InnerRay> {
         let usable = ray.origin.is_finite() && ray.direction.is_finite() && ray.t_min < ray.t_max;
         (usable && !self.tree.is_empty()).then(|| InnerRay {
-            origin: (ray.origin - self.centre) * self.scale,
+            origin: (ray.origin - self.center) * self.scale,
             direction: ray.direction,
             t_min: ray.t_min * self.scale,
             t_max: ray.t_max * self.scale,
@@ -200,7 +200,7 @@ fn gather(mesh: &TriangleMesh) -> Result<Vec<[Vec3; 3]>, MeshError> {
     mesh.triangles.iter().enumerate().map(of).collect()
 }
 
-/// Centre of the box of `points`, and the power of two that makes it about 1000 long.
+/// Center of the box of `points`, and the power of two that makes it about 1000 long.
 fn frame(points: impl Iterator<Item = Vec3>) -> (Vec3, f32) {
     let (low, high) = points
         .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));

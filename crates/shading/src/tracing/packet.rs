@@ -1,4 +1,4 @@
-//! Eight triangles and one ray, without cracks between neighbours.
+//! Eight triangles and one ray, without cracks between neighbors.
 //!
 //! The sign of `D · ((a - b) × (a + b))` says on which side of the edge `ab` a ray through the
 //! coordinate origin passes (Plücker; Davidovič et al. 2012). For the triangle across the edge

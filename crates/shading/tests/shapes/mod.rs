@@ -4,7 +4,7 @@ use glam::Vec3;
 use motes_shading::tracing::TriangleMesh;
 
 /// A sphere of `4 n²` triangles round the poles, closed.
-pub(crate) fn sphere(centre: Vec3, radius: f32, n: u32) -> TriangleMesh {
+pub(crate) fn sphere(center: Vec3, radius: f32, n: u32) -> TriangleMesh {
     let mut mesh = TriangleMesh::default();
     let columns = 2 * n;
     for i in 0..=n {
@@ -24,7 +24,7 @@ pub(crate) fn sphere(centre: Vec3, radius: f32, n: u32) -> TriangleMesh {
             } else {
                 d
             };
-            mesh.vertices.push(centre + d * radius);
+            mesh.vertices.push(center + d * radius);
         }
     }
     for i in 0..n {

@@ -1,4 +1,4 @@
-//! Lowering the SH degree so that the mean colour stays.
+//! Lowering the SH degree so that the mean color stays.
 
 use glam::Vec3;
 use motes_math::sh::{SH_C0, sh_basis};
@@ -6,8 +6,8 @@ use motes_scene::Gaussians;
 
 /// Adds what the bands above `degree` show on average over the directions from `centers` to band 0.
 ///
-/// Without this, dropping bands would change the colour that the photos see, and a comparison with
-/// and without them would favour keeping them.
+/// Without this, dropping bands would change the color that the photos see, and a comparison with
+/// and without them would favor keeping them.
 pub(crate) fn fold_bands(gaussians: &mut Gaussians, degree: u8, centers: &[Vec3]) {
     if degree >= gaussians.sh_degree || centers.is_empty() {
         return;
@@ -40,7 +40,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_mean_colour_over_the_cameras_stays() {
+    fn the_mean_color_over_the_cameras_stays() {
         let mut g = random_gaussians(1, 4, 3);
         let centers =
             [Vec3::new(3.0, 0.0, 1.0), Vec3::new(0.0, 4.0, 1.0), Vec3::new(-2.0, -2.0, 3.0)];

@@ -2,14 +2,14 @@
 //!
 //! Residuals of the held-out views are taken as Gaussian with a variance estimated from
 //! themselves, so replacing model 0 by model 1 changes the log-likelihood of `n` independent
-//! residuals by `n/2 · ln(S0 / S1)`, `S` the sums of squares. Neighbouring residuals are alike:
+//! residuals by `n/2 · ln(S0 / S1)`, `S` the sums of squares. Neighboring residuals are alike:
 //! `n` counts values over `τ_x τ_y τ_c`, with `τ = 1 + 2 Σ ρ(lag)` the integrated autocorrelation
 //! along rows and columns (up to the first below 0.05) and `τ_c = 1 + 2 ρ` for the channels. The gain per
 //! residual is extended to the residuals of all training photos at the probe's resolution:
 //!
 //! `evidence = n_all/2 · ln(S0 / S1)`
 //!
-//! Parameters that all views share (exposures, one colour) cost what the Bayesian information
+//! Parameters that all views share (exposures, one color) cost what the Bayesian information
 //! criterion asks (Schwarz 1978), `k/2 · ln n_all`. Parameters that come with each Gaussian cannot be
 //! charged that way: there are more of them than independent residuals and most are hardly
 //! determined, so the criterion would refuse every Gaussian. What they overfit the held-out views
@@ -26,7 +26,7 @@ use motes_raster::Planes;
 use crate::target::Target;
 
 /// Held-out gain that doubling the parameters must bring, dB: all three bands of view-dependent
-/// colour (about four times the parameters) must bring 0.1 dB.
+/// color (about four times the parameters) must bring 0.1 dB.
 pub(crate) const RENT_DB: f64 = 0.05;
 /// Margin in standard errors.
 pub(crate) const MARGIN: f64 = 1.0;
@@ -51,7 +51,7 @@ pub(crate) struct Residuals {
 /// Which blocks count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Colors {
-    /// All, colours as they are.
+    /// All, colors as they are.
     Raw,
     /// A gain and an offset per channel are fitted on every other block (a checkerboard) and the
     /// rest counts: the exposure of a view nobody fitted is unknown.
@@ -59,7 +59,7 @@ pub(crate) enum Colors {
 }
 
 impl Residuals {
-    /// Adds one view; the rendering counts with all colours times `gain`.
+    /// Adds one view; the rendering counts with all colors times `gain`.
     pub(crate) fn add(&mut self, render: &Planes, gain: f32, target: &Target, colors: Colors) {
         let metadata_gain = gain;
         let (w, h) = (target.width, target.height);

@@ -35,7 +35,7 @@ fn lost_by_halving(image: &ImageU8) -> (f64, f64) {
     if w < 8 || h < 8 {
         return (1.0, 0.0);
     }
-    let grey: Vec<f32> = image
+    let gray: Vec<f32> = image
         .data
         .chunks_exact(channels)
         .map(|p| {
@@ -44,14 +44,14 @@ fn lost_by_halving(image: &ImageU8) -> (f64, f64) {
         })
         .collect();
     let half = (w.div_ceil(2), h.div_ceil(2));
-    let small = resize(&grey, (w, h, 1), half, Filter::Lanczos3);
+    let small = resize(&gray, (w, h, 1), half, Filter::Lanczos3);
     let back = resize(&small, (half.0, half.1, 1), (w, h), Filter::Lanczos3);
-    let lost = grey.iter().zip(&back).map(|(a, b)| f64::from(a - b).powi(2)).sum::<f64>();
+    let lost = gray.iter().zip(&back).map(|(a, b)| f64::from(a - b).powi(2)).sum::<f64>();
     // [1 -2 1; -2 4 -2; 1 -2 1]: the sum of squares is 36.
     let mut responses: Vec<f32> = Vec::with_capacity(w * h);
     for y in 1..h - 1 {
         for x in 1..w - 1 {
-            let at = |dx: usize, dy: usize| grey[(y + dy - 1) * w + x + dx - 1];
+            let at = |dx: usize, dy: usize| gray[(y + dy - 1) * w + x + dx - 1];
             let row = |dy: usize| at(0, dy) - 2.0 * at(1, dy) + at(2, dy);
             responses.push((row(0) - 2.0 * row(1) + row(2)).abs());
         }

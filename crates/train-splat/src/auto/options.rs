@@ -42,7 +42,7 @@ pub enum BackgroundModel {
     /// Nothing.
     #[default]
     None,
-    /// One learned colour.
+    /// One learned color.
     Color,
     /// Gaussians on a far sphere, in the directions that no point covers.
     Shell,

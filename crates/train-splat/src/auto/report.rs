@@ -9,7 +9,7 @@ pub struct Candidate {
     pub value: String,
     /// What it was compared with.
     pub against: String,
-    /// Held-out PSNR of the probe without it, dB (after colour correction for exposures).
+    /// Held-out PSNR of the probe without it, dB (after color correction for exposures).
     pub psnr_without: f64,
     /// The same with it.
     pub psnr_with: f64,
@@ -57,7 +57,7 @@ impl Decision {
 pub struct ProbeCost {
     /// Component and value, as in `sh-degree 3`.
     pub name: String,
-    /// Optimiser steps.
+    /// Optimizer steps.
     pub steps: u32,
     /// CPU seconds, the measurement included.
     pub cpu_seconds: f64,

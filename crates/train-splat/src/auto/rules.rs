@@ -11,7 +11,7 @@ pub(crate) const MIN_VIEWS: usize = 6;
 const HELD_OUT_EVERY: usize = 8;
 /// Shorter probes say nothing.
 pub(crate) const MIN_PROBE_STEPS: u32 = 12;
-/// Share of the run after which exposures are decided: rough colours stand, and the coarse
+/// Share of the run after which exposures are decided: rough colors stand, and the coarse
 /// resolution still makes probes cheap.
 pub(crate) const EXPOSURE_AT: f64 = 0.24;
 /// Share of the second stage after which the SH degree is decided. Not earlier: at the first, coarse
@@ -60,7 +60,7 @@ impl Choices {
     }
 }
 
-/// SH degree by the number of views: with few, view-dependent colour hides wrong geometry.
+/// SH degree by the number of views: with few, view-dependent color hides wrong geometry.
 pub(crate) fn sh_degree_by_count(views: usize) -> u8 {
     if views < 8 { 1 } else { 3 }
 }

@@ -8,7 +8,7 @@ use crate::options::AlphaMode;
 use crate::target::TrainingImage;
 
 #[test]
-fn the_colour_gradient_matches_finite_differences() {
+fn the_color_gradient_matches_finite_differences() {
     let gaussians = random_gaussians(3, 30, 0);
     let camera = small_camera(40, 32);
     let pose = orbit_pose(0.4);

@@ -1,9 +1,9 @@
 //! Dense start points: a depth for every few pixels of every training photo, by matching patches
-//! in neighbouring photos near the depths of the sparse points.
+//! in neighboring photos near the depths of the sparse points.
 //!
-//! A fit that starts from many accurate points needs fewer steps and generalises better than one
+//! A fit that starts from many accurate points needs fewer steps and generalizes better than one
 //! that grows them by splitting (EDGS, Kotovenko et al. 2025, which triangulates learned matches).
-//! Here a plain normalised cross-correlation search stands in for the network: each pixel tries
+//! Here a plain normalized cross-correlation search stands in for the network: each pixel tries
 //! the inverse depths of the sparse points that project nearest to it, refines the best, and is
 //! kept when the correlation is high and a second photo found the same surface.
 
@@ -16,7 +16,7 @@ use motes_scene::SparsePoints;
 use rayon::prelude::*;
 
 use crate::target::TrainingImage;
-use pair::neighbours;
+use pair::neighbors;
 use photo::Photo;
 use search::{Match, search_photo};
 
@@ -32,7 +32,7 @@ struct DepthGrid {
     matches: Vec<Option<Match>>,
 }
 
-/// Points on the surfaces that the photos show, coloured by the photo they were found in.
+/// Points on the surfaces that the photos show, colored by the photo they were found in.
 ///
 /// `step` is the spacing of the searched pixels at a long side of 512. Empty without sparse points or
 /// with a single photo. The result depends on the input alone.
@@ -43,7 +43,7 @@ pub fn dense_points(images: &[TrainingImage], sparse: &SparsePoints, step: usize
     let photos: Vec<Photo> =
         images.par_iter().map(|image| Photo::new(image, sparse, LONG_SIDE)).collect();
     let pairs: Vec<Vec<pair::Pair>> =
-        (0..photos.len()).into_par_iter().map(|i| neighbours(&photos, i, sparse)).collect();
+        (0..photos.len()).into_par_iter().map(|i| neighbors(&photos, i, sparse)).collect();
     let grids: Vec<DepthGrid> = (0..photos.len())
         .into_par_iter()
         .with_max_len(1)
@@ -65,7 +65,7 @@ pub fn dense_points(images: &[TrainingImage], sparse: &SparsePoints, step: usize
     all
 }
 
-/// The matches of photo `i` that at least one neighbour's own search confirms.
+/// The matches of photo `i` that at least one neighbor's own search confirms.
 fn agreed_points(
     photos: &[Photo],
     grids: &[DepthGrid],

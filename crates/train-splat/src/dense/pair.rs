@@ -6,7 +6,7 @@ use motes_scene::SparsePoints;
 use super::photo::Photo;
 
 /// Photos that a photo is matched with.
-const NEIGHBOURS: usize = 4;
+const NEIGHBORS: usize = 4;
 /// Angle between two lines of sight that a match gains most from, radians: less and the depth is
 /// uncertain, more and the patch looks different.
 const BEST_ANGLE: f32 = 0.17;
@@ -47,7 +47,7 @@ impl Pair {
 }
 
 /// The photos that see most of what photo `i` sees, under useful angles.
-pub(super) fn neighbours(photos: &[Photo], i: usize, sparse: &SparsePoints) -> Vec<Pair> {
+pub(super) fn neighbors(photos: &[Photo], i: usize, sparse: &SparsePoints) -> Vec<Pair> {
     let mut scores: Vec<(f32, usize)> = (0..photos.len()).map(|k| (0.0, k)).collect();
     // Every photo pair shares thousands of points; a few hundred rank the pairs as well.
     let stride = (sparse.len() / 2000).max(1);
@@ -67,6 +67,6 @@ pub(super) fn neighbours(photos: &[Photo], i: usize, sparse: &SparsePoints) -> V
     }
     scores.retain(|&(score, k)| k != i && score > 0.0);
     scores.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-    scores.truncate(NEIGHBOURS);
+    scores.truncate(NEIGHBORS);
     scores.iter().map(|&(_, k)| Pair::new(photos, i, k)).collect()
 }

@@ -28,7 +28,7 @@ pub(super) struct Match {
 struct Patch([f32; SAMPLES]);
 
 impl Patch {
-    fn normalised(mut samples: [f32; SAMPLES]) -> Option<Self> {
+    fn normalized(mut samples: [f32; SAMPLES]) -> Option<Self> {
         let mean = samples.iter().sum::<f32>() / SAMPLES as f32;
         let mut squares = 0.0;
         for v in &mut samples {
@@ -43,7 +43,7 @@ impl Patch {
     }
 }
 
-/// Samples of an affine image of the patch: centre and the images of unit steps along x and y.
+/// Samples of an affine image of the patch: center and the images of unit steps along x and y.
 fn sample(photo: &Photo, center: (f32, f32), u: (f32, f32), v: (f32, f32)) -> Option<Patch> {
     let reach = SPACING * (SIDE / 2) as f32;
     let extent_x = reach * (u.0.abs() + v.0.abs()) + 1.0;
@@ -69,10 +69,10 @@ fn sample(photo: &Photo, center: (f32, f32), u: (f32, f32), v: (f32, f32)) -> Op
             photo.luma[at + photo.width] * (1.0 - a) + photo.luma[at + photo.width + 1] * a;
         *value = top * (1.0 - b) + bottom * b;
     }
-    Patch::normalised(samples)
+    Patch::normalized(samples)
 }
 
-/// Mean of the two best correlations over the neighbours: one neighbour alone may be fooled, and
+/// Mean of the two best correlations over the neighbors: one neighbor alone may be fooled, and
 /// in some the pixel is hidden.
 fn correlation(
     photos: &[Photo],

@@ -4,8 +4,8 @@ use motes_testkit::{orbit_pose, small_camera};
 
 use super::*;
 
-/// The unit sphere tiled with flat coloured Gaussians: a surface with texture and a known shape. Flat,
-/// because a ball of radius σ is seen at its front, not at its centre.
+/// The unit sphere tiled with flat colored Gaussians: a surface with texture and a known shape. Flat,
+/// because a ball of radius σ is seen at its front, not at its center.
 fn textured_ball() -> Gaussians {
     let n = 6000;
     let mut g = Gaussians::empty(0);

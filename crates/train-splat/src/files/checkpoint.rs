@@ -3,7 +3,7 @@
 //! Tensors: the Gaussians in stored space (`means`, `rotations`, `log_scales`, `opacity_logits`,
 //! `sh`), Adam's moments under `first/` and `second/`, `refine/pull`, `refine/seen`, `filter_3d`,
 //! `exposure/values`, `exposure/first`, `exposure/second`, `exposure/steps`, `skip/baseline`, `background` (value
-//! and moments of a learned colour, then its steps), `scene` (extent, center and radius of the far
+//! and moments of a learned color, then its steps), `scene` (extent, center and radius of the far
 //! shell). Metadata: model (the components in effect and why), format, version, step, seed, options,
 //! capture hash. Lengths are those of the unit world. There is no generator state: random numbers
 //! are keyed by seed and step.
@@ -330,7 +330,7 @@ impl File<'_> {
             (&[value, first, second], &[steps]) => {
                 Ok(BackgroundColor { value, first, second, steps })
             }
-            _ => Err(self.invalid("background", "expected three colours and a number of steps")),
+            _ => Err(self.invalid("background", "expected three colors and a number of steps")),
         }
     }
 

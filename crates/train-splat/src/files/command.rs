@@ -18,7 +18,7 @@ Examples:
     train-splat --capture capture/capture.json -o gaussians.ply
   Continue after Ctrl-C (bit for bit as if it had not been stopped):
     train-splat --capture capture/capture.json -o gaussians.ply --resume gaussians.checkpoint.safetensors
-  Refit the colours of an existing splat:
+  Refit the colors of an existing splat:
     train-splat --capture capture/capture.json -o refit.ply --init-ply gaussians.ply --freeze geometry
 
 Then: evaluate --capture capture/capture.json --gaussians gaussians.ply

@@ -76,11 +76,11 @@ impl fmt::Display for ProfileReport {
         let ns = |value: Option<f64>| value.map_or("-".to_owned(), |v| format!("{v:.2}"));
         writeln!(
             f,
-            "CPU ns per Gaussian: project {}, bin {}, chain {}, optimise {}, filter {}",
+            "CPU ns per Gaussian: project {}, bin {}, chain {}, optimize {}, filter {}",
             ns(u.project_per_gaussian_ns),
             ns(u.bin_per_gaussian_ns),
             ns(u.project_backward_per_gaussian_ns),
-            ns(u.optimise_per_gaussian_ns),
+            ns(u.optimize_per_gaussian_ns),
             ns(u.filter_per_gaussian_ns)
         )?;
         write!(

@@ -16,7 +16,7 @@ fn band_rows(height: usize) -> usize {
     if height >= 256 { 4 * TILE } else { 2 * TILE }
 }
 
-/// Per-channel map from the rendering to the photo: `x = gain · colour + offset`.
+/// Per-channel map from the rendering to the photo: `x = gain · color + offset`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ColorTransform {
     /// Factor per channel.
@@ -35,7 +35,7 @@ impl ColorTransform {
     }
 }
 
-/// Value of the loss and its gradient by the colour transform.
+/// Value of the loss and its gradient by the color transform.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LossValue {
     /// `(1 - λ) l1 + λ (1 - ssim)`
@@ -70,8 +70,8 @@ impl PhotometricLoss {
         Self::default()
     }
 
-    /// Evaluates the loss of `render` (planes 0..3: colour over `background`) against `target` and
-    /// writes `dL/d colour` into planes 0..3 of `gradient`; its fourth plane becomes 0.
+    /// Evaluates the loss of `render` (planes 0..3: color over `background`) against `target` and
+    /// writes `dL/d color` into planes 0..3 of `gradient`; its fourth plane becomes 0.
     ///
     /// # Panics
     /// When the sizes differ.

@@ -5,14 +5,14 @@
 
 use fearless_simd::{Simd, f32x16, prelude::*};
 
-/// Taps on each side of the window's centre.
+/// Taps on each side of the window's center.
 pub(super) const RADIUS: usize = 5;
 /// Zeros on each side of a padded row; a whole vector, so that loads never leave the row.
 pub(super) const PAD: usize = 16;
 const C1: f32 = 0.01 * 0.01;
 const C2: f32 = 0.03 * 0.03;
 
-/// The normalised 1-D window, σ = 1.5, from the centre outwards.
+/// The normalized 1-D window, σ = 1.5, from the center outwards.
 pub(super) const WINDOW: [f32; RADIUS + 1] =
     [0.266_011_7, 0.213_005_54, 0.109_360_69, 0.036_000_77, 0.007_598_758, 0.001_028_38];
 
@@ -132,7 +132,7 @@ pub(super) fn gradient_row<S: Simd>(
     }
 }
 
-/// What one row adds to the value of the loss and its gradient by the colour transform.
+/// What one row adds to the value of the loss and its gradient by the color transform.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct RowSums {
     pub(super) l1: f64,
@@ -152,7 +152,7 @@ impl RowSums {
 
 /// Sums along a finished row, then scales its gradient by the gain.
 ///
-/// `gradient` is zero beyond the width, `raw` is the rendering before the colour transform.
+/// `gradient` is zero beyond the width, `raw` is the rendering before the color transform.
 #[inline(always)]
 pub(super) fn finish_row<S: Simd>(
     simd: S,

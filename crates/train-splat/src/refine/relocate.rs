@@ -3,7 +3,7 @@
 //! Faint Gaussians move onto opaque ones, chosen with a probability that grows with the opacity. The
 //! `m` Gaussians that then stand where one stood get the opacity `o' = 1 - (1 - o)^(1/m)` and the
 //! scale factor `o / Σ_{i=1}^{m} Σ_{k=0}^{i-1} C(i-1, k) (-1)^k o'^(k+1) / √(k+1)`, with which they
-//! render nearly as before. Centres take random steps that are long for faint Gaussians.
+//! render nearly as before. Centers take random steps that are long for faint Gaussians.
 
 use glam::{Mat3, Quat, Vec3};
 use motes_math::rng::keyed_rng;
@@ -19,7 +19,7 @@ const STREAM_RELOCATE: u64 = 5;
 const STREAM_NOISE: u64 = 6;
 /// Most Gaussians in the place of one.
 const MOST_COPIES: usize = 51;
-/// Factor of the noise on the learning rate of the centres, and where it fades: opacities above
+/// Factor of the noise on the learning rate of the centers, and where it fades: opacities above
 /// 0.005 hardly move (the paper's values).
 const NOISE: f32 = 5e5;
 const NOISE_SHARPNESS: f32 = 100.0;
@@ -97,7 +97,7 @@ pub(crate) fn relocate(
     RefineCounts { pruned, divided: added }
 }
 
-/// Moves centres at random within their own shape, `rate` being their learning rate.
+/// Moves centers at random within their own shape, `rate` being their learning rate.
 pub(crate) fn add_noise(gaussians: &mut Gaussians, rate: f32, seed: u64, step: u32) {
     let Gaussians { means, rotations, log_scales, opacity_logits, .. } = gaussians;
     let (rotations, log_scales, opacity_logits) = (&*rotations, &*log_scales, &*opacity_logits);

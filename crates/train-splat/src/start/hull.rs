@@ -111,7 +111,7 @@ impl Grid {
         self.full = full;
     }
 
-    /// Full cells with an empty neighbour.
+    /// Full cells with an empty neighbor.
     fn surface(&self) -> Vec<IVec3> {
         const SIDES: [IVec3; 6] =
             [IVec3::X, IVec3::Y, IVec3::Z, IVec3::NEG_X, IVec3::NEG_Y, IVec3::NEG_Z];

@@ -161,7 +161,7 @@ fn refined(octave: &Octave, level: usize, x: usize, y: usize) -> Option<Peak> {
     }
     let offset = -(hessian.inverse() * slope);
     let value = center + 0.5 * slope.dot(offset);
-    // Beyond the neighbouring samples the parabola says nothing; a little is left to noise.
+    // Beyond the neighboring samples the parabola says nothing; a little is left to noise.
     let near = offset.abs().max_element() < 0.8;
     (near && value.abs() >= MIN_CONTRAST).then_some(Peak {
         x: x as f32 + offset.x,
@@ -237,7 +237,7 @@ fn descriptor(image: &Gray, x: f32, y: f32, sigma: f32, angle: f32) -> Option<[u
             spread_sample(&mut bins, [column, row, turn], weight);
         }
     }
-    quantised(&bins)
+    quantized(&bins)
 }
 
 /// Adds a sample to the eight bins around it.
@@ -261,7 +261,7 @@ fn spread_sample(bins: &mut [f32; LENGTH], [column, row, turn]: [f32; 3], weight
 }
 
 /// Square roots of the bins over their sum, in steps of 1/255.
-fn quantised(bins: &[f32; LENGTH]) -> Option<[u8; LENGTH]> {
+fn quantized(bins: &[f32; LENGTH]) -> Option<[u8; LENGTH]> {
     let sum: f32 = bins.iter().sum();
     if !(sum > 0.0) {
         return None;

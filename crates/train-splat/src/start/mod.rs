@@ -12,7 +12,7 @@ mod fill;
 mod hull;
 mod keypoints;
 mod matching;
-mod neighbours;
+mod neighbors;
 mod options;
 mod pose_check;
 mod scale_space;
@@ -162,7 +162,7 @@ pub(crate) fn first_gaussians(
 /// Whether the poses agree with the photos.
 pub(crate) fn check_poses(images: &[TrainingImage], options: &FitOptions) -> PoseCheck {
     let views = views(images, options);
-    let near = neighbours::neighbours(&views, 1);
+    let near = neighbors::neighbors(&views, 1);
     pose_check::check_poses(&views, &near, &names(images))
 }
 
@@ -191,10 +191,10 @@ struct Found {
 
 fn find_points(images: &[TrainingImage], plan: &Plan, options: &FitOptions) -> Found {
     let views = views(images, options);
-    let near = neighbours::neighbours(&views, triangulation::NEIGHBOURS);
+    let near = neighbors::neighbors(&views, triangulation::NEIGHBORS);
     let poses = pose_check::check_poses(&views, &near, &names(images));
     let fill = (FILL_SHARE * plan.max_gaussians as f64) as usize;
-    if neighbours::in_one_place(&views) {
+    if neighbors::in_one_place(&views) {
         let points = sphere::sphere_points(&views, fill);
         let reason = format!("all cameras stand in one place: {} points on a sphere", points.len());
         return Found { points, reason, poses };

@@ -1,7 +1,7 @@
 //! Whether the poses agree with the photos.
 //!
-//! Photos that look alike match by their keypoints, whatever the poses say. Matches whose neighbours
-//! in the photo move along with them show the same surface: chance does not move neighbours alike.
+//! Photos that look alike match by their keypoints, whatever the poses say. Matches whose neighbors
+//! in the photo move along with them show the same surface: chance does not move neighbors alike.
 //! Where the poses are right, nearly all of these lie on their epipolar lines; where photos and poses
 //! were mixed up, a few percent do.
 
@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use super::keypoints::Keypoint;
 use super::matching::free;
-use super::neighbours::camera_spacing;
+use super::neighbors::camera_spacing;
 use super::view::{TwoViews, View};
 
 /// Photos that are looked at, evenly chosen.
@@ -30,9 +30,9 @@ const NEEDED_PER_PHOTO: usize = 20;
 /// ones 0.02 to 0.1.
 const WRONG_BELOW: f64 = 0.4;
 /// Nearest other matches of a photo that are looked at, and how many must move along.
-const NEIGHBOURS: usize = 6;
+const NEIGHBORS: usize = 6;
 const SUPPORT: usize = 3;
-/// How far a neighbour may end from where the turn and the scale of a match take it, over its
+/// How far a neighbor may end from where the turn and the scale of a match take it, over its
 /// distance; those of keypoints are known to about 10 degrees and 20 %.
 const STRAY: f32 = 0.35;
 /// Side of the reduced photos that are compared by looks.
@@ -114,7 +114,7 @@ fn count(a: &View, b: &View, one_place: f64) -> (usize, usize) {
     (matches.len(), agreeing.count())
 }
 
-/// The matches whose neighbours move along with them.
+/// The matches whose neighbors move along with them.
 fn supported(a: &View, b: &View, matches: &[(u32, u32)]) -> Vec<(u32, u32)> {
     let place = |k: &Keypoint| Vec2::new(k.x, k.y);
     let ends: Vec<[Vec2; 2]> = matches
@@ -129,7 +129,7 @@ fn supported(a: &View, b: &View, matches: &[(u32, u32)]) -> Vec<(u32, u32)> {
             .filter(|(distance, _)| *distance > 2.0)
             .collect();
         near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        let along = near.iter().take(NEIGHBOURS).filter(|&&(distance, k)| {
+        let along = near.iter().take(NEIGHBORS).filter(|&&(distance, k)| {
             let expected = turn.rotate(ends[k][0] - ends[m][0]);
             (ends[k][1] - ends[m][1]).distance(expected) < STRAY * distance
         });

@@ -5,11 +5,11 @@ use motes_scene::SparsePoints;
 use rayon::prelude::*;
 
 use super::matching::guided;
-use super::neighbours::camera_spacing;
+use super::neighbors::camera_spacing;
 use super::view::View;
 
 /// Photos that a photo is matched with.
-pub(super) const NEIGHBOURS: usize = 8;
+pub(super) const NEIGHBORS: usize = 8;
 /// Centers closer than this share of the spacing of the cameras are in one place.
 const ONE_PLACE: f64 = 1e-3;
 /// Largest distance between a keypoint and the projection of its point, pixels.

@@ -1,4 +1,4 @@
-//! The end of a fit: Gaussians and colour bands that no photo needs go.
+//! The end of a fit: Gaussians and color bands that no photo needs go.
 //!
 //! The contribution of a Gaussian is its blending weight `α T` summed over all pixels of all
 //! training photos. Those that add up to a small share of the whole are removed, and the higher SH
@@ -184,18 +184,18 @@ impl Trainer {
     /// The gradient of the sum of the red channel by a Gaussian's red, which one backward pass with
     /// a gradient image of ones gives.
     fn contributions(&mut self) -> Vec<f64> {
-        let mut grey = self.state.gaussians.with_sh_degree(0);
-        grey.sh.fill(0.0);
+        let mut gray = self.state.gaussians.with_sh_degree(0);
+        gray.sh.fill(0.0);
         let modifiers = Modifiers::with_filter(&self.state.filter_3d);
         let options = RenderOptions::default();
-        let mut sums = vec![0.0; grey.len()];
+        let mut sums = vec![0.0; gray.len()];
         // The finest resolution but one: shares of the weight hardly depend on it, the cost does.
         let level = self.plan.stages.len().saturating_sub(2);
         let n = self.views.len();
         let take = n.min(WITNESSES);
         for i in 0..take {
             let (transform, target) = &self.views[i * n / take].levels[level];
-            self.frame.forward(&grey, transform, &modifiers, &options);
+            self.frame.forward(&gray, transform, &modifiers, &options);
             let mut ones = Planes::new(target.width, target.height, 4);
             for y in 0..target.height {
                 for (x, value) in ones.row_mut(0, y).iter_mut().enumerate() {
@@ -203,7 +203,7 @@ impl Trainer {
                     *value = f32::from(u8::from(target.weight.as_ref().is_none_or(|w| w[at] > 0)));
                 }
             }
-            self.frame.backward(&grey, &modifiers, &options, &ones, &mut self.gradients);
+            self.frame.backward(&gray, &modifiers, &options, &ones, &mut self.gradients);
             for (sum, d) in sums.iter_mut().zip(self.gradients.sh.chunks_exact(3)) {
                 *sum += f64::from(d[0]) / SH_C0;
             }

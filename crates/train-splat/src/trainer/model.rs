@@ -46,13 +46,13 @@ impl ModelState {
         model.background = choices.background.unwrap_or(BackgroundModel::None);
         model.background_decided = !model.probing || choices.background.is_some();
         model.degree_decided = !model.probing || choices.sh_degree.is_some();
-        // Exposures enter once the coarse colours stand, whoever asked for them.
+        // Exposures enter once the coarse colors stand, whoever asked for them.
         model.exposure_decided = choices.exposure == Some(ExposureModel::None);
         model.note_known(&choices, views);
         model
     }
 
-    /// Number of Gaussians, resolutions, few-view regularisers: from the photos alone.
+    /// Number of Gaussians, resolutions, few-view regularizers: from the photos alone.
     fn plan_by_rules(&mut self, options: &FitOptions, plan: &mut Plan, images: &[TrainingImage]) {
         if options.model != ModelChoice::Auto {
             return;
@@ -199,7 +199,7 @@ impl Trainer {
         views
     }
 
-    /// Colour that steps composite over.
+    /// Color that steps composite over.
     pub(super) fn color_behind(&self) -> [f32; 3] {
         match self.state.model.background {
             BackgroundModel::Color => self.state.background.value,

@@ -204,7 +204,7 @@ impl Trainer {
         let (a, b) = (without.seen(colors), with.seen(colors));
         let views = self.views.len();
         let held = rules::held_out(views).len() as f64;
-        // Corrected colours are judged on half of each view.
+        // Corrected colors are judged on half of each view.
         let share = a.count() / without.raw.count().max(1.0);
         let evidence = Evidence::new(a, b, views as f64, held * share);
         let cost = evidence.cost(shared, growth);

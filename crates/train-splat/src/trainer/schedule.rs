@@ -57,7 +57,7 @@ impl Trainer {
         self.order.1[(step % count) as usize] as usize
     }
 
-    /// One degree more every tenth of the run: colour first, its view dependence later.
+    /// One degree more every tenth of the run: color first, its view dependence later.
     pub(super) fn sh_degree_at(&self, progress: f64) -> u8 {
         ((progress * 10.0) as u8).min(self.plan.sh_degree)
     }

@@ -1,7 +1,7 @@
 //! What every Gaussian carries in several views, and how much of their error it covers.
 //!
 //! The sums over pixels `Σ w_i e` of the blending weights `w_i` with any picture `e` are what the
-//! backward pass of the rasterizer gives as the gradient by a Gaussian's colour. So one backward
+//! backward pass of the rasterizer gives as the gradient by a Gaussian's color. So one backward
 //! pass per view scores all Gaussians: `e` is 1 in one channel and the error in another.
 
 use motes_math::rng::keyed_rng;
@@ -45,8 +45,8 @@ impl Trainer {
             ..RenderOptions::default()
         };
         let modifiers = Modifiers::with_filter(&self.state.filter_3d);
-        // Grey: the gradient by a colour that is clamped at black would be 0.
-        let grey = Gaussians {
+        // Gray: the gradient by a color that is clamped at black would be 0.
+        let gray = Gaussians {
             sh: vec![0.0; 3 * n],
             sh_degree: 0,
             extra: Vec::new(),
@@ -63,7 +63,7 @@ impl Trainer {
             for y in 0..height {
                 error_row(image, target, y, &mut picture);
             }
-            self.frame.backward(&grey, &modifiers, &options, &picture, &mut gradients);
+            self.frame.backward(&gray, &modifiers, &options, &picture, &mut gradients);
             for i in 0..n {
                 let by_color = &gradients.sh[3 * i..3 * i + 2];
                 error[i] += by_color[1] / SH_C0 as f32;
@@ -89,7 +89,7 @@ fn error_row(image: &Planes, target: &Target, y: usize, picture: &mut Planes) {
         };
         let error = (difference(0) + difference(1) + difference(2)) / 3.0;
         picture.row_mut(0, y)[x] = 1.0;
-        // Transparent photos have no colour of their own there.
+        // Transparent photos have no color of their own there.
         let opaque = target.alpha.as_ref().is_none_or(|a| a[at] == 255);
         picture.row_mut(1, y)[x] = if opaque { error } else { 0.0 };
     }

@@ -1,4 +1,4 @@
-//! One optimiser step: render, compare, differentiate, update.
+//! One optimizer step: render, compare, differentiate, update.
 
 use motes_math::rng::keyed_rng;
 use motes_raster::{GaussianGradients, Modifiers, Planes, RenderOptions};
@@ -22,7 +22,7 @@ const PREPARED: usize = 8;
 const SUM_CHUNK: usize = 16_384;
 
 impl Trainer {
-    /// One optimiser step.
+    /// One optimizer step.
     pub fn step(&mut self) -> StepReport {
         let progress = self.progress();
         let stage = self.plan.stage_at(progress);
@@ -48,7 +48,7 @@ impl Trainer {
                 let lap = Lap::start();
                 let first = differentiated == 1;
                 accumulate(&mut self.batch, &mut self.gradients, first, 1.0 / views as f32);
-                self.profile.add(Phase::Optimise, lap);
+                self.profile.add(Phase::Optimize, lap);
             }
         }
         if views > 1 {
@@ -168,7 +168,7 @@ impl Trainer {
                 let offsets = exposure == ExposureModel::Affine;
                 self.state.exposures.step(view, exposure_gain, &loss, offsets);
             }
-            self.profile.add(Phase::Optimise, lap);
+            self.profile.add(Phase::Optimize, lap);
         }
         self.gradient_image = Some(gradient);
         (loss, skipped)
@@ -198,7 +198,7 @@ impl Trainer {
         if !self.options.is_frozen(FreezeGroup::Scales) {
             priors::limit_shapes(&self.plan, self.state.scene.extent, &mut self.state.gaussians);
         }
-        self.profile.add(Phase::Optimise, lap);
+        self.profile.add(Phase::Optimize, lap);
     }
 }
 

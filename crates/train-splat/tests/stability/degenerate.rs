@@ -37,7 +37,7 @@ fn noise(i: usize) -> u8 {
 }
 
 #[test]
-fn single_colour_photos_are_reproduced() {
+fn single_color_photos_are_reproduced() {
     for value in [0u8, 255, 77] {
         let images = painted(&ring(5), 3, |_| value);
         let model = fit(&images, &SparsePoints::default(), &options(1500));

@@ -11,7 +11,7 @@ use serde::Deserialize;
 /// An object of the scene.
 #[derive(Clone, Debug, Deserialize)]
 pub struct TruthObject {
-    /// Grey value of its pixels in the id pictures; 1 is the support.
+    /// Gray value of its pixels in the id pictures; 1 is the support.
     pub id: u8,
     /// Its name.
     pub name: String,

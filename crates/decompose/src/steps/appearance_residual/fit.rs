@@ -113,7 +113,7 @@ fn slope(view: &ResidualView<'_>, image: &Planes) -> Planes {
     })
 }
 
-/// Derivative of the cost of one value by the colour that is drawn.
+/// Derivative of the cost of one value by the color that is drawn.
 fn slope_by_drawn(model: f32, log_ratio: f32, seen: f32) -> f32 {
     let radiance = model * log_ratio.exp();
     let (shown, by_radiance) = srgb::encode_with_slope(radiance);

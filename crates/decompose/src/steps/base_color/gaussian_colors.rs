@@ -1,6 +1,6 @@
-//! One colour per Gaussian from pictures of colours.
+//! One color per Gaussian from pictures of colors.
 //!
-//! A rendered picture is linear in the colours of the Gaussians: `R = Σ_i α_i T_i b_i`. Simultaneous iterative
+//! A rendered picture is linear in the colors of the Gaussians: `R = Σ_i α_i T_i b_i`. Simultaneous iterative
 //! reconstruction (Gilbert 1972) with momentum: every Gaussian moves by the mean residual of its pixels, weighted by
 //! `α T` and by the pixel, and residuals that other views contradict count less and less (Geman & McClure 1987).
 
@@ -9,7 +9,7 @@ use motes_math::sh;
 use motes_raster::{Frame, GaussianGradients, Modifiers, Planes, RenderOptions, ViewTransform};
 use motes_scene::{Gaussians, ImageF32, Pinhole, Pose};
 
-/// A picture of colours, seen from somewhere.
+/// A picture of colors, seen from somewhere.
 #[derive(Debug)]
 pub(crate) struct ColorTarget {
     /// Camera.
@@ -22,7 +22,7 @@ pub(crate) struct ColorTarget {
     pub weight: ImageF32,
 }
 
-/// Colours of the Gaussians and how well they are known.
+/// Colors of the Gaussians and how well they are known.
 #[derive(Debug)]
 pub(crate) struct FittedColors {
     /// One per Gaussian, 0 to 1, sRGB-encoded.
@@ -32,22 +32,22 @@ pub(crate) struct FittedColors {
 }
 
 const SH_C0: f32 = sh::SH_C0 as f32;
-/// Residuals beyond this hardly count, in units of the colour.
+/// Residuals beyond this hardly count, in units of the color.
 const OUTLIER: f32 = 0.2;
 /// Share of the last move that is repeated.
 const MOMENTUM: f32 = 0.6;
-/// Darkest colour: below it the rasterizer's clamp would stop a gradient.
+/// Darkest color: below it the rasterizer's clamp would stop a gradient.
 const DARKEST: f32 = 0.004;
 /// Least opacity of a pixel that is compared.
 const MIN_ALPHA: f32 = 0.5;
 
-/// The colours of `gaussians` of degree 0, 0 to 1.
+/// The colors of `gaussians` of degree 0, 0 to 1.
 pub(crate) fn colors_of(gaussians: &Gaussians) -> Vec<Vec3> {
     let color = |sh: &[f32]| Vec3::from_slice(sh) * SH_C0 + 0.5;
     gaussians.sh.chunks_exact(3).map(|sh| color(sh).clamp(Vec3::ZERO, Vec3::ONE)).collect()
 }
 
-/// Fits colours to `targets`, starting from `start`.
+/// Fits colors to `targets`, starting from `start`.
 pub(crate) fn fit_colors(
     gaussians: &Gaussians,
     targets: &[ColorTarget],
@@ -106,7 +106,7 @@ fn residual_planes(image: &Planes, target: &ColorTarget, pass: u32) -> (Planes, 
             }
             let pixel = target.color.pixel(x, y);
             let residual: [f32; 3] = std::array::from_fn(|c| alpha * pixel[c] - image.row(c, y)[x]);
-            // The first passes are for everybody: until colours settle, all residuals are large.
+            // The first passes are for everybody: until colors settle, all residuals are large.
             if pass >= 3 {
                 let square = residual.iter().map(|r| r * r).sum::<f32>() / (OUTLIER * OUTLIER);
                 weight /= (1.0 + square).powi(2);

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 #[serde(default)]
 #[group(skip)]
 pub struct Options {
-    /// Passes over the photos that bring base colours into the Gaussians
+    /// Passes over the photos that bring base colors into the Gaussians
     #[arg(long, default_value_t = 12, value_name = "COUNT", help_heading = "Fit")]
     pub color_passes: u32,
 }

@@ -11,7 +11,7 @@ use crate::appearance::FoundMaterials;
 use crate::observation::samples::fill;
 use crate::observation::{SeenView, TracedSurface};
 
-/// Mean of the photos' base colours at every vertex, linear.
+/// Mean of the photos' base colors at every vertex, linear.
 pub(crate) fn vertex_base_color(
     scene: &TracedSurface,
     views: &[SeenView<'_>],

@@ -18,7 +18,7 @@ pub fn run(state: &mut State<'_>) {
     state.views = rendered(gaussians, &inputs.render, views, &state.shading);
 }
 
-/// Renders base colours (degree 0, sRGB-encoded) and puts them under the shading of every view.
+/// Renders base colors (degree 0, sRGB-encoded) and puts them under the shading of every view.
 fn rendered<'a>(
     model: &Gaussians,
     render: &RenderOptions,

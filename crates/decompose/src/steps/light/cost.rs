@@ -13,7 +13,7 @@ pub(crate) struct SolveOptions {
     pub tint: f32,
     /// `λ_glossy`.
     pub glossy: f32,
-    /// `anchor`: typical base colour.
+    /// `anchor`: typical base color.
     pub typical_base_color: f32,
     /// `σ` of the likeness.
     pub sigma: f32,

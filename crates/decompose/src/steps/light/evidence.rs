@@ -41,7 +41,7 @@ pub(crate) fn share_of_bounce(state: &State<'_>) -> f32 {
     })
 }
 
-/// Logarithm of predicted base colours at the samples, mean over the photos that have a prediction.
+/// Logarithm of predicted base colors at the samples, mean over the photos that have a prediction.
 pub(crate) fn prior_log_base(
     samples: &[Sample],
     views: &[SeenView<'_>],

@@ -1,8 +1,8 @@
 //! What the photos show of the light in surfaces that reflect it, as a linear function of the light's cells.
 //!
-//! A view of a point with a specular lobe shows `L = b S + Σ_j W_j E_j + R`, per channel: `b` its base colour, `S` the irradiance
+//! A view of a point with a specular lobe shows `L = b S + Σ_j W_j E_j + R`, per channel: `b` its base color, `S` the irradiance
 //! over π, `W_j` what the lobe gathers of cell `j`, `R` what it mirrors of the surface itself. A metal has `b = 0` here; its
-//! colour is in `W`. So views of a point differ by the light alone, which shading says little about where it is soft.
+//! color is in `W`. So views of a point differ by the light alone, which shading says little about where it is soft.
 
 use glam::Vec3;
 use motes_shading::brdf::{Brdf, Lobes, Material};
@@ -102,7 +102,7 @@ impl GlossyView {
     }
 }
 
-/// The points of one light, with what was last taken for their base colours.
+/// The points of one light, with what was last taken for their base colors.
 #[derive(Clone, Debug)]
 pub(crate) struct Glossy {
     pub(crate) points: Vec<GlossyPoint>,
@@ -114,7 +114,7 @@ impl Glossy {
         Self { base: points.iter().map(|p| base[p.row as usize]).collect(), points }
     }
 
-    /// Base colours that explain the views best under this light.
+    /// Base colors that explain the views best under this light.
     pub(crate) fn refresh(&mut self, shading: &[Vec3], light: &[Vec3], sigma: f32) {
         let points = &self.points;
         self.base.par_iter_mut().zip(points).for_each(|(base, point)| {
@@ -187,7 +187,7 @@ impl GlossyScene<'_> {
         points
     }
 
-    /// Sample `p`, if it has a lobe and two views under this light at least: one says nothing that its base colour does not.
+    /// Sample `p`, if it has a lobe and two views under this light at least: one says nothing that its base color does not.
     fn point(&self, p: usize, row: u32, light: u32, finder: &CellFinder) -> Option<GlossyPoint> {
         let sample = &self.samples[p];
         let part = &self.found.parts[self.found.of_sample[p] as usize];

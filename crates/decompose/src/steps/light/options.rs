@@ -16,7 +16,7 @@ pub struct Options {
     #[arg(long, default_value_t = 3, value_name = "LEVELS", help_heading = "Fit")]
     pub light_levels: u32,
 
-    /// Weight: neighbouring points of like chromaticity have one base colour
+    /// Weight: neighboring points of like chromaticity have one base color
     #[arg(long, default_value_t = 1.0, value_name = "WEIGHT", help_heading = "Priors")]
     pub weight_base_color: f32,
 

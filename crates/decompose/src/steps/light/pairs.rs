@@ -1,7 +1,7 @@
-//! Pairs of points that probably have the same base colour.
+//! Pairs of points that probably have the same base color.
 //!
 //! Piecewise-constant reflectance, after Land & McCann 1971: points of like chromaticity, mostly near each
-//! other, differ in brightness by their light rather than by their colour. Single pairs are often
+//! other, differ in brightness by their light rather than by their color. Single pairs are often
 //! wrong (texture); a robust cost over many of them is not.
 
 use glam::Vec3;
@@ -22,7 +22,7 @@ pub(crate) struct Pair {
     pub b: u32,
     /// How much it counts.
     pub weight: f32,
-    /// Expected difference of log base colours, first minus second.
+    /// Expected difference of log base colors, first minus second.
     pub expected: Vec3,
 }
 
@@ -31,17 +31,17 @@ pub(crate) struct Pair {
 pub(crate) struct PairOptions {
     /// Per point.
     pub count: usize,
-    /// Nearest neighbours, in position and chromaticity, that they are drawn from.
+    /// Nearest neighbors, in position and chromaticity, that they are drawn from.
     pub among: usize,
-    /// Distance of a neighbourhood, world units.
+    /// Distance of a neighborhood, world units.
     pub radius: f32,
-    /// Difference of log chromaticity at which two colours are no longer alike; infinite: all are.
+    /// Difference of log chromaticity at which two colors are no longer alike; infinite: all are.
     pub chroma: f32,
     /// Key of the choice.
     pub seed: u64,
 }
 
-/// Chooses pairs among points at `positions` with these colours (linear, positive).
+/// Chooses pairs among points at `positions` with these colors (linear, positive).
 ///
 /// Only near ones: far pairs of like chromaticity were tried and tie unlike things together (a beige
 /// animal to a darker beige table), which costs more than the ties give.

@@ -18,11 +18,11 @@ use crate::state::State;
 pub(super) const COLUMNS: usize = 32;
 /// A cell is divided when more than this share of all received light comes from it.
 pub(super) const SHARE: f32 = 0.03;
-/// Neighbourhood of pairs, as a share of the distance between camera and point.
+/// Neighborhood of pairs, as a share of the distance between camera and point.
 const RADIUS: f32 = 0.05;
-/// Neighbours that pairs are drawn from: some shadow edges lie between.
+/// Neighbors that pairs are drawn from: some shadow edges lie between.
 const AMONG: usize = 200;
-/// Difference of log chromaticity at which base colours are no longer alike. Sun and sky differ in colour, so points that look
+/// Difference of log chromaticity at which base colors are no longer alike. Sun and sky differ in color, so points that look
 /// alike before the light is known are mostly lit alike: choosing by looks would hide every shadow from the fit.
 const CHROMA: f32 = 0.4;
 /// Weight of pairs that are not both on a flat piece: their normals err by degrees, which flattens the light.

@@ -1,17 +1,17 @@
-//! The light that leaves the base colours of like points alike.
+//! The light that leaves the base colors of like points alike.
 //!
 //! Unknown: log radiance `θ` of every cell. With `S_p = Σ_j T_pj exp θ_j + I_p` (irradiance over π) and
-//! the photos' radiances `L_p`, base colour is `L_p / S_p`, and the cost is
+//! the photos' radiances `L_p`, base color is `L_p / S_p`, and the cost is
 //!
 //! ```text
-//! F = mean_pairs w ρ(log (L_a / S_a) - log (L_b / S_b))  likeness of base colours
+//! F = mean_pairs w ρ(log (L_a / S_a) - log (L_b / S_b))  likeness of base colors
 //!   + λ_smooth mean ρ(θ_i - θ_j) over touching cells        smooth light, edges allowed
 //!   + λ_white  Σ_c (m_c - mean_c m)², m = mean_p log S_p    light is nearly white on the whole,
 //!   + λ_white / 100 mean (θ_c - mean_c θ)²                  and, much less, from everywhere
 //!   + λ_scale  (mean_p log (L_p / S_p) - log anchor)²       scale, which the photos do not tell
 //! ```
 //!
-//! Once materials are known, what glossy points reflect counts too (`super::glossy`), and colours of neighbouring cells:
+//! Once materials are known, what glossy points reflect counts too (`super::glossy`), and colors of neighboring cells:
 //!
 //! ```text
 //!   + λ_glossy mean_views w ρ((b S_p + Σ_j W_j exp θ_j + R - L) / mean L)   b is found anew every few steps
@@ -19,9 +19,9 @@
 //! ```
 //!
 //! With several captures the points of each are rows of their own under a light of their own, and pairs join
-//! a point with itself under another light, which tells base colour and light apart.
+//! a point with itself under another light, which tells base color and light apart.
 //!
-//! All is per channel, with `ρ(x) = sqrt(x² + σ²) - σ`. Minimised by Adam (Kingma & Ba 2015).
+//! All is per channel, with `ρ(x) = sqrt(x² + σ²) - σ`. Minimized by Adam (Kingma & Ba 2015).
 
 use glam::Vec3;
 use motes_math::adam::{AdamOptions, adam_step};
@@ -36,7 +36,7 @@ use crate::illumination::CellLight;
 /// Smallest irradiance over π that a logarithm is taken of, photo units.
 const FLOOR: f32 = 1e-4;
 
-/// Steps after which base colours of what reflects are found anew.
+/// Steps after which base colors of what reflects are found anew.
 const REFRESH: u32 = 5;
 
 /// Points under one light.
@@ -67,7 +67,7 @@ pub(crate) fn cost_and_gradient(
     theta: &[f32],
     lit: &[LitPoints],
     pairs: &[Pair],
-    neighbours: &[(u32, u32)],
+    neighbors: &[(u32, u32)],
     glossy: &[Glossy],
     options: &SolveOptions,
 ) -> (f64, Vec<f32>) {
@@ -86,7 +86,7 @@ pub(crate) fn cost_and_gradient(
     let mut cost = 0.0;
     let by_log_base = likeness(&log_base, pairs, options.sigma, &mut cost);
     let n = radiance.len().max(1) as f32;
-    // One number for all channels: the colour of the light is the business of `white`.
+    // One number for all channels: the color of the light is the business of `white`.
     let mean = log_base.iter().map(|b| b.element_sum() / 3.0).sum::<f32>() / n;
     let off = mean - options.typical_base_color.ln();
     cost += f64::from(options.scale * off * off);
@@ -121,7 +121,7 @@ pub(crate) fn cost_and_gradient(
     }
 
     let mut sum = Sum { cost, gradient };
-    sum.add_smoothness(theta, neighbours, lit.len(), options);
+    sum.add_smoothness(theta, neighbors, lit.len(), options);
     sum.add_whiteness(theta, options.white);
     (sum.cost, sum.gradient)
 }
@@ -152,19 +152,19 @@ struct Sum {
 }
 
 impl Sum {
-    /// The light is smooth, but for few edges; `neighbours` are cells of one light that touch.
+    /// The light is smooth, but for few edges; `neighbors` are cells of one light that touch.
     fn add_smoothness(
         &mut self,
         theta: &[f32],
-        neighbours: &[(u32, u32)],
+        neighbors: &[(u32, u32)],
         lights: usize,
         options: &SolveOptions,
     ) {
         let Self { cost, gradient } = self;
         let columns = theta.len() / (3 * lights.max(1));
-        let share = options.smooth / (neighbours.len() * lights).max(1) as f32;
+        let share = options.smooth / (neighbors.len() * lights).max(1) as f32;
         let pairs_of_cells = (0..lights).flat_map(|l| {
-            neighbours
+            neighbors
                 .iter()
                 .map(move |&(i, j)| (i as usize + l * columns, j as usize + l * columns))
         });
@@ -212,7 +212,7 @@ pub(crate) fn solve(
         return (0.0, 0.0);
     };
     let columns = first_light.cells.len().max(1);
-    let neighbours = first_light.neighbours();
+    let neighbors = first_light.neighbors();
     let all = lights.iter().flat_map(|l| &l.radiance);
     let mut theta: Vec<f32> = all.flat_map(|e| e.to_array().map(|v| v.max(1e-5).ln())).collect();
     let (mut first, mut second) = (vec![0.0; theta.len()], vec![0.0; theta.len()]);
@@ -225,7 +225,7 @@ pub(crate) fn solve(
                 glossy.refresh(&lit.shading(light), light, options.sigma);
             }
         }
-        let (cost, gradient) = cost_and_gradient(&theta, lit, pairs, &neighbours, glossy, options);
+        let (cost, gradient) = cost_and_gradient(&theta, lit, pairs, &neighbors, glossy, options);
         if step == 0 {
             start = cost;
         }
@@ -288,7 +288,7 @@ mod tests {
                 expected: Vec3::splat(0.1 * noise(i + 7)),
             })
             .collect();
-        let neighbours = [(0, 1), (1, 2), (2, 3), (3, 4), (4, 0)];
+        let neighbors = [(0, 1), (1, 2), (2, 3), (3, 4), (4, 0)];
         // A point of each kind under each light, seen three times.
         let glossy: Vec<Glossy> = [0, 700]
             .into_iter()
@@ -326,7 +326,7 @@ mod tests {
         };
         let theta: Vec<f32> = (0..6 * columns).map(|i| noise(i + 200) - 0.4).collect();
         let at =
-            |theta: &[f32]| cost_and_gradient(theta, &lit, &pairs, &neighbours, &glossy, &options);
+            |theta: &[f32]| cost_and_gradient(theta, &lit, &pairs, &neighbors, &glossy, &options);
         let (_, gradient) = at(&theta);
         for i in 0..theta.len() {
             let moved = |d: f32| {

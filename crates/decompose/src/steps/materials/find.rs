@@ -160,7 +160,7 @@ fn collect(
     }
 }
 
-/// Index of the roughness that metal colours are read off with at most: a wide lobe would spread the sun over all views,
+/// Index of the roughness that metal colors are read off with at most: a wide lobe would spread the sun over all views,
 /// where the cut cannot remove it.
 const NARROW: usize = 3;
 
@@ -193,7 +193,7 @@ fn metal_color(
     Vec3::from(seen.map(ratio))
 }
 
-/// Minimum of the parabola through the costs of a roughness and its neighbours of the same kind.
+/// Minimum of the parabola through the costs of a roughness and its neighbors of the same kind.
 fn refined(profile: &Profile, costs: &[f32], kind: Kind, at: usize, grid: &[f32]) -> f32 {
     if kind == Kind::Matte {
         return 1.0;

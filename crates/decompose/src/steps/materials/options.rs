@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 #[serde(default)]
 #[group(skip)]
 pub struct Options {
-    /// Rays per point and direction of view where materials are compared; two thirds towards the light
+    /// Rays per point and direction of view where materials are compared; two thirds toward the light
     #[arg(long, default_value_t = 96, value_name = "COUNT", help_heading = "Fit")]
     pub material_rays: u32,
 

@@ -1,4 +1,4 @@
-//! How well each kind of material explains a point, its base colour being free.
+//! How well each kind of material explains a point, its base color being free.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -24,7 +24,7 @@ pub(super) fn labels(n: usize) -> Vec<Label> {
     std::iter::once(matte).chain(of(Kind::Dielectric)).chain(of(Kind::Metal)).collect()
 }
 
-/// `(slope, offset)` of radiance by base colour.
+/// `(slope, offset)` of radiance by base color.
 #[inline]
 pub(super) fn linear(terms: &Terms, kind: Kind) -> (Vec3, Vec3) {
     match kind {
@@ -40,7 +40,7 @@ const NOISE: f32 = 0.08;
 const OUTLIER: f32 = 3.0;
 
 /// `[P, labels]`: robust cost of every sample under every label, per observation-equivalent, and the best base
-/// colour under it.
+/// color under it.
 #[derive(Clone, Debug)]
 pub(super) struct Profile {
     /// The labels.
@@ -49,7 +49,7 @@ pub(super) struct Profile {
     pub prices: Vec<f32>,
     /// Costs, row-major.
     pub costs: Vec<f32>,
-    /// Base colours, row-major.
+    /// Base colors, row-major.
     pub base_color_linear: Vec<Vec3>,
 }
 
@@ -86,7 +86,7 @@ impl Profile {
     }
 }
 
-/// Base colour in [0, 1] that brings `b slope + offset` nearest to the observations, by reweighted least
+/// Base color in [0, 1] that brings `b slope + offset` nearest to the observations, by reweighted least
 /// squares; with the robust cost that is left.
 pub(super) fn fit(observations: &[Observation], rows: &[(Vec3, Vec3)]) -> (f32, Vec3) {
     let (cost, base) = fit_channels(observations, rows);

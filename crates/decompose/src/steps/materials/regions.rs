@@ -18,7 +18,7 @@ pub(super) struct RegionOptions {
     pub pieces: usize,
     /// What one more part costs, in units of the profile's cost.
     pub price: f32,
-    /// Observations of neighbouring points err together: costs count this much.
+    /// Observations of neighboring points err together: costs count this much.
     pub evidence: f32,
 }
 

@@ -81,14 +81,14 @@ pub fn scale_explanation(light: &Illumination) -> String {
     let evidence = &light.materials.scale;
     match light.anchor {
         Anchor::Environment => "the light was given".into(),
-        Anchor::BaseColor => "base colours were given at points of the surface".into(),
+        Anchor::BaseColor => "base colors were given at points of the surface".into(),
         Anchor::Specular => {
             let spread = 100.0 * (evidence.log_spread.exp() - 1.0);
             format!(
-                "highlights of {} points, whose coat reflects 4 % of the light whatever their base colour, within {spread:.0} %, with what base colours usually are",
+                "highlights of {} points, whose coat reflects 4 % of the light whatever their base color, within {spread:.0} %, with what base colors usually are",
                 evidence.samples
             )
         }
-        Anchor::Prior => "nothing in the photos tells the scale: base colours were taken to be what they usually are; give --environment or --albedo-anchor to set it".into(),
+        Anchor::Prior => "nothing in the photos tells the scale: base colors were taken to be what they usually are; give --environment or --albedo-anchor to set it".into(),
     }
 }

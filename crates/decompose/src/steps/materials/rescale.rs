@@ -53,7 +53,7 @@ fn known_position(
     Ok((position, anchor.base_color_linear))
 }
 
-/// Factor on the light that makes the base colours at anchors what they are known to be.
+/// Factor on the light that makes the base colors at anchors what they are known to be.
 fn anchored(samples: &[Sample], found: &FoundMaterials, anchors: &[(Vec3, Vec3)]) -> Option<Vec3> {
     let mut sum = Vec3::ZERO;
     for (position, known) in anchors {

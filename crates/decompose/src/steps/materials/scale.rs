@@ -1,7 +1,7 @@
 //! How bright the light is, told by highlights.
 //!
-//! Base colour times light is all that a matte surface shows. But the coat of a dielectric reflects 4 % of the
-//! light whatever its base colour is: if all light is `s` times as bright as assumed, views of one point obey
+//! Base color times light is all that a matte surface shows. But the coat of a dielectric reflects 4 % of the
+//! light whatever its base color is: if all light is `s` times as bright as assumed, views of one point obey
 //! `L = s (b D + S)` with `b` free in [0, 1]. The `s` that fits best is evidence for the scale.
 
 use glam::Vec3;
@@ -18,12 +18,12 @@ use crate::observation::Sample;
 /// Factors that are tried: 0.3 to 3.3 in steps of 10 %.
 const STEPS: i32 = 12;
 const STEP: f32 = 0.1;
-/// Spread of the logarithm of a scene's mean base colour about its typical value.
+/// Spread of the logarithm of a scene's mean base color about its typical value.
 const USUAL_SPREAD: f32 = 0.35;
-/// Observations and neighbouring points err together; costs count this much.
+/// Observations and neighboring points err together; costs count this much.
 const EVIDENCE: f32 = 0.1;
 
-/// Weighs highlights of all dielectric parts against what base colours usually are.
+/// Weighs highlights of all dielectric parts against what base colors usually are.
 pub(super) fn weigh_scale(
     samples: &[Sample],
     basis: &Basis,
@@ -60,7 +60,7 @@ pub(super) fn weigh_scale(
         let weight = EVIDENCE * (PART_SAMPLES / count as f32).min(1.0);
         costs.iter_mut().zip(row).for_each(|(sum, cost)| *sum += *cost * weight);
     }
-    // Mean log base colour now; a factor s on the light divides base colours by it.
+    // Mean log base color now; a factor s on the light divides base colors by it.
     let (mut mean, mut count) = (Vec3::ZERO, 0.0f32);
     for p in 0..samples.len() {
         let label = regions.label[regions.of_sample[p] as usize];
@@ -72,12 +72,12 @@ pub(super) fn weigh_scale(
         (mean / count.max(1.0)).element_sum() / 3.0 - model.typical_base_color.max(1e-3).ln();
     let log = |costs: &[f32]| (minimum(costs) - STEPS as f32) * STEP;
 
-    let grey: Vec<f32> = costs.iter().map(|c| c.element_sum() / 3.0).collect();
-    let log_spread = spread(&grey);
+    let gray: Vec<f32> = costs.iter().map(|c| c.element_sum() / 3.0).collect();
+    let log_spread = spread(&gray);
     let is_told = log_spread.is_finite();
     let own = Vec3::from([0, 1, 2].map(|c| log(&costs.iter().map(|v| v[c]).collect::<Vec<_>>())));
     ScaleEvidence {
-        highlights: if is_told { log(&grey) } else { 0.0 },
+        highlights: if is_told { log(&gray) } else { 0.0 },
         usual,
         usual_trust: model.weight_albedo_range * USUAL_SPREAD.powi(-2),
         least: brightest(samples, basis, profile, regions).ln(),
@@ -87,12 +87,12 @@ pub(super) fn weigh_scale(
     }
 }
 
-/// A scene's brightest surfaces have at most this base colour: fresh snow and white paint.
+/// A scene's brightest surfaces have at most this base color: fresh snow and white paint.
 const WHITEST: f32 = 0.9;
 /// Share of the points that may lie above it: noise, and light that was missed.
 const ABOVE: f32 = 0.03;
 
-/// Factor on the light that takes the brightest base colours of what is no metal down to [`WHITEST`]; 0 without any.
+/// Factor on the light that takes the brightest base colors of what is no metal down to [`WHITEST`]; 0 without any.
 fn brightest(samples: &[Sample], basis: &Basis, profile: &Profile, regions: &Regions) -> f32 {
     let of = |p: usize| {
         let label = profile.labels[regions.label[regions.of_sample[p] as usize]];

@@ -1,15 +1,15 @@
 //! Gaussians fitted to the photos under the light that was found.
 //!
-//! Gaussians come from a fit in which each may look different from every side; with one base colour each, their shapes are no
+//! Gaussians come from a fit in which each may look different from every side; with one base color each, their shapes are no
 //! longer the best. So they are fitted once more, to the photos again, but through the shading of every pixel:
 //!
 //! ```text
-//! picture = encode(slope decode(Σ α T e) + offset)        e: base colour, sRGB-encoded
+//! picture = encode(slope decode(Σ α T e) + offset)        e: base color, sRGB-encoded
 //! cost    = mean w (sqrt((picture - photo)² + ε²) - ε)    ε: what is noise
 //! ```
 //!
-//! Adam with the rates of training (Kerbl et al. 2023) on shapes, opacities and base colours; the cost is Charbonnier's, 1994. Every
-//! such step is followed by one on the colours as captured and the same shapes, which serve both. Pixels that tell nothing (no
+//! Adam with the rates of training (Kerbl et al. 2023) on shapes, opacities and base colors; the cost is Charbonnier's, 1994. Every
+//! such step is followed by one on the colors as captured and the same shapes, which serve both. Pixels that tell nothing (no
 //! surface, masked, clipped) keep what they showed. Number and order of the Gaussians never change.
 
 use std::collections::BTreeSet;
@@ -33,7 +33,7 @@ const LAST: f64 = 0.1;
 const STAYING: f32 = 0.3;
 /// Share of a view's pixels from which those that tell nothing are looked after.
 const MANY: f32 = 0.01;
-/// Darkest and brightest base colour, sRGB-encoded: below, the rasterizer's clamp would stop a gradient.
+/// Darkest and brightest base color, sRGB-encoded: below, the rasterizer's clamp would stop a gradient.
 const RANGE: [f32; 2] = [0.004, 1.0];
 const SH_C0: f32 = sh::SH_C0 as f32;
 const PURPOSE: u64 = 0x5048_4649;
@@ -48,19 +48,19 @@ pub(crate) struct PhotoFit<'a> {
     pub seed: u64,
 }
 
-/// What the colours of the Gaussians are.
+/// What the colors of the Gaussians are.
 #[derive(Clone, Copy, PartialEq)]
 enum Colors {
     /// What the photos show.
     Captured,
-    /// Base colour, sRGB-encoded.
+    /// Base color, sRGB-encoded.
     Base,
 }
 
 const ALL: [Colors; 2] = [Colors::Captured, Colors::Base];
 
 impl PhotoFit<'_> {
-    /// Fits `start`, whose colours are as captured, and `base`: the same Gaussians with base colours (degree 0, sRGB-encoded).
+    /// Fits `start`, whose colors are as captured, and `base`: the same Gaussians with base colors (degree 0, sRGB-encoded).
     /// Same rows; both results have the same shapes.
     ///
     /// # Errors
@@ -177,7 +177,7 @@ struct Pixel {
 }
 
 impl Pixel {
-    /// Derivative of the cost by the base colour, sRGB-encoded.
+    /// Derivative of the cost by the base color, sRGB-encoded.
     fn slope_at(&self, encoded: f32) -> f32 {
         let (base, by_encoded) = srgb::decode_with_slope(encoded.max(0.0));
         let (shown, by_radiance) = srgb::encode_with_slope(self.slope * base + self.offset);
@@ -185,7 +185,7 @@ impl Pixel {
     }
 }
 
-/// The colours whose turn it is not, with what Adam knows of them. Shapes and opacities are shared.
+/// The colors whose turn it is not, with what Adam knows of them. Shapes and opacities are shared.
 struct WaitingColors {
     sh: Vec<f32>,
     sh_degree: u8,
@@ -200,7 +200,7 @@ impl WaitingColors {
         Self { sh, sh_degree, first: zeros.clone(), second: zeros }
     }
 
-    /// Changes places with the colours in `model` and `moments`.
+    /// Changes places with the colors in `model` and `moments`.
     fn take_turns(&mut self, model: &mut Gaussians, moments: &mut Moments) {
         swap(&mut self.sh, &mut model.sh);
         swap(&mut self.sh_degree, &mut model.sh_degree);

@@ -11,9 +11,9 @@ use crate::steps::light::solve::solve;
 
 /// Where reflections are fitted, the light is smoother by this factor (they tell single cells apart, and their errors with them), ...
 const SMOOTHER: f32 = 2.0;
-/// ... differences in colour of neighbouring cells count this many times, squared, beside those in brightness, ...
+/// ... differences in color of neighboring cells count this many times, squared, beside those in brightness, ...
 const TINT: f32 = 3.0;
-/// ... and the mean base colour is held: lobes in the wrong place would make the light dim.
+/// ... and the mean base color is held: lobes in the wrong place would make the light dim.
 const HOLD: f32 = 30.0;
 
 /// Moves the light, from where shading put it, to where it explains what parts of the materials `found` reflect too, with this
@@ -56,7 +56,7 @@ pub(super) fn fit_to_reflections(
     solve(lights, &lit, &pairs, &mut glossy, &options);
 }
 
-/// Mean base colour, geometric, one number for all channels.
+/// Mean base color, geometric, one number for all channels.
 fn typical(base: &[Vec<Vec3>]) -> f32 {
     let log = |b: &Vec3| b.max(Vec3::splat(1e-4)).map(f32::ln).element_sum() / 3.0;
     let all = || base.iter().flatten();

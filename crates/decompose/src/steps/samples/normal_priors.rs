@@ -11,7 +11,7 @@ const LEAST_LENGTH: f32 = 0.5;
 /// Cosine of the angle from the surface's own normal beyond which a prediction is of something else (60 degrees).
 const SAME: f32 = 0.5;
 
-/// Normals of the vertices, turned towards what the photos' predictions say on average; none without predictions.
+/// Normals of the vertices, turned toward what the photos' predictions say on average; none without predictions.
 ///
 /// `priors`: per photo `[h, w, 3]`, unit vectors in world. `n <- normalize(n + weight (m - n))`, `m` the mean of the predictions
 /// in all photos that see the vertex, each weighted by the cosine of its view; so predictions that contradict each

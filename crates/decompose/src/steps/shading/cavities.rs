@@ -1,7 +1,7 @@
 //! Metals that are darker than what they mirror.
 //!
 //! A gap round a lid, a seam, a scratch or paint on a metal is dark from everywhere. No normal explains that, the mesh does not have
-//! gaps finer than a few pixels, and a part of metal has one base colour. So a metal is darkened where nearly all photos show less than
+//! gaps finer than a few pixels, and a part of metal has one base color. So a metal is darkened where nearly all photos show less than
 //! the part would send: by the upper quartile over the photos of (seen / expected). Where a normal is wrong, some photos show more.
 
 use glam::Vec3;
@@ -18,7 +18,7 @@ const QUANTILE: f32 = 0.75;
 /// Up to the first, what is darker is taken for dark; from the second on for an error of the normals.
 const DARK: [f32; 2] = [0.5, 0.75];
 
-/// Factor on the base colour of every vertex, 0 to 1; 1 off metals and where photos do not say so.
+/// Factor on the base color of every vertex, 0 to 1; 1 off metals and where photos do not say so.
 pub(crate) fn darkening(
     scene: &TracedSurface,
     views: &[SeenView<'_>],

@@ -54,7 +54,7 @@ pub fn run(
     Ok(())
 }
 
-/// Rays towards the light and rays drawn from the material, which highlights and light from the surface ask for.
+/// Rays toward the light and rays drawn from the material, which highlights and light from the surface ask for.
 fn split_rays(rays: u32, is_specular: bool, has_indirect: bool) -> IntegrationOptions {
     let brdf_samples =
         if is_specular { rays / 3 } else { 0 }.max(u32::from(has_indirect) * rays / 4);

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 #[serde(default)]
 #[group(skip)]
 pub struct Options {
-    /// Rays per pixel of the photos where base colour is read off
+    /// Rays per pixel of the photos where base color is read off
     #[arg(long, default_value_t = 48, value_name = "COUNT", help_heading = "Fit")]
     pub pixel_rays: u32,
 }

@@ -39,7 +39,7 @@ pub(super) struct Incoming {
 }
 
 impl Mirrored {
-    /// Radiance of point `p` towards a viewer, per reflectance, when its mirror direction is `d`.
+    /// Radiance of point `p` toward a viewer, per reflectance, when its mirror direction is `d`.
     #[inline]
     pub(super) fn look_up(&self, p: usize, d: Vec3) -> Vec3 {
         let n = self.square.stored();

@@ -12,7 +12,7 @@ use super::mirrored::{Incoming, Mirrored, Point};
 use super::normals::{Field, Found, LEAST_PHOTOS, Seen, mean};
 use super::reshape::Reshape;
 use crate::appearance::VertexMaterials;
-use crate::mesh::{Mesh, Neighbours};
+use crate::mesh::{Mesh, Neighbors};
 use crate::observation::{SeenView, TracedSurface};
 use crate::parabola::least_of_parabola;
 
@@ -143,7 +143,7 @@ impl Mirrors<'_> {
         let under = |r: f32, smoothness: f32| {
             let mirrored: Vec<Mirrored> = incoming.iter().map(|i| i.blurred(r)).collect();
             Field { seen: &seen, points, mirrored: &mirrored, around: &around, smoothness }
-                .minimise(seed)
+                .minimize(seed)
         };
         let weight = self.smoothness.max(0.0);
         let first: Vec<Found> =
@@ -205,8 +205,8 @@ impl Mirrors<'_> {
     }
 
     fn moved(&self, mut mesh: Mesh, wanted: &[Vec3], free: &[bool], edge: f32) -> Surface {
-        let neighbours = Neighbours::of(&mesh);
-        let u = Reshape { mesh: &mesh, neighbours: &neighbours, normals: wanted, free }.solve();
+        let neighbors = Neighbors::of(&mesh);
+        let u = Reshape { mesh: &mesh, neighbors: &neighbors, normals: wanted, free }.solve();
         let mut surface = self.scene.surface.clone();
         for (v, u) in u.iter().enumerate().filter(|(v, u)| free[*v] && u.is_finite()) {
             mesh.vertices[v] += u.clamp_length_max(FARTHEST * edge);
@@ -243,7 +243,7 @@ impl Choice {
         Self((0..parts).map(best_of).collect())
     }
 
-    /// What was chosen and its neighbours, by a parabola.
+    /// What was chosen and its neighbors, by a parabola.
     fn roughness(&self, all: &[Found]) -> Vec<f32> {
         let refined = |(part, &at): (usize, &usize)| {
             let curve: Vec<f64> = all.iter().map(|f| f.energies[part]).collect();

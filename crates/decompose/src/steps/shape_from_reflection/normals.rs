@@ -1,8 +1,8 @@
 //! Normals under which a metal mirrors what the photos show.
 //!
 //! `E(n) = Σ_p mean_k min(|√L_pk - √(F(n·v) M_p(r))|², τ) + λ Σ_p mean_q |n_p - n_q|²`: `L` the radiance that photo `k` shows of
-//! point `p`, `M` what the point mirrors along `r = 2 (n·v) n - v`, `F` Schlick's reflectance of the part's colour, `q` the
-//! points around. Radiances are in units of their mean, and square roots of them are compared, so that the sun does not rule. Minimised by trying normals of neighbours and random turns
+//! point `p`, `M` what the point mirrors along `r = 2 (n·v) n - v`, `F` Schlick's reflectance of the part's color, `q` the
+//! points around. Radiances are in units of their mean, and square roots of them are compared, so that the sun does not rule. Minimized by trying normals of neighbors and random turns
 //! (Barnes et al. 2009), half of the points at a time; a bounded cost has no gradient to follow where a normal is 30
 //! degrees off.
 
@@ -18,7 +18,7 @@ use super::mirrored::{Mirrored, Point};
 const MOST_COST: f32 = 0.15;
 /// Cost of a normal that faces away from a photo which sees the point.
 const AVERTED: f32 = 2.0 * MOST_COST;
-/// Least cosine towards a photo that sees the point.
+/// Least cosine toward a photo that sees the point.
 const LEAST_COSINE: f32 = 0.1;
 /// Photos from which a point's own evidence counts.
 pub(super) const LEAST_PHOTOS: usize = 2;
@@ -26,12 +26,12 @@ pub(super) const LEAST_PHOTOS: usize = 2;
 const TURN: f32 = 0.44;
 const COOLING: f32 = 0.92;
 const SWEEPS: usize = 30;
-/// Sweeps between estimates of the parts' colours.
+/// Sweeps between estimates of the parts' colors.
 const RECOLOR: usize = 5;
-/// Normals of neighbours that are tried per sweep, and turns.
+/// Normals of neighbors that are tried per sweep, and turns.
 const BORROWED: usize = 3;
 const TURNS: usize = 4;
-/// Radiances above this quantile count as this when colours are estimated.
+/// Radiances above this quantile count as this when colors are estimated.
 const HIGH: f32 = 0.9;
 const STREAM: u64 = 0x6d69_7272;
 
@@ -98,7 +98,7 @@ impl Field<'_> {
         self.smoothness * sum / around.len().max(1) as f32
     }
 
-    /// Colour of every part: what the photos show over what is mirrored, both cut at a high quantile.
+    /// Color of every part: what the photos show over what is mirrored, both cut at a high quantile.
     fn colors(&self, normals: &[Vec3], parts: usize) -> Vec<Vec3> {
         let mut pairs: Vec<[[Vec<f32>; 2]; 3]> = vec![Default::default(); parts];
         for (p, seen) in self.seen.iter().enumerate() {
@@ -129,7 +129,7 @@ impl Field<'_> {
     }
 
     /// The normals that cost least, from those of the points.
-    pub(super) fn minimise(&self, seed: u64) -> Found {
+    pub(super) fn minimize(&self, seed: u64) -> Found {
         let parts = self.points.iter().map(|p| p.part as usize + 1).max().unwrap_or(0);
         let mut normals: Vec<Vec3> = self.points.iter().map(|p| p.normal).collect();
         let mut colors = self.colors(&normals, parts);
@@ -163,7 +163,7 @@ impl Field<'_> {
     ) -> Vec3 {
         let mut rng = keyed_rng(seed, STREAM + sweep, p as u64);
         let own = normals[p];
-        // Neighbours that move at the same time would chase each other.
+        // Neighbors that move at the same time would chase each other.
         if rng.random::<bool>() {
             return own;
         }

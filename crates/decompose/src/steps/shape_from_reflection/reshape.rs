@@ -1,20 +1,20 @@
 //! Moves vertices so that the surface has given normals.
 //!
 //! `E(u) = Σ_edges (m · (x_i + u_i - x_j - u_j))² + Σ hold |u|² + slide Σ |P L u|²`: `m` the mean normal of an edge's ends, to
-//! which it has to be perpendicular (Nehab et al. 2005), `L` the mean of the neighbours less the vertex, `P` the projection onto
+//! which it has to be perpendicular (Nehab et al. 2005), `L` the mean of the neighbors less the vertex, `P` the projection onto
 //! the tangent plane, so that vertices keep their spacing. Edges have no unit, so bends wider than about
 //! `2 π √(3 / hold)` edges stay. Where the surface has the wanted normals already, it is held faster.
 
 use glam::Vec3;
 use rayon::prelude::*;
 
-use crate::mesh::{Mesh, Neighbours, conjugate_gradients};
+use crate::mesh::{Mesh, Neighbors, conjugate_gradients};
 
 /// Weight of staying where the normals have to turn, and where they are right.
 const HOLD: [f32; 2] = [1e-3, 0.2];
 /// Turn from which normals count as wrong, radians: 5 degrees.
 const WRONG: f32 = 0.087;
-/// Averages of the turn over neighbours.
+/// Averages of the turn over neighbors.
 const PASSES: usize = 4;
 const SLIDE: f32 = 0.1;
 const ITERATIONS: usize = 300;
@@ -22,7 +22,7 @@ const CHUNK: usize = 4096;
 
 pub(super) struct Reshape<'a> {
     pub(super) mesh: &'a Mesh,
-    pub(super) neighbours: &'a Neighbours,
+    pub(super) neighbors: &'a Neighbors,
     /// Wanted, unit, per vertex.
     pub(super) normals: &'a [Vec3],
     /// Vertices that may move.
@@ -41,7 +41,7 @@ impl Reshape<'_> {
             let m = (self.normals[v] + self.normals[j]).normalize_or(self.normals[v]);
             m * m.dot(x[v] - x[j])
         };
-        self.neighbours.at(v).iter().map(of).sum()
+        self.neighbors.at(v).iter().map(of).sum()
     }
 
     /// `P L u`.
@@ -49,7 +49,7 @@ impl Reshape<'_> {
         if !self.free[v] {
             return Vec3::ZERO;
         }
-        let bent = self.neighbours.laplacian(u, v);
+        let bent = self.neighbors.laplacian(u, v);
         bent - self.normals[v] * self.normals[v].dot(bent)
     }
 
@@ -57,7 +57,7 @@ impl Reshape<'_> {
         let own = self.mesh.vertex_normals();
         let mut turn = self.map(|v| own[v].angle_between(self.normals[v]));
         for _ in 0..PASSES {
-            turn = self.map(|v| self.neighbours.mean(&turn, v));
+            turn = self.map(|v| self.neighbors.mean(&turn, v));
         }
         let right = |t: f32| (1.0 + (t / WRONG).powi(2)).powi(-2);
         self.map(|v| HOLD[0] + (HOLD[1] - HOLD[0]) * right(turn[v]))
@@ -69,7 +69,7 @@ impl Reshape<'_> {
             if self.free[v] {
                 self.slope(u, v)
                     + u[v] * hold[v]
-                    + self.neighbours.laplacian_transposed(&slid, v) * SLIDE
+                    + self.neighbors.laplacian_transposed(&slid, v) * SLIDE
             } else {
                 Vec3::ZERO
             }
@@ -118,8 +118,8 @@ mod tests {
         let wanted = truth.vertex_normals();
         let inside = |v: &usize| (2..n - 2).contains(&(v % n)) && (2..n - 2).contains(&(v / n));
         let free: Vec<bool> = (0..n * n).map(|v| inside(&v)).collect();
-        let neighbours = Neighbours::of(&mesh);
-        let shape = Reshape { mesh: &mesh, neighbours: &neighbours, normals: &wanted, free: &free };
+        let neighbors = Neighbors::of(&mesh);
+        let shape = Reshape { mesh: &mesh, neighbors: &neighbors, normals: &wanted, free: &free };
         let u = shape.solve();
         assert!((0..n * n).all(|v| free[v] || u[v] == Vec3::ZERO));
         let mut moved = mesh.clone();
@@ -145,15 +145,15 @@ mod tests {
     #[test]
     fn what_has_its_normals_stays() {
         let mesh = grid(9, |x, y| 0.02 * (x * x + x * y));
-        let (normals, neighbours) = (mesh.vertex_normals(), Neighbours::of(&mesh));
+        let (normals, neighbors) = (mesh.vertex_normals(), Neighbors::of(&mesh));
         let free = vec![true; 81];
         let flat = grid(9, |x, _| 0.3 * x);
         let up = flat.vertex_normals();
         let still =
-            Reshape { mesh: &flat, neighbours: &neighbours, normals: &up, free: &free }.solve();
+            Reshape { mesh: &flat, neighbors: &neighbors, normals: &up, free: &free }.solve();
         assert!(still.iter().all(|u| u.length() < 1e-4));
         let none = vec![false; 81];
-        let held = Reshape { mesh: &mesh, neighbours: &neighbours, normals: &normals, free: &none };
+        let held = Reshape { mesh: &mesh, neighbors: &neighbors, normals: &normals, free: &none };
         assert!(held.solve().iter().all(|u| *u == Vec3::ZERO));
     }
 }

@@ -83,7 +83,7 @@ fn reshaped(depth: f32, exposure: f32, metallic: f32) -> (TracedSurface, Option<
     (scene, found)
 }
 
-/// Mean angle between normals and directions from the centre about the dent, degrees.
+/// Mean angle between normals and directions from the center about the dent, degrees.
 fn off(surface: &Surface) -> f32 {
     let near = (0..surface.vertices.len())
         .map(|v| (Vec3::from(surface.vertices[v]).normalize(), Vec3::from(surface.normals[v])))

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::received::{Received, Shaded};
 use super::solve::{Displacement, Told, Weights};
 use super::turns::{Rows, turns};
-use crate::mesh::{Mesh, Neighbours};
+use crate::mesh::{Mesh, Neighbors};
 use crate::observation::samples::body_radiance;
 
 /// Photos from which a vertex counts.
@@ -16,7 +16,7 @@ const LEAST_PHOTOS: usize = 3;
 const LEAST_COSINE: f32 = 0.1;
 /// Vertices from which there is a shape to speak of.
 const LEAST_VERTICES: usize = 30;
-/// Difference of logarithms of base colours, over all channels, at which a pair counts a quarter.
+/// Difference of logarithms of base colors, over all channels, at which a pair counts a quarter.
 const SIGMA: f32 = 0.3;
 /// Weight of squares of displacements, in edges: small, so that it rules only where no pair tells anything.
 const HOLD: f32 = 3e-3;
@@ -28,7 +28,7 @@ const FARTHEST: f32 = 2.0;
 pub(super) struct Displaced {
     /// Vertices that were free to move and are told by photos.
     pub vertices: usize,
-    /// Mean cost of pairs of neighbours, 0 to 1: before, after.
+    /// Mean cost of pairs of neighbors, 0 to 1: before, after.
     pub cost: [f64; 2],
     /// Mean turn of their normals, degrees.
     pub turn_degrees: f32,
@@ -59,10 +59,10 @@ impl Shaded<'_> {
         if shown.iter().flatten().flatten().count() < LEAST_VERTICES {
             return None;
         }
-        let neighbours = Neighbours::of(&mesh);
+        let neighbors = Neighbors::of(&mesh);
         let received: Vec<Received> =
             (0..self.lights.len()).map(|l| Received::trace(self, l, &along, &free)).collect();
-        let even: Vec<Vec<f32>> = received.iter().map(|r| r.evenness(&neighbours)).collect();
+        let even: Vec<Vec<f32>> = received.iter().map(|r| r.evenness(&neighbors)).collect();
         let weights = Weights { sigma: SIGMA, bending: self.smoothness, hold: HOLD };
         let mut u = vec![0.0f32; free.len()];
         let mut cost = [0.0; 2];
@@ -81,7 +81,7 @@ impl Shaded<'_> {
                 .collect();
             let displacement = Displacement {
                 told: &told,
-                neighbours: &neighbours,
+                neighbors: &neighbors,
                 free: &free,
                 start: &u,
                 weights,
@@ -131,7 +131,7 @@ impl Shaded<'_> {
     }
 }
 
-/// Logarithms of base colours under these normals; none where the light grazes or photos do not tell.
+/// Logarithms of base colors under these normals; none where the light grazes or photos do not tell.
 fn log_base(received: &Received, shown: &[Option<Vec3>], normals: &[Vec3]) -> Vec<Option<Vec3>> {
     let of = |v: usize| {
         let toward = &received.toward[v];

@@ -56,7 +56,7 @@ fn term(moved: &Displaced) -> Term {
         name: "relief by shading".into(),
         kept: true,
         evidence: format!(
-            "normals of {} vertices turned by {:.1} degrees on average, so that neighbours have one base color",
+            "normals of {} vertices turned by {:.1} degrees on average, so that neighbors have one base color",
             moved.vertices, moved.turn_degrees
         ),
         numbers: numbers([("cost_before", Some(moved.cost[0])), ("cost", Some(moved.cost[1]))]),

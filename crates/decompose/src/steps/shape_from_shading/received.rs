@@ -7,14 +7,14 @@ use rayon::prelude::*;
 
 use crate::appearance::VertexMaterials;
 use crate::illumination::light_by_texels;
-use crate::mesh::Neighbours;
+use crate::mesh::Neighbors;
 use crate::observation::{SeenView, TracedSurface};
 
 /// Texels along a side of the light: 6.4 degrees, and 15 where there are many vertices.
 const SIDES: [usize; 2] = [12, 28];
 /// Texels over all vertices from which they are larger; half of them lie over the plane of their vertex and cost a ray.
 const MOST_RAYS: usize = 80_000_000;
-/// Difference of the open share between neighbours at which a vertex counts half.
+/// Difference of the open share between neighbors at which a vertex counts half.
 const UNEVEN: f32 = 0.1;
 
 /// What the displacement is found from.
@@ -76,9 +76,9 @@ impl Received {
     }
 
     /// 1, or less where a shadow ends: a vertex does not tell how much of it is in there.
-    pub(super) fn evenness(&self, neighbours: &Neighbours) -> Vec<f32> {
+    pub(super) fn evenness(&self, neighbors: &Neighbors) -> Vec<f32> {
         let of = |v: usize| {
-            let ring = neighbours.at(v).iter().map(|&j| self.open[j as usize]);
+            let ring = neighbors.at(v).iter().map(|&j| self.open[j as usize]);
             let own = self.open[v];
             let (low, high) = ring.fold((own, own), |(l, h), o| (l.min(o), h.max(o)));
             1.0 / (1.0 + ((high - low) / UNEVEN).powi(2))

@@ -1,21 +1,21 @@
-//! Displacements under which neighbours have one base colour.
+//! Displacements under which neighbors have one base color.
 //!
-//! `E(u) = Σ_pq w ρ(|β_p - β_q|) + λ Σ (L u)² + μ Σ u²`, `β = ln L - ln E(n)` per channel, the logarithm of a base colour: what
+//! `E(u) = Σ_pq w ρ(|β_p - β_q|) + λ Σ (L u)² + μ Σ u²`, `β = ln L - ln E(n)` per channel, the logarithm of a base color: what
 //! photos show over what a vertex receives with its normal; `n` turns with the displacements `u` along the normals to first order, `ρ` the
-//! cost of Geman & McClure (1987), so that edges of texture do not count, `L` the mean of the neighbours less the vertex.
+//! cost of Geman & McClure (1987), so that edges of texture do not count, `L` the mean of the neighbors less the vertex.
 
 use glam::Vec3;
 use rayon::prelude::*;
 
 use super::turns::Rows;
-use crate::mesh::Neighbours;
+use crate::mesh::Neighbors;
 use crate::mesh::conjugate_gradients;
 
 const CHUNK: usize = 1024;
 /// Times that pairs are weighed.
 const ROUNDS: usize = 6;
 const ITERATIONS: usize = 120;
-/// Power of the mean weight around a vertex: photos mix colours there, which looks like a slope.
+/// Power of the mean weight around a vertex: photos mix colors there, which looks like a slope.
 const BESIDE_EDGES: i32 = 2;
 
 /// Weights and scales.
@@ -41,7 +41,7 @@ pub(super) struct Told<'a> {
 
 pub(super) struct Displacement<'a> {
     pub told: &'a [Told<'a>],
-    pub neighbours: &'a Neighbours,
+    pub neighbors: &'a Neighbors,
     pub free: &'a [bool],
     /// Displacements before, edges.
     pub start: &'a [f32],
@@ -65,7 +65,7 @@ impl Displacement<'_> {
         (x2 / (1.0 + x2), (1.0 + x2).powi(-2))
     }
 
-    /// Weights of the pairs by their differences, those of a vertex in the order of its neighbours, and the mean cost of pairs.
+    /// Weights of the pairs by their differences, those of a vertex in the order of its neighbors, and the mean cost of pairs.
     fn pairs(&self, told: &Told<'_>, u: &[f32]) -> (Vec<Vec<f32>>, f64) {
         let beta = map(u.len(), |v| told.log_base[v].map(|b| b + told.change(u, v)));
         let rows = map(u.len(), |p| {
@@ -78,7 +78,7 @@ impl Displacement<'_> {
                 cost = (cost.0 + f64::from(base * value), cost.1 + f64::from(base));
                 base * w
             };
-            let row: Vec<f32> = self.neighbours.at(p).iter().map(of).collect();
+            let row: Vec<f32> = self.neighbors.at(p).iter().map(of).collect();
             (row, cost)
         });
         let (sum, n) = rows.iter().fold((0.0, 0.0), |(s, n), (_, c)| (s + c.0, n + c.1));
@@ -92,7 +92,7 @@ impl Displacement<'_> {
             |row: &Vec<f32>| (row.iter().sum::<f32>() / row.len().max(1) as f32).powi(BESIDE_EDGES);
         let clear: Vec<f32> = rows.iter().map(sharp).collect();
         map(u.len(), |p| {
-            let ring = rows[p].iter().zip(self.neighbours.at(p));
+            let ring = rows[p].iter().zip(self.neighbors.at(p));
             ring.map(|(w, &q)| w * clear[p] * clear[q as usize]).collect()
         })
     }
@@ -106,7 +106,7 @@ impl Displacement<'_> {
     /// `Σ_q w_pq (x_p - x_q)`.
     fn differences(&self, weights: &[Vec<f32>], x: &[Vec3]) -> Vec<Vec3> {
         map(x.len(), |p| {
-            let ring = self.neighbours.at(p).iter().zip(&weights[p]);
+            let ring = self.neighbors.at(p).iter().zip(&weights[p]);
             ring.map(|(&q, w)| (x[p] - x[q as usize]) * *w).sum()
         })
     }
@@ -114,9 +114,9 @@ impl Displacement<'_> {
     /// Half the gradient of what does not depend on the photos, at displacements `u`.
     fn stiff(&self, u: &[f32]) -> Vec<f32> {
         let free = |v: usize| self.free[v];
-        let bent = map(u.len(), |v| if free(v) { self.neighbours.laplacian(u, v) } else { 0.0 });
+        let bent = map(u.len(), |v| if free(v) { self.neighbors.laplacian(u, v) } else { 0.0 });
         map(u.len(), |v| {
-            let unbent = self.neighbours.laplacian_transposed(&bent, v);
+            let unbent = self.neighbors.laplacian_transposed(&bent, v);
             if free(v) { u[v] * self.weights.hold + unbent * self.weights.bending } else { 0.0 }
         })
     }

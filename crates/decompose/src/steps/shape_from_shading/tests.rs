@@ -1,4 +1,4 @@
-//! A ball of two colours with bumps that its surface lacks, under a lamp and a sky: photos by sums over the light.
+//! A ball of two colors with bumps that its surface lacks, under a lamp and a sky: photos by sums over the light.
 
 use super::*;
 use glam::DVec3;
@@ -36,7 +36,7 @@ fn bumpy(height: f32) -> Surface {
     ball(60, |d| 1.0 + height * bumps(d))
 }
 
-/// Two colours in patches, as far as `contrast` goes.
+/// Two colors in patches, as far as `contrast` goes.
 fn base_color(p: Vec3, contrast: f32) -> Vec3 {
     let patch = ((1.2 * p).round().as_ivec3().element_sum() % 2).abs() as f32;
     Vec3::new(0.6, 0.5, 0.4) * (1.0 - contrast * patch)

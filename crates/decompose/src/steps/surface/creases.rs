@@ -6,7 +6,7 @@ use glam::Vec3;
 use motes_math::median::quantile;
 
 use super::facets::{Facet, find};
-use crate::mesh::{Mesh, Neighbours};
+use crate::mesh::{Mesh, Neighbors};
 
 /// Rings around a facet that may belong to its edges.
 const EDGE_RINGS: usize = 3;
@@ -38,9 +38,9 @@ pub(super) fn reach_down(facets: &[Facet], mesh: &Mesh, up: Vec3, least: f32) ->
 
 /// Puts flat faces at least `width` voxels wide onto their planes.
 pub(super) fn flatten(mesh: &mut Mesh, voxel: f32, width: f32) -> Vec<Facet> {
-    let neighbours = Neighbours::of(mesh);
-    let mut facets = find(mesh, &neighbours, voxel, width);
-    facets.iter_mut().for_each(|facet| facet.take_pits(mesh, &neighbours, voxel));
+    let neighbors = Neighbors::of(mesh);
+    let mut facets = find(mesh, &neighbors, voxel, width);
+    facets.iter_mut().for_each(|facet| facet.take_pits(mesh, &neighbors, voxel));
     let mut planes_at: Vec<Vec<u16>> = vec![Vec::new(); mesh.vertices.len()];
     for (k, facet) in facets.iter().enumerate() {
         let mut is_reached = vec![false; mesh.vertices.len()];
@@ -50,7 +50,7 @@ pub(super) fn flatten(mesh: &mut Mesh, voxel: f32, width: f32) -> Vec<Facet> {
             planes_at[v as usize].push(k as u16);
         }
         for _ in 0..EDGE_RINGS {
-            ring = next_ring(&ring, &neighbours, &mut is_reached);
+            ring = next_ring(&ring, &neighbors, &mut is_reached);
             let height = |v: u32| facet.plane.height(mesh.vertices[v as usize]).abs();
             for &v in ring.iter().filter(|v| height(**v) <= EDGE_REACH * voxel) {
                 planes_at[v as usize].push(k as u16);
@@ -143,10 +143,10 @@ impl Beside<'_> {
     }
 }
 
-fn next_ring(ring: &[u32], neighbours: &Neighbours, is_reached: &mut [bool]) -> Vec<u32> {
+fn next_ring(ring: &[u32], neighbors: &Neighbors, is_reached: &mut [bool]) -> Vec<u32> {
     let mut next = Vec::new();
     for &v in ring {
-        for &j in neighbours.at(v as usize) {
+        for &j in neighbors.at(v as usize) {
             if !std::mem::replace(&mut is_reached[j as usize], true) {
                 next.push(j);
             }

@@ -19,7 +19,7 @@ use super::surface_nets;
 use super::tsdf;
 use super::view::View;
 use crate::error::DecomposeError;
-use crate::mesh::{Mesh, Neighbours, averaged};
+use crate::mesh::{Mesh, Neighbors, averaged};
 use crate::observation::Photo;
 use crate::progress::Tick;
 
@@ -144,11 +144,11 @@ fn surface_of(
 
     let mut planes = Mesh::default();
     sheets.iter().for_each(|s| planes.append(s.mesh()));
-    let neighbours = Neighbours::of(&mesh);
+    let neighbors = Neighbors::of(&mesh);
     for round in 0..options.refine_rounds {
         parts.begin("refinement", 0.5 + 0.5 * round as f32 / options.refine_rounds as f32)?;
         let round = Round::new(round, options);
-        let agreement = refine::refine(&mut mesh, &planes, views, &neighbours, voxel, &round);
+        let agreement = refine::refine(&mut mesh, &planes, views, &neighbors, voxel, &round);
         report.agreement.push(agreement);
     }
     report.pieces_dropped += clean(&mut mesh, views, &sheets, voxel, options);
@@ -159,9 +159,9 @@ fn surface_of(
     });
     let mut normals = mesh.vertex_normals();
     if options.smooth_normals > 0 {
-        let neighbours = Neighbours::of(&mesh);
+        let neighbors = Neighbors::of(&mesh);
         for _ in 0..options.smooth_normals {
-            normals = averaged(&normals, &neighbours);
+            normals = averaged(&normals, &neighbors);
         }
     }
     for sheet in &sheets {
@@ -192,17 +192,17 @@ fn clean(
 
 fn smooth(mesh: &mut Mesh, voxel: f32, options: &Options) {
     let n = mesh.vertices.len();
-    let neighbours = Neighbours::of(mesh);
+    let neighbors = Neighbors::of(mesh);
     let (weight, target, trust) = (vec![1.0; n], vec![0.0; n], vec![1.0; n]);
     for _ in 0..2 {
         let mut normals = mesh.vertex_normals();
         for _ in 0..2 {
-            normals = averaged(&normals, &neighbours);
+            normals = averaged(&normals, &neighbors);
         }
         let plate = ThinPlate {
             mesh,
             normals: &normals,
-            neighbours: &neighbours,
+            neighbors: &neighbors,
             weight: &weight,
             target: &target,
             stiffness: options.stiffness,

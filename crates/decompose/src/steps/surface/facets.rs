@@ -9,7 +9,7 @@ use std::collections::HashSet;
 use glam::Vec3;
 
 use super::planes::{Plane, least_squares};
-use crate::mesh::{Mesh, Neighbours, averaged};
+use crate::mesh::{Mesh, Neighbors, averaged};
 
 /// Half of the band about the plane, voxels.
 const BAND: f32 = 1.0;
@@ -17,7 +17,7 @@ const BAND: f32 = 1.0;
 const AGREE: f32 = 0.85;
 /// Cosine of the angle from which on they turn away from what was found flat (18 degrees).
 const RIM: f32 = 0.95;
-/// Rings of neighbours that the first plane is laid through.
+/// Rings of neighbors that the first plane is laid through.
 const SEED_RINGS: usize = 5;
 /// Growths, each about the plane through what the one before held.
 const GROWTHS: usize = 5;
@@ -42,19 +42,19 @@ pub(super) struct Facet {
 
 impl Facet {
     /// Adds small pieces that the facet surrounds.
-    pub(super) fn take_pits(&mut self, mesh: &Mesh, neighbours: &Neighbours, voxel: f32) {
+    pub(super) fn take_pits(&mut self, mesh: &Mesh, neighbors: &Neighbors, voxel: f32) {
         let most = (PIT_SHARE * self.vertices.len() as f32) as usize;
         let mut inside: HashSet<u32> = self.vertices.iter().copied().collect();
         let mut met = inside.clone();
         for k in 0..self.vertices.len() {
-            for &start in neighbours.at(self.vertices[k] as usize) {
+            for &start in neighbors.at(self.vertices[k] as usize) {
                 if !met.insert(start) {
                     continue;
                 }
                 let mut piece = vec![start];
                 let mut next = 0;
                 while next < piece.len() {
-                    let around = neighbours.at(piece[next] as usize).iter();
+                    let around = neighbors.at(piece[next] as usize).iter();
                     next += 1;
                     piece.extend(around.filter(|j| met.insert(**j)));
                 }
@@ -70,20 +70,20 @@ impl Facet {
 }
 
 /// Flat faces, those first that normals turn least in.
-pub(super) fn find(mesh: &Mesh, neighbours: &Neighbours, voxel: f32, width: f32) -> Vec<Facet> {
+pub(super) fn find(mesh: &Mesh, neighbors: &Neighbors, voxel: f32, width: f32) -> Vec<Facet> {
     let own = mesh.vertex_normals();
     let mut smooth = own.clone();
     for _ in 0..4 {
-        smooth = averaged(&smooth, neighbours);
+        smooth = averaged(&smooth, neighbors);
     }
     let mut wide = smooth.clone();
     for _ in 0..8 {
-        wide = averaged(&wide, neighbours);
+        wide = averaged(&wide, neighbors);
     }
     let mut seeds: Vec<u32> = (0..mesh.vertices.len() as u32).collect();
     let turn = |v: &u32| 1.0 - smooth[*v as usize].dot(wide[*v as usize]);
     seeds.sort_by(|a, b| turn(a).total_cmp(&turn(b)).then(a.cmp(b)));
-    let search = Search { mesh, neighbours, normals: &smooth, voxel };
+    let search = Search { mesh, neighbors, normals: &smooth, voxel };
     let (mut taken, mut tried) = (vec![false; own.len()], vec![false; own.len()]);
     let mut facets = Vec::new();
     let mut tries = 0;
@@ -109,7 +109,7 @@ pub(super) fn find(mesh: &Mesh, neighbours: &Neighbours, voxel: f32, width: f32)
 
 struct Search<'a> {
     mesh: &'a Mesh,
-    neighbours: &'a Neighbours,
+    neighbors: &'a Neighbors,
     normals: &'a [Vec3],
     voxel: f32,
 }
@@ -153,7 +153,7 @@ impl Search<'_> {
         let mut ring = 0..1;
         for _ in 0..rings {
             for k in ring.clone() {
-                for &j in self.neighbours.at(out[k] as usize) {
+                for &j in self.neighbors.at(out[k] as usize) {
                     if !taken[j as usize] && holds(j as usize) && seen.insert(j) {
                         out.push(j);
                     }
@@ -178,7 +178,7 @@ impl Search<'_> {
     fn ended_by_band(&self, facet: &Facet) -> f64 {
         let mut met: HashSet<u32> = facet.vertices.iter().copied().collect();
         let (mut by_band, mut all) = (0usize, 0usize);
-        for j in facet.vertices.iter().flat_map(|&v| self.neighbours.at(v as usize)) {
+        for j in facet.vertices.iter().flat_map(|&v| self.neighbors.at(v as usize)) {
             if met.insert(*j) {
                 all += 1;
                 let agrees = self.normals[*j as usize].dot(facet.plane.normal) > AGREE;

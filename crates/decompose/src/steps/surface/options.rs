@@ -32,7 +32,7 @@ pub struct Options {
     /// Stiffness of the surface against the noise of the Gaussians' depth; 0 leaves it as fused
     #[arg(long, help_heading = "Geometry", default_value_t = 100.0, value_name = "WEIGHT")]
     pub stiffness: f32,
-    /// Times that the normal of every vertex is averaged with its neighbours' in the end
+    /// Times that the normal of every vertex is averaged with its neighbors' in the end
     #[arg(long, help_heading = "Geometry", default_value_t = 0, value_name = "COUNT")]
     pub smooth_normals: usize,
     /// Weight of a view that looks through a place against one that sees surface there

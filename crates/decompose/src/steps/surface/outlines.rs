@@ -21,7 +21,7 @@ const FARTHEST: f32 = 4.0;
 const STEP: f32 = 0.5;
 const READINGS: usize = (2.0 * REACH / STEP) as usize + 1;
 /// What either side looks like is read between these distances from the outline, pixels: near it, as things darken, or
-/// mirror what is behind, towards their rim.
+/// mirror what is behind, toward their rim.
 const NEAR: (f32, f32) = (0.9, 3.2);
 /// What is behind an outline is farther by this many voxels.
 const BEHIND: f32 = 8.0;
@@ -196,7 +196,7 @@ struct Behind<'a> {
 }
 
 impl Behind<'_> {
-    /// Colour of the plane behind the centre of a pixel: median of the photos that see it.
+    /// Color of the plane behind the center of a pixel: median of the photos that see it.
     fn at_pixel(&mut self, column: usize, row: usize) -> Option<Vec3> {
         let view = &self.views[self.view];
         let index = row * view.width + column;
@@ -233,7 +233,7 @@ impl Behind<'_> {
         (colors.len() >= 3).then(|| median(&colors))
     }
 
-    /// Between the centres of pixels.
+    /// Between the centers of pixels.
     fn at(&mut self, p: Vec2) -> Option<Vec3> {
         let (x, y) = (p.x - 0.5, p.y - 0.5);
         let (i, j) = (x.floor(), y.floor());

@@ -14,7 +14,7 @@ use super::patches::{Agreement, MOST_VIEWS, Patch, agreement};
 use super::silhouettes::{mirror_limit, steady};
 use super::smooth::ThinPlate;
 use super::view::View;
-use crate::mesh::{Mesh, Neighbours, averaged};
+use crate::mesh::{Mesh, Neighbors, averaged};
 
 /// Cosine of the angle between normal and sight from which a photo sees a piece well enough.
 const LEAST_COSINE: f32 = 0.25;
@@ -27,7 +27,7 @@ const HOLD: f32 = 5e-3;
 const OUTLIER: f32 = 0.7;
 /// Share of it that is left on mirrors: what no photo tells about follows the outlines.
 const LEAST_HOLD: f32 = 0.02;
-/// Averages over neighbours of how far the photos differ.
+/// Averages over neighbors of how far the photos differ.
 const SPREAD_PASSES: usize = 8;
 /// Averages of the curvature that patches are bent by.
 const CURVATURE_PASSES: usize = 4;
@@ -58,7 +58,7 @@ pub(super) struct Round {
     /// Between the samples of a patch, voxels.
     pub(super) spacing: f32,
     pub(super) stiffness: f32,
-    /// Averages of the normals over neighbours before the patches are laid.
+    /// Averages of the normals over neighbors before the patches are laid.
     pub(super) normal_passes: usize,
     pub(super) rest_passes: usize,
     pub(super) outline_weight: f32,
@@ -119,16 +119,16 @@ fn visibility(
     (0..mesh.vertices.len()).into_par_iter().with_min_len(256).map(of).collect()
 }
 
-/// `n · (x_j - x) / |x_j - x|^2`, mean over the neighbours: half the mean curvature, negative where the
+/// `n · (x_j - x) / |x_j - x|^2`, mean over the neighbors: half the mean curvature, negative where the
 /// surface bulges; averaged, so that noise bends no patch.
-fn curvature(mesh: &Mesh, normals: &[Vec3], neighbours: &Neighbours) -> Vec<f32> {
+fn curvature(mesh: &Mesh, normals: &[Vec3], neighbors: &Neighbors) -> Vec<f32> {
     let n = normals.len();
     let map = |f: &(dyn Fn(usize) -> f32 + Sync)| -> Vec<f32> {
         (0..n).into_par_iter().with_min_len(1024).map(f).collect()
     };
     let mut mean = map(&|v| {
         let (mut rise, mut run) = (0.0, 0.0);
-        for &j in neighbours.at(v) {
+        for &j in neighbors.at(v) {
             let d = mesh.vertices[j as usize] - mesh.vertices[v];
             rise += normals[v].dot(d);
             run += d.length_squared();
@@ -136,7 +136,7 @@ fn curvature(mesh: &Mesh, normals: &[Vec3], neighbours: &Neighbours) -> Vec<f32>
         if run > 0.0 { rise / run } else { 0.0 }
     });
     for _ in 0..CURVATURE_PASSES {
-        mean = map(&|v| neighbours.mean(&mean, v));
+        mean = map(&|v| neighbors.mean(&mean, v));
     }
     mean
 }
@@ -201,17 +201,17 @@ pub(super) fn refine(
     mesh: &mut Mesh,
     planes: &Mesh,
     views: &[View],
-    neighbours: &Neighbours,
+    neighbors: &Neighbors,
     voxel: f32,
     round: &Round,
 ) -> f64 {
     let mut normals = mesh.vertex_normals();
     for _ in 0..round.normal_passes {
-        normals = averaged(&normals, neighbours);
+        normals = averaged(&normals, neighbors);
     }
     let Some(rays) = Rays::new(mesh, planes) else { return 0.0 };
     let seen = visibility(mesh, &normals, &rays.all, views, voxel);
-    let bent = curvature(mesh, &normals, neighbours);
+    let bent = curvature(mesh, &normals, neighbors);
     let mut found: Vec<Finding> = (0..mesh.vertices.len())
         .into_par_iter()
         .with_min_len(64)
@@ -219,7 +219,7 @@ pub(super) fn refine(
         .collect();
     let told: Vec<f64> =
         found.iter().filter(|f| f.before != 0.0).map(|f| f64::from(f.before)).collect();
-    let believed = steadiness(&found, neighbours, round.mirror_spread);
+    let believed = steadiness(&found, neighbors, round.mirror_spread);
     for (f, s) in found.iter_mut().zip(&believed) {
         f.confidence *= s;
     }
@@ -246,7 +246,7 @@ pub(super) fn refine(
         let plate = ThinPlate {
             mesh,
             normals: &normals,
-            neighbours,
+            neighbors,
             weight: &weight,
             target: &target,
             stiffness: round.stiffness,
@@ -270,7 +270,7 @@ pub(super) fn refine(
 
 /// How far the photos' agreement about each vertex counts, 0 to 1: little where its brightness changes from photo to photo
 /// as it does on a mirror, whose picture lies behind it and would dig pits.
-fn steadiness(found: &[Finding], neighbours: &Neighbours, mirror_spread: f32) -> Vec<f32> {
+fn steadiness(found: &[Finding], neighbors: &Neighbors, mirror_spread: f32) -> Vec<f32> {
     if !(mirror_spread > 0.0) {
         return vec![1.0; found.len()];
     }
@@ -279,7 +279,7 @@ fn steadiness(found: &[Finding], neighbours: &Neighbours, mirror_spread: f32) ->
         found.iter().map(|f| f32::from(u8::from(f.spread.is_some()))).collect();
     for values in [&mut sum, &mut count] {
         for _ in 0..SPREAD_PASSES {
-            let mean = |v: usize| neighbours.mean(values, v);
+            let mean = |v: usize| neighbors.mean(values, v);
             *values = (0..found.len()).into_par_iter().with_min_len(4096).map(mean).collect();
         }
     }

@@ -68,7 +68,7 @@ pub(super) fn skirts(mesh: &mut Mesh, sheets: &[Sheet], reach: impl Fn(&Mesh, Ve
                     let (up, height) = (sheet.plane.normal, sheet.plane.height(p));
                     let n = normals[v as usize];
                     let flat = n - up * n.dot(up);
-                    // Towards the inside as far as the surface leans over, 45 degrees at most.
+                    // Toward the inside as far as the surface leans over, 45 degrees at most.
                     let lean = (-n.dot(up) / flat.length().max(1e-3)).clamp(0.0, 1.0);
                     let inwards = -flat.normalize_or_zero() * lean;
                     mesh.vertices.push(p + (inwards - up) * height);

@@ -1,20 +1,20 @@
 //! Displacement of vertices along their normals under a thin-plate energy.
 //!
 //! `E(u) = sum_v w_v (u_v - t_v)^2 + stiffness sum_v b_v (n_v · (mean_j y_j - y_v))^2 / h^2`,
-//! `y = x + u n`, `j` the neighbours of `v`: the discrete bilaplacian (Kobbelt et al. 1998). It
-//! penalises curvature, so that noise goes first and a sphere stays. `b_v` is 1, or less where the
+//! `y = x + u n`, `j` the neighbors of `v`: the discrete bilaplacian (Kobbelt et al. 1998). It
+//! penalizes curvature, so that noise goes first and a sphere stays. `b_v` is 1, or less where the
 //! surface has a crease.
 
 use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::mesh::conjugate_gradients;
-use crate::mesh::{Mesh, Neighbours};
+use crate::mesh::{Mesh, Neighbors};
 
 /// `n · (mean_j x_j - x)` in voxels at which a surface bends at half the stiffness: `1 / (2 R)` of a
 /// radius of ten voxels.
 const CREASE: f32 = 0.05;
-/// Averages of it over neighbours, so that noise is no crease.
+/// Averages of it over neighbors, so that noise is no crease.
 const CREASE_PASSES: usize = 4;
 /// Times as many averages where a mirror may be.
 const WIDER: usize = 5;
@@ -24,13 +24,13 @@ const CHUNK: usize = 4096;
 pub(super) struct ThinPlate<'a> {
     pub(super) mesh: &'a Mesh,
     pub(super) normals: &'a [Vec3],
-    pub(super) neighbours: &'a Neighbours,
+    pub(super) neighbors: &'a Neighbors,
     /// `w_v`; a vertex with an infinite one does not move.
     pub(super) weight: &'a [f32],
     /// `t_v`.
     pub(super) target: &'a [f32],
     pub(super) stiffness: f32,
-    /// Averages over the neighbours that make the curvature which the surface is meant to have; the
+    /// Averages over the neighbors that make the curvature which the surface is meant to have; the
     /// more, the smoother and the more thin things shrink.
     pub(super) rest_passes: usize,
     /// How far the curvature at a vertex is believed, above 0.
@@ -50,7 +50,7 @@ impl ThinPlate<'_> {
     /// `n_v · (mean_j u_j n_j - u_v n_v)`.
     #[inline]
     fn bending(&self, u: &[f32], v: usize) -> f32 {
-        let ring = self.neighbours.at(v);
+        let ring = self.neighbors.at(v);
         if ring.is_empty() {
             return 0.0;
         }
@@ -63,12 +63,12 @@ impl ThinPlate<'_> {
     #[inline]
     fn transpose(&self, r: &[f32], v: usize) -> f32 {
         let n = self.normals[v];
-        let ring = self.neighbours.at(v);
+        let ring = self.neighbors.at(v);
         let sum: f32 = ring
             .iter()
             .map(|&j| {
                 let j = j as usize;
-                r[j] * n.dot(self.normals[j]) / self.neighbours.at(j).len() as f32
+                r[j] * n.dot(self.normals[j]) / self.neighbors.at(j).len() as f32
             })
             .sum();
         if ring.is_empty() { 0.0 } else { sum - r[v] }
@@ -77,7 +77,7 @@ impl ThinPlate<'_> {
     /// `b_v`: edges and thin things bend more easily than what is nearly flat.
     fn bending_weights(&self, rest: &[f32]) -> Vec<f32> {
         let n = rest.len();
-        let step = |values: &[f32], v: usize| self.neighbours.mean(values, v);
+        let step = |values: &[f32], v: usize| self.neighbors.mean(values, v);
         let mut mean = rest.to_vec();
         for _ in 0..CREASE_PASSES {
             mean = (0..n).into_par_iter().with_min_len(CHUNK).map(|v| step(&mean, v)).collect();
@@ -93,7 +93,7 @@ impl ThinPlate<'_> {
         };
         // What bends without any displacement.
         let rest = map(&|v| {
-            let ring = self.neighbours.at(v);
+            let ring = self.neighbors.at(v);
             if ring.is_empty() {
                 return 0.0;
             }
@@ -110,12 +110,12 @@ impl ThinPlate<'_> {
             })
         };
         // The curvature of the surroundings is no noise: only what differs from it is pulled.
-        // Normalised convolution (Knutsson & Westin 1993): what is trusted speaks for what is not.
+        // Normalized convolution (Knutsson & Westin 1993): what is trusted speaks for what is not.
         let mut trust = self.trust.to_vec();
         let mut common = map(&|v| rest[v] * trust[v]);
         let pass = |common: &mut Vec<f32>, trust: &mut Vec<f32>| {
-            *common = map(&|v| self.neighbours.mean(common, v));
-            *trust = map(&|v| self.neighbours.mean(trust, v));
+            *common = map(&|v| self.neighbors.mean(common, v));
+            *trust = map(&|v| self.neighbors.mean(trust, v));
         };
         (0..self.rest_passes).for_each(|_| pass(&mut common, &mut trust));
         let mut common = map(&|v| common[v] / trust[v].max(1e-12));

@@ -26,7 +26,7 @@ const EDGES: [(usize, usize); 12] = [
 ];
 const NONE: u32 = u32::MAX;
 
-/// Distances of a block with the first layer of its upper neighbours, NaN where nothing was seen, and by how many views.
+/// Distances of a block with the first layer of its upper neighbors, NaN where nothing was seen, and by how many views.
 fn padded(grid: &Grid, block: usize) -> ([f32; CORNERS], [u8; CORNERS]) {
     let key = grid.keys[block];
     let mut out = ([f32::NAN; CORNERS], [0; CORNERS]);

@@ -18,7 +18,7 @@ const TRUNCATION: f32 = 4.0;
 /// A pixel whose footprint is wider than this many voxels is too far away to be part of the grid.
 const MAX_FOOTPRINT: f32 = 4.0;
 
-/// Neighbouring pixels whose depths differ by more than this many footprints see two things.
+/// Neighboring pixels whose depths differ by more than this many footprints see two things.
 const STEP: f32 = 8.0;
 
 /// Weight of what the silhouettes leave over, against 1 of a depth; less where depths tell, none where they have this.
@@ -170,7 +170,7 @@ fn integrate(
             let mut believed = 1.0;
             if let (Some(hull), Some(pixel)) = (hull.get(k), view.pixel(q.x, q.y)) {
                 believed = hull.steady[pixel];
-                // From the centre of the last pixel inside to the outline is half a pixel.
+                // From the center of the last pixel inside to the outline is half a pixel.
                 let within = (hull.depth_inside[pixel] - 0.5) * q.z * view.footprint() / voxel;
                 inside[i] = inside[i].min(within);
                 looks[i] += 1;
@@ -217,7 +217,7 @@ pub(super) fn local(i: usize) -> IVec3 {
     IVec3::new((i % SIDE) as i32, (i / SIDE % SIDE) as i32, (i / (SIDE * SIDE)) as i32)
 }
 
-/// Depth between the centres of pixels; none at a step, where half a pixel decides what is in front.
+/// Depth between the centers of pixels; none at a step, where half a pixel decides what is in front.
 #[inline]
 fn depth_at(view: &View, map: &DepthMap, x: f32, y: f32) -> Option<f32> {
     let nearest = map.depth[view.pixel(x, y)?];

@@ -58,7 +58,7 @@ impl View {
         })
     }
 
-    /// Homogeneous pixel coordinates of a direction, or of a point relative to the camera's centre.
+    /// Homogeneous pixel coordinates of a direction, or of a point relative to the camera's center.
     #[inline]
     pub(super) fn image_of(&self, d: Vec3) -> Vec3 {
         let q = self.rotation * d;
@@ -83,7 +83,7 @@ impl View {
         inside.then(|| y as usize * self.width + x as usize)
     }
 
-    /// Colour between the centres of pixels, 0 to 1, raised to 1/2.2; none outside of the picture or where it does not count.
+    /// Color between the centers of pixels, 0 to 1, raised to 1/2.2; none outside of the picture or where it does not count.
     pub(super) fn color_at(&self, p: Vec2) -> Option<Vec3> {
         let (x, y) = (p.x - 0.5, p.y - 0.5);
         let (right, bottom) = ((self.width - 1) as f32, (self.height - 1) as f32);

@@ -28,8 +28,8 @@ pub struct EvaluationOptions {
     #[arg(long)]
     pub gap: bool,
 
-    /// Colour behind Gaussians and transparent photos: black, white, or r,g,b from 0 to 1
-    #[arg(long, value_name = "COLOUR", default_value = "black", value_parser = parse_background)]
+    /// Color behind Gaussians and transparent photos: black, white, or r,g,b from 0 to 1
+    #[arg(long, value_name = "COLOR", default_value = "black", value_parser = parse_background)]
     pub background: Background,
 
     /// Pixel footprint of the Gaussians

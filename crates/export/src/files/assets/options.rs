@@ -40,8 +40,8 @@ pub struct AssetOptions {
         help_heading = "Mesh")]
     pub target: Target,
 
-    /// Metres per world unit
-    #[arg(long, value_name = "METRES", default_value_t = 1.0, value_parser = parse_unit,
+    /// Meters per world unit
+    #[arg(long, value_name = "METERS", default_value_t = 1.0, value_parser = parse_unit,
         help_heading = "Mesh")]
     pub unit: f64,
 
@@ -83,7 +83,7 @@ pub struct PageOptions {
     pub compare_with: Option<PathBuf>,
 
     /// Behind the Gaussians: black, white or r,g,b from 0 to 1
-    #[arg(long, value_name = "COLOUR", default_value = "black", value_parser = parse_background)]
+    #[arg(long, value_name = "COLOR", default_value = "black", value_parser = parse_background)]
     pub background: Background,
 
     /// What is left out.

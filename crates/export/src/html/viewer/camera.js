@@ -80,7 +80,7 @@ class Camera {
     this.target = add(this.target, step);
   }
 
-  // Towards the target by a factor on the distance.
+  // Toward the target by a factor on the distance.
   dolly(factor) {
     this.eye = add(this.target, scaled(add(this.eye, this.target, -1), factor));
   }

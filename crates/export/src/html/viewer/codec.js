@@ -58,7 +58,7 @@ async function blockOf(text, count, manifest) {
   return block;
 }
 
-// Centres of a block in world, for sorting.
+// Centers of a block in world, for sorting.
 function meansOfBlock(block, out, first) {
   const words = new Uint32Array(block.geometry.buffer);
   for (let i = 0; i < block.count; i++) {

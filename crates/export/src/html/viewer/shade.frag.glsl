@@ -128,7 +128,7 @@ vec3 relit(vec3 base, vec3 normal, float roughness, float metallic, float visibi
 
 vec3 object_color(uint id) {
     if (id == 0u) return vec3(0.35);
-    // Golden steps round the circle of hues keep neighbours apart.
+    // Golden steps round the circle of hues keep neighbors apart.
     float hue = fract(float(id) * 0.61803399);
     vec3 rgb = clamp(abs(fract(hue + vec3(0.0, 2.0, 1.0) / 3.0) * 6.0 - 3.0) - 1.0, 0.0, 1.0);
     return mix(vec3(1.0), rgb, 0.7) * (0.7 + 0.3 * fract(float(id) * 0.7548777));

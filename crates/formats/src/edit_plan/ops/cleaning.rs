@@ -27,11 +27,12 @@ pub struct RemoveFloatersOp {
     /// Among which.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub target: Option<String>,
-    /// Number of neighbours that are looked at.
+    /// Number of neighbors that are looked at.
     #[serde(default = "sixteen")]
     #[schemars(range(min = 1, max = 256))]
-    pub neighbours: u32,
-    /// A Gaussian goes when the logarithm of its distance to its neighbours, less that of its own size where it is
+    #[serde(rename = "neighbours")]
+    pub neighbors: u32,
+    /// A Gaussian goes when the logarithm of its distance to its neighbors, less that of its own size where it is
     /// larger than usual, is so many standard deviations above the mean.
     #[serde(default = "three")]
     #[schemars(extend("exclusiveMinimum" = 0))]
@@ -40,7 +41,7 @@ pub struct RemoveFloatersOp {
 
 impl Default for RemoveFloatersOp {
     fn default() -> Self {
-        Self { target: None, neighbours: sixteen(), deviations: three() }
+        Self { target: None, neighbors: sixteen(), deviations: three() }
     }
 }
 
@@ -51,7 +52,7 @@ pub struct KeepLargestOp {
     /// Among which; the others stay.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub target: Option<String>,
-    /// Two Gaussians touch when their centres are closer than this many times the median distance to the nearest neighbours,
+    /// Two Gaussians touch when their centers are closer than this many times the median distance to the nearest neighbors,
     /// or than their own larger radii.
     #[serde(default = "three")]
     #[schemars(extend("exclusiveMinimum" = 0))]
@@ -69,7 +70,7 @@ impl Default for KeepLargestOp {
 #[serde(deny_unknown_fields)]
 pub struct DropNanOp {}
 
-/// Merge neighbours until a number is left.
+/// Merge neighbors until a number is left.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DecimateOp {

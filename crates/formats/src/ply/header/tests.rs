@@ -11,7 +11,7 @@ fn cause(text: &str) -> String {
 #[test]
 fn everything_in_a_header_is_kept() {
     let text = "ply\nformat binary_big_endian 1.0\ncomment  two  words \nobj_info x\n\
-        element vertex 3\nproperty float x\nproperty list uchar int16 neighbours\n\
+        element vertex 3\nproperty float x\nproperty list uchar int16 neighbors\n\
         element face 0\nend_header\nbody";
     let header = parse_text(text).unwrap();
     assert_eq!(header.encoding, Encoding::BigEndian);

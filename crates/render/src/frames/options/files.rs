@@ -15,7 +15,7 @@ pub struct FrameFormat {
     #[arg(long, value_enum, value_name = "AOV", value_delimiter = ',')]
     pub aov: Vec<PreviewAov>,
 
-    /// Depths at the two ends of the colours of the depth preview, world units
+    /// Depths at the two ends of the colors of the depth preview, world units
     /// [default: percentiles of the first picture]
     #[arg(long, value_name = "NEAR,FAR", value_parser = parse_depth_range)]
     pub depth_range: Option<DepthRange>,
@@ -27,7 +27,7 @@ pub struct FrameFormat {
 pub enum PictureFormat {
     /// 8-bit sRGB
     Png,
-    /// Linear colour, alpha, depths and normals
+    /// Linear color, alpha, depths and normals
     Exr,
     /// Both
     Both,
@@ -47,7 +47,7 @@ fn parse_depth_range(text: &str) -> Result<DepthRange, String> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum PreviewAov {
-    /// Expected depth through a colour map, near is bright
+    /// Expected depth through a color map, near is bright
     Depth,
     /// World normal, -1 to 1 as 0 to 255 in R, G, B
     Normal,
@@ -55,7 +55,7 @@ pub enum PreviewAov {
     Alpha,
 }
 
-/// Depths at the two ends of a preview's colours, world units.
+/// Depths at the two ends of a preview's colors, world units.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct DepthRange {
     /// Brightest.

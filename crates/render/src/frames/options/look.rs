@@ -14,8 +14,8 @@ pub struct FrameLook {
     #[arg(long, value_enum, value_name = "PROJECTION", default_value_t = Projection::Pinhole)]
     pub projection: Projection,
 
-    /// Colour behind the Gaussians: black, white, or r,g,b from 0 to 1 (sRGB-encoded)
-    #[arg(long, value_name = "COLOUR", default_value = "black", value_parser = parse_background)]
+    /// Color behind the Gaussians: black, white, or r,g,b from 0 to 1 (sRGB-encoded)
+    #[arg(long, value_name = "COLOR", default_value = "black", value_parser = parse_background)]
     pub background: Background,
 
     /// Use spherical harmonics up to this degree only
@@ -42,7 +42,7 @@ pub struct FrameLook {
 pub enum Projection {
     /// The cameras' own pinhole projection
     Pinhole,
-    /// Full panoramas around the camera centres, 2:1
+    /// Full panoramas around the camera centers, 2:1
     Equirect,
 }
 
@@ -83,7 +83,7 @@ mod tests {
     fn backgrounds_are_read() {
         assert_eq!(parse_background("white"), Ok(Background([1.0; 3])));
         assert_eq!(parse_background("0.1, 0.2,1"), Ok(Background([0.1, 0.2, 1.0])));
-        for text in ["", "grey", "1,2,3", "0.1,0.2", "NaN,0,0"] {
+        for text in ["", "gray", "1,2,3", "0.1,0.2", "NaN,0,0"] {
             assert!(parse_background(text).is_err(), "{text}");
         }
     }

@@ -6,7 +6,7 @@ use super::*;
 const W: usize = 64;
 const H: usize = 48;
 
-/// A grey photo and a rendering that differs from it by noise of `sigma`, blurred over `reach` pixels.
+/// A gray photo and a rendering that differs from it by noise of `sigma`, blurred over `reach` pixels.
 fn noisy(sigma: f32, reach: usize, seed: u64) -> (Planes, Target) {
     let mut rng = keyed_rng(seed, 1, 2);
     let mut render = Planes::new(W, H, 4);
@@ -69,7 +69,7 @@ fn equal_models_do_not_pay_and_their_difference_is_within_the_error() {
 }
 
 #[test]
-fn corrected_colours_forgive_a_gain_and_raw_ones_do_not() {
+fn corrected_colors_forgive_a_gain_and_raw_ones_do_not() {
     let (mut render, mut target) = noisy(0.02, 1, 5);
     for (i, v) in target.rgb.iter_mut().enumerate() {
         *v = (60 + i % 90) as u8;

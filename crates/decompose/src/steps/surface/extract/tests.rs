@@ -15,7 +15,7 @@ fn fine() -> Options {
 
 fn shapes() -> Shapes {
     Shapes {
-        spheres: vec![Sphere { centre: DVec3::new(0.0, 0.0, 0.25), radius: RADIUS }],
+        spheres: vec![Sphere { center: DVec3::new(0.0, 0.0, 0.25), radius: RADIUS }],
         planes: vec![TruthPlane { point: DVec3::ZERO, normal: DVec3::Z }],
     }
 }
@@ -206,12 +206,12 @@ fn it_can_be_stopped() {
     let mut calls = 0;
     let mut tick = |_: f32| {
         calls += 1;
-        if calls < 3 { Ok(()) } else { Err(DecomposeError::Cancelled) }
+        if calls < 3 { Ok(()) } else { Err(DecomposeError::Canceled) }
     };
     let all = gaussians(1.0, DVec3::ZERO);
     let photos = photos(6, 1.0, DVec3::ZERO);
     let result = extract(&all, &photos.iter().collect::<Vec<_>>(), &Options::default(), &mut tick);
-    assert_eq!(result.unwrap_err(), DecomposeError::Cancelled);
+    assert_eq!(result.unwrap_err(), DecomposeError::Canceled);
 }
 
 /// Bright and dark spots in space.

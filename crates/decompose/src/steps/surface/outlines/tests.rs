@@ -7,7 +7,7 @@ use motes_shading::tracing::{Plane, Shapes, Sphere};
 use super::super::extract::tests::{RADIUS, photos};
 use super::*;
 
-const CENTRE: Vec3 = Vec3::new(0.0, 0.0, 0.25);
+const CENTER: Vec3 = Vec3::new(0.0, 0.0, 0.25);
 
 /// A ball of `radius` without what is under the plane, and its normals.
 fn ball(radius: f32) -> (Mesh, Vec<Vec3>) {
@@ -22,7 +22,7 @@ fn ball(radius: f32) -> (Mesh, Vec<Vec3>) {
             );
             let n = Vec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos());
             normals.push(n);
-            mesh.vertices.push(CENTRE + n * radius);
+            mesh.vertices.push(CENTER + n * radius);
         }
     }
     for y in 0..rows {
@@ -46,7 +46,7 @@ fn ground() -> Mesh {
 /// Twelve photos of a ball before a chequered plane, 16 rays per pixel. A mirror shows something else in every photo.
 fn pictures(is_mirror: bool) -> Vec<View> {
     let shapes = Shapes {
-        spheres: vec![Sphere { centre: CENTRE.as_dvec3(), radius: RADIUS }],
+        spheres: vec![Sphere { center: CENTER.as_dvec3(), radius: RADIUS }],
         planes: vec![Plane { point: DVec3::ZERO, normal: DVec3::Z }],
     };
     let mut photos = photos(12, 1.0, DVec3::ZERO);
@@ -56,8 +56,8 @@ fn pictures(is_mirror: bool) -> Vec<View> {
             let ray = Ray::new(view.center, view.ray(x, y).normalize());
             let Some(hit) = shapes.closest_hit(&ray) else { return Vec3::splat(0.8) };
             let p = ray.at(hit.distance);
-            if (p - CENTRE).length() < RADIUS as f32 * 1.001 {
-                let n = (p - CENTRE).normalize();
+            if (p - CENTER).length() < RADIUS as f32 * 1.001 {
+                let n = (p - CENTER).normalize();
                 let other = ((7 * k) % 12) as f32 / 12.0;
                 let light = if is_mirror { 0.2 + other } else { 0.6 + 0.4 * n.z };
                 return Vec3::new(0.7, 0.35, 0.15) * light;
@@ -111,7 +111,7 @@ fn outlines_tell_how_much_too_small_or_large_a_thing_is() {
 }
 
 #[test]
-fn photos_of_one_colour_tell_nothing() {
+fn photos_of_one_color_tell_nothing() {
     let photos = photos(12, 1.0, DVec3::ZERO);
     let views: Vec<View> = photos.iter().map(|p| View::new(p, &UnitWorld::IDENTITY)).collect();
     let (mesh, normals) = ball(RADIUS as f32);

@@ -22,7 +22,7 @@ const DISTANCES: [f64; 9] = [2.0, 3.5, 6.0, 10.0, 17.0, 30.0, 50.0, 90.0, 160.0]
 ///
 /// How far away things are is not known: places are taken at all distances between twice and 160
 /// times the distance to the nearest cameras, and at the point that all cameras look at.
-pub(super) fn neighbours(views: &[View], most: usize) -> Vec<Vec<usize>> {
+pub(super) fn neighbors(views: &[View], most: usize) -> Vec<Vec<usize>> {
     let spacing = camera_spacing(views);
     let poses: Vec<Pose> = views.iter().map(|view| view.camera_from_world).collect();
     let focus = motes_scene::camera_path::common_point(&poses).ok();

@@ -1,4 +1,4 @@
-//! Neighbours in space: what is connected, what is near, and what no view decides.
+//! Neighbors in space: what is connected, what is near, and what no view decides.
 
 use motes_math::median::upper_median;
 use std::num::NonZero;
@@ -12,7 +12,7 @@ use crate::error::SelectError;
 use crate::max_flow::MaxFlow;
 use crate::property::base_lab;
 
-/// Centres that can be searched, and where they come from.
+/// Centers that can be searched, and where they come from.
 struct Cloud {
     rows: Vec<u32>,
     points: Vec<[f32; 3]>,
@@ -77,8 +77,8 @@ pub(crate) fn connected(
     distance: Option<f64>,
     tolerance: Option<f64>,
 ) -> Result<Selection, SelectError> {
-    /// Neighbours that are looked at: enough to leave a dense clump.
-    const NEIGHBOURS: usize = 24;
+    /// Neighbors that are looked at: enough to leave a dense clump.
+    const NEIGHBORS: usize = 24;
     let cloud = Cloud::new(gaussians, |_| true);
     let Some(&(start, _)) = cloud.nearest(seed.map(|v| v as f32), 1).first() else {
         return Err(SelectError::BadValue("there are no Gaussians to be connected".into()));
@@ -86,7 +86,7 @@ pub(crate) fn connected(
     let limit2 = match distance {
         Some(d) => (d * d) as f32,
         None => {
-            let mut usual = motes_math::knn::rms_neighbour_distance(&cloud.points, 3);
+            let mut usual = motes_math::knn::rms_neighbor_distance(&cloud.points, 3);
             (3.0 * upper_median(&mut usual, f32::total_cmp).unwrap_or(0.0)).powi(2)
         }
     };
@@ -102,7 +102,7 @@ pub(crate) fn connected(
     while !front.is_empty() {
         // Found together, entered in order: the same at any number of threads.
         let found: Vec<Vec<(usize, f32)>> =
-            front.par_iter().map(|&k| cloud.nearest(cloud.points[k], NEIGHBOURS)).collect();
+            front.par_iter().map(|&k| cloud.nearest(cloud.points[k], NEIGHBORS)).collect();
         let mut next = Vec::new();
         for (&k, found) in front.iter().zip(found) {
             for (j, d2) in found {
@@ -123,13 +123,13 @@ pub(crate) fn connected(
 
 /// Contribution in pixels from which the views decide alone.
 const DECIDED_PX: f32 = 4.0;
-/// Neighbours of the cut.
-const NEIGHBOURS: usize = 6;
-/// Weight of a neighbour at the usual distance, against a Gaussian that the views decide.
+/// Neighbors of the cut.
+const NEIGHBORS: usize = 6;
+/// Weight of a neighbor at the usual distance, against a Gaussian that the views decide.
 const SMOOTHNESS: f32 = 0.15;
 
-/// Decides what no view shows clearly as its neighbours are: a minimum cut on the graph of nearest
-/// neighbours around the selection. `seen` is the contribution of each Gaussian, pixels.
+/// Decides what no view shows clearly as its neighbors are: a minimum cut on the graph of nearest
+/// neighbors around the selection. `seen` is the contribution of each Gaussian, pixels.
 pub(crate) fn settled(gaussians: &Gaussians, selection: &Selection, seen: &[f32]) -> Selection {
     const UNIT: f32 = 1000.0;
     let Some((low, high)) = bounds_of(gaussians, selection) else {
@@ -138,7 +138,7 @@ pub(crate) fn settled(gaussians: &Gaussians, selection: &Selection, seen: &[f32]
     let near = |i: usize| (0..3).all(|k| (low[k]..=high[k]).contains(&gaussians.means[i][k]));
     let cloud = Cloud::new(gaussians, near);
     let links: Vec<Vec<(usize, f32)>> =
-        cloud.points.par_iter().map(|&p| cloud.nearest(p, NEIGHBOURS + 1)).collect();
+        cloud.points.par_iter().map(|&p| cloud.nearest(p, NEIGHBORS + 1)).collect();
     let mut usual: Vec<f32> = links.iter().filter_map(|l| l.last().map(|n| n.1.sqrt())).collect();
     usual.sort_by(f32::total_cmp);
     let usual = usual.get(usual.len() / 2).copied().unwrap_or(1.0).max(1e-12);
@@ -150,7 +150,7 @@ pub(crate) fn settled(gaussians: &Gaussians, selection: &Selection, seen: &[f32]
         graph.add_terminal(k, logit.max(0), (-logit).max(0));
         for &(j, d2) in links[k].iter().filter(|&&(j, _)| j != k) {
             let weight = SMOOTHNESS * (-(d2.sqrt() / (2.0 * usual)).powi(2)).exp();
-            // Once from each side: mutual neighbours hold twice.
+            // Once from each side: mutual neighbors hold twice.
             graph.add_edge(k, j, (weight * UNIT) as i64, (weight * UNIT) as i64);
         }
     }
@@ -166,14 +166,14 @@ pub(crate) fn settled(gaussians: &Gaussians, selection: &Selection, seen: &[f32]
     out
 }
 
-/// Bounds of all but the outermost selected centres, with a margin.
+/// Bounds of all but the outermost selected centers, with a margin.
 fn bounds_of(gaussians: &Gaussians, selection: &Selection) -> Option<([f32; 3], [f32; 3])> {
     let (low, high) = crate::extent::robust_bounds(gaussians, selection)?;
     let margin = (0..3).map(|k| high[k] - low[k]).fold(0.0, f32::max) * 0.15;
     Some((low.map(|v| v - margin), high.map(|v| v + margin)))
 }
 
-/// Per row, the direction from the rest towards the selection among its neighbours; `None` where only
+/// Per row, the direction from the rest toward the selection among its neighbors; `None` where only
 /// one of the two is near.
 pub(crate) fn edge_directions(
     gaussians: &Gaussians,
