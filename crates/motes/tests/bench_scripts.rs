@@ -106,3 +106,35 @@ fn cost_curves_are_measured_and_fitted() {
     }
     assert!(said.contains("a step with 2 threads"), "{said}");
 }
+
+#[test]
+fn captures_run_through_the_stages_once() {
+    let out = tempfile::tempdir().unwrap();
+    let folder = out.path().to_str().unwrap();
+    let bin = programs().to_str().unwrap();
+    let mut words =
+        vec!["scripts/bench/captures", "--data", "testdata/captures/tiny", "-o", folder];
+    words.extend(["--bin", bin, "--preset", "draft", "--preset", "balanced"]);
+    words.extend(["--train-flag=--iterations=24", "--train-flag=--max-gaussians=400"]);
+    let Some(output) = python(&words) else { return };
+    assert_success(&output);
+    let page = text(&out.path().join("captures.md"));
+    assert!(page.contains("- tiny: 7 training photos, 2 held out"), "{page}");
+    let record: serde_json::Value =
+        serde_json::from_str(&text(&out.path().join("captures.json"))).unwrap();
+    let rows = record["rows"].as_array().unwrap();
+    assert_eq!(rows.len(), 2);
+    for row in rows {
+        assert!(row["psnr"].as_f64().unwrap() > 12.0, "{row}");
+        for stage in ["import", "train", "evaluate"] {
+            assert!(row["stages"][stage]["peak_bytes"].as_f64().unwrap() > 1e6, "{row}");
+        }
+    }
+    let sheet = std::fs::read(out.path().join("sheets/tiny.png")).unwrap();
+    assert!(sheet.starts_with(b"\x89PNG") && sheet.len() > 5000, "{} bytes", sheet.len());
+    assert!(text(&out.path().join("pareto.svg")).contains("class=\"preset\""));
+    let again = python(&words).expect("there was a Python");
+    assert_success(&again);
+    let said = String::from_utf8_lossy(&again.stderr).into_owned();
+    assert!(said.contains("0 cells run"), "{said}");
+}

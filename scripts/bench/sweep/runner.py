@@ -16,8 +16,8 @@ class Failed(Exception):
     """A program that did not end well; the text is for people."""
 
 
-def measured(command, timeout=None, log=None):
-    """Runs a command to its end: dict of cpu_seconds, wall_seconds, peak_rss_bytes."""
+def measured(command, timeout=None, log=None, allowed=(0,)):
+    """Runs a command to its end: dict of cpu_seconds, wall_seconds, peak_rss_bytes, exit_code."""
     command = [str(word) for word in command]
     start = time.monotonic()
     with open(log or os.devnull, "w+", errors="replace") as errors:
@@ -31,13 +31,14 @@ def measured(command, timeout=None, log=None):
             if killer:
                 killer.cancel()
         child.returncode = os.waitstatus_to_exitcode(status)
-        if child.returncode != 0:
+        if child.returncode not in allowed:
             errors.seek(0)
             tail = errors.read()[-600:].strip() if log else ""
             raise Failed(f"exit code {child.returncode}: {' '.join(command)}\n{tail}")
     return {"cpu_seconds": usage.ru_utime + usage.ru_stime,
             "wall_seconds": time.monotonic() - start,
-            "peak_rss_bytes": usage.ru_maxrss * 1024}
+            "peak_rss_bytes": usage.ru_maxrss * 1024,
+            "exit_code": child.returncode}
 
 
 def look_up(document, key):

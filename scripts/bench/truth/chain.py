@@ -38,23 +38,26 @@ class Chain:
         self.bin_dir, self.work, self.say = bin_dir, work, say
         self.threads, self.seed, self.quality = str(threads), str(seed), quality
         self.programs = {}
+        self.started = 0
 
     def program_hash(self, program):
         if program not in self.programs:
             self.programs[program] = captures.file_hash(self.bin_dir / program)
         return self.programs[program]
 
-    def step(self, truth, program, words, inputs, label, stdout=None):
-        """(folder, key, cost) of one program; {out} in `words` is its folder."""
+    def step(self, truth, program, words, inputs, label, allowed=(0,)):
+        """(folder, key, cost) of one program that ends with an allowed exit code; {out} in `words`
+        is its folder."""
         key = captures.text_hash(program, self.program_hash(program), *words, *inputs)
         folder = self.work / truth.name / f"{label}-{key}"
         if not (folder / "cost.json").exists():
             self.say(f"{truth.name}: {label}")
+            self.started += 1
             partial = folder.with_name(folder.name + ".partial")
             shutil.rmtree(partial, ignore_errors=True)
             partial.mkdir(parents=True)
-            command = [self.bin_dir / program, *(w.format(out=partial) for w in words)]
-            cost = runner.measured(command, timeout=7200, log=partial / "stderr.txt")
+            command = [self.bin_dir / program, *(w.replace("{out}", str(partial)) for w in words)]
+            cost = runner.measured(command, timeout=7200, log=partial / "stderr.txt", allowed=allowed)
             cost["command"] = " ".join([program, *words])
             (partial / "cost.json").write_text(json.dumps(cost, indent=1) + "\n")
             shutil.rmtree(folder, ignore_errors=True)

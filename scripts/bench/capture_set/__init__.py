@@ -1,0 +1,1 @@
+"""Captures through the stages: finished cells, pages and contact sheets."""
