@@ -4,7 +4,9 @@ use std::borrow::Cow;
 use std::io::Write;
 use std::path::Path;
 
+use clap::ValueEnum;
 use motes_scene::{ExposureResponse, Gaussians};
+use serde::Serialize;
 
 use super::r3dg;
 use super::registry::SplatFormat;
@@ -16,7 +18,8 @@ use motes_formats::finite;
 use motes_formats::ply::{self, PlyColumns, PlyWriteOptions, RenderMode};
 
 /// Which relative of INRIA's PLY is written.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum PlyLayout {
     /// INRIA's columns and all others.
     #[default]
@@ -26,6 +29,8 @@ pub enum PlyLayout {
     /// INRIA's and those of Relightable3DGaussian.
     R3dg,
     /// INRIA's without `scale_2`: each Gaussian loses its thinnest axis, which becomes its local z.
+    #[value(name = "2dgs")]
+    #[serde(rename = "2dgs")]
     Flat,
 }
 

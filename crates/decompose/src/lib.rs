@@ -20,8 +20,7 @@ pub mod steps;
 mod toy_ball;
 
 pub use appearance::{
-    FoundMaterials, Kind, LobesChoice, ModelOptions, PartMaterial, PixelShading, ScaleEvidence,
-    TermChoice,
+    FoundMaterials, Kind, ModelOptions, PartMaterial, PixelShading, ScaleEvidence,
 };
 pub use error::DecomposeError;
 pub use illumination::{Cell, CellLight, environment};
@@ -32,6 +31,4 @@ pub use options::DecomposeOptions;
 pub use pipeline::{Pipeline, Progress, Report, StepRecord};
 pub use progress::Tick;
 pub use report::Term;
-pub use state::{
-    Anchor, BaseColorAnchor, BaseColored, Illumination, Inputs, Known, RenderedView, State,
-};
+pub use state::{BaseColorAnchor, BaseColored, Illumination, Inputs, Known, RenderedView, State};

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 use motes_raster::RenderOptions;
-use motes_scene::{Gaussians, ImageF32, Materials, Residual, Surface};
+use motes_scene::{Gaussians, ImageF32, Materials, Residual, ScaleAnchor, Surface};
 use motes_shading::environment::{Convention, Environment, Orientation, direction_from_uv};
 use motes_shading::tracing::{Ray, Tracer};
 
@@ -87,20 +87,6 @@ impl Inputs<'_> {
     }
 }
 
-/// What the scale of light against base color rests on.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Anchor {
-    /// The light was given.
-    #[default]
-    Environment,
-    /// A base color was given.
-    BaseColor,
-    /// Highlights.
-    Specular,
-    /// What base colors usually are.
-    Prior,
-}
-
 /// The light with the materials that go with it, and the scale between the two.
 #[derive(Debug)]
 pub struct Illumination {
@@ -113,7 +99,7 @@ pub struct Illumination {
     /// Factor that the anchor put on base colors.
     pub base_color_factor: Vec3,
     /// What the scale rests on.
-    pub anchor: Anchor,
+    pub anchor: ScaleAnchor,
 }
 
 impl Illumination {
@@ -124,7 +110,7 @@ impl Illumination {
             lights,
             materials: FoundMaterials::default(),
             base_color_factor: Vec3::ONE,
-            anchor: Anchor::Environment,
+            anchor: ScaleAnchor::Environment,
         }
     }
 

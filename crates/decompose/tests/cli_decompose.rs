@@ -7,11 +7,12 @@ use std::process::Output;
 
 use decompose::pipeline::STEPS;
 
-use motes_formats::decomposition::{ScaleAnchorKind, read_decomposition};
+use motes_formats::decomposition::read_decomposition;
 use motes_formats::environment::write_environment;
 use motes_formats::images::{read_image, write_png};
 use motes_formats::ply::{read_gaussians, read_surface, write_surface};
 use motes_formats::selection::sha256_of_file;
+use motes_scene::ScaleAnchor;
 use motes_scene::{ImageF32, ImageU8, Materials, Residual, Surface};
 use motes_testkit::toy_capture::{ToyCapture, assert_code, run, stderr, toy_capture};
 
@@ -60,7 +61,7 @@ fn a_scene_folder_is_written_whole_and_kept() {
     let done = decompose(&toy, &["-o", "scene", "--environment", "light.exr"]);
     assert_code(&done, 0);
     let scene = read_decomposition(&toy.path("scene")).unwrap();
-    assert_eq!(scene.document.scale_anchor.kind, ScaleAnchorKind::Environment);
+    assert_eq!(scene.document.scale_anchor.kind, ScaleAnchor::Environment);
     assert!(scene.document.terms.iter().any(|t| t.name == "specular"));
     let source = scene.document.source_gaussians.as_ref().unwrap();
     assert_eq!(source.sha256, sha256_of_file(&toy.path("true.ply")).unwrap());
@@ -102,12 +103,12 @@ fn without_a_light_the_anchor_is_named() {
     let toy = prepared();
     assert_code(&decompose(&toy, &["-o", "scene"]), 0);
     let kind = read_decomposition(&toy.path("scene")).unwrap().document.scale_anchor.kind;
-    assert!(matches!(kind, ScaleAnchorKind::Specular | ScaleAnchorKind::Prior), "{kind:?}");
+    assert!(matches!(kind, ScaleAnchor::Specular | ScaleAnchor::Prior), "{kind:?}");
     let view = toy.capture.views.iter().find(|v| v.name != "view_2.png").unwrap().name.clone();
     let anchor = format!("{view},10,10=0.5");
     assert_code(&decompose(&toy, &["-o", "anchored", "--albedo-anchor", &anchor]), 0);
     let kind = read_decomposition(&toy.path("anchored")).unwrap().document.scale_anchor.kind;
-    assert_eq!(kind, ScaleAnchorKind::AlbedoAnchor);
+    assert_eq!(kind, ScaleAnchor::AlbedoAnchor);
 }
 
 #[test]

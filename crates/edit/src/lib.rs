@@ -16,5 +16,6 @@ mod state;
 pub mod stylize;
 mod symmetric;
 
+pub use motes_formats::edit_plan::Fill;
 pub use similarity::Similarity;
-pub use state::{AT_REST, EditState, Fill, Hole, Origin, SCENE, SceneChange, SceneParts, Source};
+pub use state::{AT_REST, EditState, Hole, Origin, SCENE, SceneChange, SceneParts, Source};

@@ -12,7 +12,7 @@ use motes_scene::{Gaussians, ImageF32, Selection, Surface};
 use motes_shading::brdf::Lobes;
 use motes_shading::environment::Convention;
 
-use crate::Similarity;
+use crate::{Fill, Similarity};
 
 /// Number of the source that the plan was started on.
 pub const SCENE: u32 = 0;
@@ -45,18 +45,6 @@ pub struct Origin {
 impl Origin {
     /// Of a Gaussian that no source has.
     pub const NEW_ROW: u32 = u32::MAX;
-}
-
-/// What fills the surface that a deletion uncovers.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Fill {
-    /// Nothing.
-    #[default]
-    None,
-    /// The support plane goes on with its own colors.
-    Plane,
-    /// Pieces of the surroundings are copied.
-    Patch,
 }
 
 /// A place that Gaussians left, by a deletion or a move, for what is to be filled.

@@ -1,14 +1,13 @@
 //! The report of an evaluation.
 
 use motes_formats::metrics::Scores;
-use motes_scene::{ImageU8, Split};
+use motes_scene::{ImageU8, Split, SplitChoice};
 
 use crate::score::{Photo, ViewRow, mean_scores, spread};
 use crate::training_curves::Training;
 use motes_figures::error_map::{ERROR_FULL_SCALE, error_map, scale_bar};
 use motes_figures::html::{Cell, Comparison, Layer, Page, Table, jpeg_url, png_url};
 use motes_figures::svg_plot::{LinePlot, Series};
-use render::frames::SplitChoice;
 
 /// Scores of one set of renders.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -3,11 +3,12 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use motes_scene::{Convention, Lobes, ScaleAnchor, Split};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::atomic::FolderDraft;
-use crate::capture::{SplitDocument, checked_relative_path, resolve};
+use crate::capture::{checked_relative_path, resolve};
 use crate::documents::{Document, Parsed, read_document, write_document};
 use crate::edit_plan::EDIT_LOG_FILE;
 use crate::error::{FormatError, Result};
@@ -37,11 +38,11 @@ pub struct DecompositionDocument {
     /// Light in photo units (lat-long, EXR), relative to this document.
     pub environment: String,
     /// Axes of the environment.
-    pub environment_convention: ConventionDocument,
+    pub environment_convention: Convention,
     /// Unit vector away from the ground.
     pub up_in_world: [f64; 3],
     /// Lobes of the materials.
-    pub lobes: LobesDocument,
+    pub lobes: Lobes,
     /// Whether one bounce of indirect light belongs to the scene's image formation.
     pub indirect: bool,
     /// What the scale of light against base color rests on.
@@ -82,55 +83,15 @@ pub struct StepTimeDocument {
     pub seconds: f64,
 }
 
-/// Axes of a lat-long map, see `docs/methods/shading.md`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum ConventionDocument {
-    /// +y up, center +z.
-    #[default]
-    Openexr,
-    /// +z up, center +x.
-    Blender,
-    /// +y up, center +x.
-    Threejs,
-}
-
-/// Lobes of the materials, see `docs/methods/shading.md`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum LobesDocument {
-    /// Diffuse only; roughness and metallic mean nothing.
-    Lambert,
-    /// Diffuse under a specular coat, or metal.
-    #[default]
-    Principled,
-    /// The same specular lobes over Burley's diffuse lobe.
-    Burley,
-}
-
 /// What the scale of light against base color rests on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ScaleAnchorDocument {
     /// Kind of evidence.
-    pub kind: ScaleAnchorKind,
+    pub kind: ScaleAnchor,
     /// A sentence.
     pub explanation: String,
     /// Factor on base color that the anchor gave, per channel; light has its inverse.
     pub factor_rgb: [f64; 3],
-}
-
-/// Kinds of evidence for the scale of light.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum ScaleAnchorKind {
-    /// The light was given.
-    Environment,
-    /// A base color was given.
-    AlbedoAnchor,
-    /// Highlights: dielectrics reflect a known share.
-    Specular,
-    /// Nothing but what base colors usually are.
-    Prior,
 }
 
 /// A term of the image formation.
@@ -153,7 +114,7 @@ pub struct DecomposedViewDocument {
     /// Name of the view.
     pub name: String,
     /// Role of the view.
-    pub split: SplitDocument,
+    pub split: Split,
     /// PSNR of the 8-bit picture, dB; null where no pixel counts.
     #[serde(default)]
     pub psnr_db: Option<f64>,

@@ -1,5 +1,6 @@
 //! `metrics.json`: how close renders are to photos, and the whole protocol of measuring it.
 
+use motes_scene::{Split, SplitChoice};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -17,7 +18,7 @@ pub struct MetricsDocument {
     /// `MAJOR.MINOR`.
     pub version: String,
     /// Split that the top-level scores are about.
-    pub split: MetricsSplit,
+    pub split: SplitChoice,
     /// Means over the views of `split`.
     #[serde(flatten)]
     pub mean: Scores,
@@ -48,18 +49,6 @@ impl Document for MetricsDocument {
     const MINOR: u32 = 1;
 }
 
-/// Which views are scored.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum MetricsSplit {
-    /// Views that the model was fitted to.
-    Train,
-    /// Views that were held out.
-    Test,
-    /// Both.
-    All,
-}
-
 /// Scores of a view, or means over views. Null where no pixel counts or nothing was measured.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Scores {
@@ -85,8 +74,8 @@ pub struct Scores {
 pub struct ViewMetrics {
     /// Name of the view in the capture.
     pub name: String,
-    /// Its role in the capture: `train` or `test`.
-    pub split: MetricsSplit,
+    /// Its role in the capture.
+    pub split: Split,
     /// Its scores.
     #[serde(flatten)]
     pub scores: Scores,

@@ -7,6 +7,7 @@
 mod parse;
 mod post;
 
+use motes_scene::Combine;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -28,36 +29,10 @@ pub enum SelectStep {
 pub struct SelectorStep {
     /// How the selection so far changes.
     #[serde(default)]
-    pub combine: CombineDocument,
+    pub combine: Combine,
     /// What is looked for.
     #[serde(flatten)]
     pub selector: Selector,
-}
-
-/// How a new selection changes the one that is there.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum CombineDocument {
-    /// The new one alone.
-    #[default]
-    Set,
-    /// In either.
-    Add,
-    /// In the old one, not in the new one.
-    Subtract,
-    /// In both.
-    Intersect,
-}
-
-impl From<CombineDocument> for motes_scene::Combine {
-    fn from(document: CombineDocument) -> Self {
-        match document {
-            CombineDocument::Set => Self::Set,
-            CombineDocument::Add => Self::Add,
-            CombineDocument::Subtract => Self::Subtract,
-            CombineDocument::Intersect => Self::Intersect,
-        }
-    }
 }
 
 /// What is looked for.

@@ -7,7 +7,9 @@ use motes_formats::atomic::{FolderDraft, ScratchFolder};
 use motes_formats::capture::write_capture;
 use motes_formats::images::{exposure_stops, image_dimensions, image_dimensions_upright};
 use motes_math::median::median;
-use motes_scene::{Camera, Capture, Pose, SparsePoints, Split, UnitWorld, View, told_apart};
+use motes_scene::{
+    Camera, Capture, Pose, SparsePoints, Split, Switch, UnitWorld, View, told_apart,
+};
 
 use crate::error::{IngestError, Result};
 use crate::exposure_response::{self, PhotoBrightness};
@@ -18,7 +20,7 @@ use crate::photos_out::{Done, Job, Outcome, broken_photo, run, unique_stems};
 use crate::plan::{Kind, Plan, Plans};
 use crate::progress::Progress;
 use crate::report::ImportReport;
-use crate::sfm::{self, SfmOptions, Triangulate};
+use crate::sfm::{self, SfmOptions};
 use crate::source::Source;
 use crate::{from_colmap, from_transforms, geometry, origin, panorama, split};
 
@@ -307,7 +309,7 @@ fn find_points(
     progress: &dyn Progress,
 ) -> Result<()> {
     const WITHOUT: &str = "there are no start points: train-splat finds its own in the photos";
-    if sfm_options.triangulate == Triangulate::Off {
+    if sfm_options.triangulate == Switch::Off {
         gathered.notes.push(WITHOUT.into());
         return Ok(());
     }
@@ -318,7 +320,7 @@ fn find_points(
             capture.points = found.points;
             gathered.notes.push(found.note);
         }
-        (Ok(None), Triangulate::On) => {
+        (Ok(None), Switch::On) => {
             return Err(IngestError::Failed {
                 cause: "--triangulate on: no Python with pycolmap was found".into(),
                 remedy: "make setup installs it; or name one with --python".into(),
@@ -328,7 +330,7 @@ fn find_points(
             "{WITHOUT} (with pycolmap, which make setup installs, they are triangulated here)"
         )),
         (Err(IngestError::Interrupted), _) => return Err(IngestError::Interrupted),
-        (Err(error), Triangulate::On) => return Err(error),
+        (Err(error), Switch::On) => return Err(error),
         (Err(error), _) => {
             gathered
                 .warnings

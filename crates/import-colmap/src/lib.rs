@@ -33,5 +33,5 @@ pub use import::{import, import_photos};
 pub use options::ImportOptions;
 pub use progress::{Progress, Silent};
 pub use report::ImportReport;
-pub use sfm::{CameraSharing, Matcher, SfmOptions, SfmReport, SfmTool, Triangulate};
+pub use sfm::{CameraSharing, Matcher, SfmOptions, SfmReport, SfmTool};
 pub use source::{ImportInput, Source};

@@ -28,9 +28,7 @@ mod upsample;
 
 pub use compose::{Background, Components, Picture, PictureStats};
 pub use light::{Light, LightError, LightSource, environment_image};
-pub use options::{
-    BakeOptions, Convention, Exposure, LightOptions, Quality, QualityOptions, SunOption,
-};
+pub use options::{BakeOptions, Exposure, LightOptions, Quality, QualityOptions, SunOption};
 pub use probe::{Probe, Question};
 pub use relighter::Relighter;
 pub use residual::ResidualShare;

@@ -4,7 +4,8 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use clap::{Args, ValueEnum};
-use motes_shading::environment::{self, SunSky};
+use motes_scene::Convention;
+use motes_shading::environment::SunSky;
 use serde::Serialize;
 
 use crate::residual::ResidualShare;
@@ -60,31 +61,6 @@ impl FromStr for Exposure {
         }
         let factor = text.parse().ok().filter(|f: &f32| *f > 0.0 && f.is_finite());
         factor.map(Self::Factor).ok_or_else(|| "expected a number above 0, or auto".into())
-    }
-}
-
-/// Axes of a lat-long map.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Convention {
-    /// OpenEXR, USD, Mitsuba: +y up, center +z
-    #[default]
-    #[value(name = "openexr")]
-    OpenExr,
-    /// Blender: +z up, center +x
-    Blender,
-    /// three.js: +y up, center +x
-    #[value(name = "threejs")]
-    ThreeJs,
-}
-
-impl From<Convention> for environment::Convention {
-    fn from(convention: Convention) -> Self {
-        match convention {
-            Convention::OpenExr => Self::OpenExr,
-            Convention::Blender => Self::Blender,
-            Convention::ThreeJs => Self::ThreeJs,
-        }
     }
 }
 

@@ -13,8 +13,7 @@ use std::process::Command;
 use glam::{DVec2, DVec3, Quat, Vec3};
 use motes_formats::capture::read_capture;
 use motes_formats::decomposition::{
-    ConventionDocument, DecompositionCounts, DecompositionDocument, LobesDocument,
-    ScaleAnchorDocument, ScaleAnchorKind, write_decomposition,
+    DecompositionCounts, DecompositionDocument, ScaleAnchorDocument, write_decomposition,
 };
 use motes_formats::documents::Document as _;
 use motes_formats::environment::read_environment;
@@ -22,7 +21,8 @@ use motes_formats::exr_aov::read_exr;
 use motes_formats::images::read_image;
 use motes_formats::ply::{PlyWriteOptions, write_gaussians, write_surface};
 use motes_scene::{
-    Capture, Gaussians, ImageF32, ImageU8, Materials, Pinhole, Pose, Split, Surface,
+    Capture, Convention, Gaussians, ImageF32, ImageU8, Lobes, Materials, Pinhole, Pose,
+    ScaleAnchor, Split, Surface,
 };
 
 /// Buffers of a view.
@@ -186,12 +186,12 @@ fn write_scene(folder: &Path, root: &Path, views: &[View]) {
         gaussians: "gaussians.ply".into(),
         surface: "surface.ply".into(),
         environment: "environment.exr".into(),
-        environment_convention: ConventionDocument::Blender,
+        environment_convention: Convention::Blender,
         up_in_world: [0.0, 0.0, 1.0],
-        lobes: LobesDocument::Burley,
+        lobes: Lobes::Burley,
         indirect: true,
         scale_anchor: ScaleAnchorDocument {
-            kind: ScaleAnchorKind::Environment,
+            kind: ScaleAnchor::Environment,
             explanation: "ground truth".into(),
             factor_rgb: [1.0; 3],
         },

@@ -2,17 +2,79 @@
 
 use std::path::PathBuf;
 
+use clap::ValueEnum;
 use glam::DVec3;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::{Camera, ExposureResponse, Pose};
 
 /// The role of a view in fitting and measuring.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
 pub enum Split {
     /// Fitted to.
+    #[default]
     Train,
     /// Held out: never fitted to, only measured.
     Test,
+}
+
+/// Views of one split, or of both.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize, JsonSchema,
+)]
+#[serde(rename_all = "lowercase")]
+#[value(rename_all = "lower")]
+pub enum SplitChoice {
+    /// Views that were held out.
+    #[default]
+    Test,
+    /// Views that were fitted to.
+    Train,
+    /// All views.
+    All,
+}
+
+impl Split {
+    /// The word of flags and documents.
+    pub fn name(self) -> &'static str {
+        SplitChoice::from(self).name()
+    }
+}
+
+impl From<Split> for SplitChoice {
+    fn from(split: Split) -> Self {
+        match split {
+            Split::Train => Self::Train,
+            Split::Test => Self::Test,
+        }
+    }
+}
+
+impl SplitChoice {
+    /// `None` for all.
+    pub fn split(self) -> Option<Split> {
+        match self {
+            Self::Test => Some(Split::Test),
+            Self::Train => Some(Split::Train),
+            Self::All => None,
+        }
+    }
+
+    /// Whether views of a split are among the chosen ones.
+    pub fn includes(self, split: Split) -> bool {
+        self.split().is_none_or(|chosen| chosen == split)
+    }
+
+    /// The word of flags and documents.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Test => "test",
+            Self::Train => "train",
+            Self::All => "all",
+        }
+    }
 }
 
 /// One posed photo.

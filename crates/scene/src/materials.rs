@@ -1,6 +1,25 @@
 //! What every Gaussian is made of, as columns that travel with it.
 
+use clap::ValueEnum;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use crate::{ColumnValues, ExtraColumn, Gaussians};
+
+/// Lobes of the materials, see `docs/methods/shading.md`.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize, JsonSchema,
+)]
+#[serde(rename_all = "lowercase")]
+pub enum Lobes {
+    /// Diffuse only (`f_r = base_color / π`): roughness and metallic are ignored.
+    Lambert,
+    /// Energy-conserving specular over diffuse, or metal.
+    #[default]
+    Principled,
+    /// The same specular lobes over Burley's diffuse lobe, as Blender, Mitsuba and engines have it.
+    Burley,
+}
 
 /// Material of `N` Gaussians, as `decompose` finds it.
 ///

@@ -1,5 +1,8 @@
 //! Which Gaussians are meant.
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 /// A set of `N` Gaussians, and how sure each answer is.
 ///
 /// `confidence` is `[N]`, 0 to 1: the believed probability that the Gaussian belongs to the set.
@@ -11,7 +14,8 @@ pub struct Selection {
 }
 
 /// How a new selection changes the one that is there.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
 pub enum Combine {
     /// The new one alone.
     #[default]

@@ -57,7 +57,7 @@ pub fn select_from(
         selection = match step {
             SelectStep::Select(step) => {
                 let found = find(source, &step.selector)?;
-                selection.combined(step.combine.into(), &found)
+                selection.combined(step.combine, &found)
             }
             SelectStep::Post(post) => changed(source, &selection, *post)?,
         };

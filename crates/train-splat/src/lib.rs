@@ -39,9 +39,7 @@ pub use error::FitError;
 pub use exposure::Exposures;
 pub use init::scene_extent;
 pub use moments::{MomentColumns, Moments, Rates, Update};
-pub use options::{
-    AdamRule, AlphaMode, Background, Densify, FitOptions, FreezeGroup, Preset, Switch,
-};
+pub use options::{AdamRule, AlphaMode, Background, Densify, FitOptions, FreezeGroup, Preset};
 pub use photo_order::PhotoOrder;
 pub use plan::{Plan, Stage};
 pub use profile::{Lap, PHASES, Phase, PhaseTime, Profile, UnitTimes, WorkCounts};

@@ -2,6 +2,7 @@
 
 use clap::{Args, ValueEnum};
 use motes_raster::RasterDials;
+use motes_scene::Switch;
 use serde::{Deserialize, Serialize};
 
 use crate::auto::{BackgroundModel, ExposureModel, ModelChoice};
@@ -18,19 +19,6 @@ pub enum Preset {
     Balanced,
     /// As good as it gets.
     High,
-}
-
-/// When a component that a scene may or may not need is used.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Switch {
-    /// Decided from the capture; the report says how.
-    #[default]
-    Auto,
-    /// Always.
-    On,
-    /// Never.
-    Off,
 }
 
 /// Color behind the Gaussians while fitting.

@@ -1,12 +1,13 @@
 //! From options to the numbers of one run: presets, and what the number of views decides.
 
 use motes_raster::Sorting;
+use motes_scene::Switch;
 use serde::Serialize;
 
 use crate::auto::{ModelChoice, rules};
 use crate::error::FitError;
 use crate::front::Settings;
-use crate::options::{FitOptions, Switch};
+use crate::options::FitOptions;
 
 /// One stretch of the resolution schedule.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

@@ -6,15 +6,14 @@ use std::path::{Path, PathBuf};
 use glam::{DVec3, Quat, Vec3};
 use motes_formats::capture::write_capture;
 use motes_formats::decomposition::{
-    ConventionDocument, DecompositionCounts, DecompositionDocument, LobesDocument,
-    ScaleAnchorDocument, ScaleAnchorKind, write_decomposition,
+    DecompositionCounts, DecompositionDocument, ScaleAnchorDocument, write_decomposition,
 };
 use motes_formats::documents::Document as _;
 use motes_formats::environment::write_environment;
 use motes_formats::ply::{PlyWriteOptions, write_gaussians, write_surface};
 use motes_scene::{
-    Camera, Capture, Gaussians, ImageF32, Materials, Pinhole, Pose, SparsePoints, Split, Surface,
-    View,
+    Camera, Capture, Convention, Gaussians, ImageF32, Lobes, Materials, Pinhole, Pose, ScaleAnchor,
+    SparsePoints, Split, Surface, View,
 };
 use tempfile::TempDir;
 
@@ -132,12 +131,12 @@ fn write_document(scene: &Path, gaussians: usize, surface: &Surface) {
         gaussians: "gaussians.ply".into(),
         surface: "surface.ply".into(),
         environment: "environment.exr".into(),
-        environment_convention: ConventionDocument::Blender,
+        environment_convention: Convention::Blender,
         up_in_world: [0.0, 0.0, 1.0],
-        lobes: LobesDocument::Lambert,
+        lobes: Lobes::Lambert,
         indirect: false,
         scale_anchor: ScaleAnchorDocument {
-            kind: ScaleAnchorKind::Environment,
+            kind: ScaleAnchor::Environment,
             explanation: "made".into(),
             factor_rgb: [1.0; 3],
         },

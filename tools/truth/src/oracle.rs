@@ -4,16 +4,14 @@
 use std::path::Path;
 
 use glam::Vec3;
-use motes_formats::capture::SplitDocument;
 use motes_formats::decomposition::{
-    ConventionDocument, DecomposedViewDocument, DecompositionCounts, DecompositionDocument,
-    LobesDocument, ScaleAnchorDocument, ScaleAnchorKind, TermDocument, write_decomposition,
+    DecomposedViewDocument, DecompositionCounts, DecompositionDocument, ScaleAnchorDocument,
+    TermDocument, write_decomposition,
 };
 use motes_formats::documents::Document;
 use motes_formats::environment::{read_environment, write_environment};
 use motes_formats::ply::{PlyWriteOptions, open_gaussians, write_gaussians, write_surface};
-use motes_scene::{Materials, Surface};
-use motes_shading::brdf::Lobes;
+use motes_scene::{Convention, Lobes, Materials, ScaleAnchor, Split, Surface};
 use motes_shading::tracing::Ray;
 
 use crate::cameras::ring;
@@ -113,16 +111,12 @@ fn true_document(
         gaussians: "gaussians.ply".into(),
         surface: "surface.ply".into(),
         environment: "environment.exr".into(),
-        environment_convention: ConventionDocument::Blender,
+        environment_convention: Convention::Blender,
         up_in_world: [0.0, 0.0, 1.0],
-        lobes: match (recipe.lambert, lobes) {
-            (true, _) | (_, Lobes::Lambert) => LobesDocument::Lambert,
-            (_, Lobes::Principled) => LobesDocument::Principled,
-            (_, Lobes::Burley) => LobesDocument::Burley,
-        },
+        lobes: if recipe.lambert { Lobes::Lambert } else { lobes },
         indirect: true,
         scale_anchor: ScaleAnchorDocument {
-            kind: ScaleAnchorKind::Environment,
+            kind: ScaleAnchor::Environment,
             explanation: "the true light".into(),
             factor_rgb: [1.0; 3],
         },
@@ -132,7 +126,7 @@ fn true_document(
             .iter()
             .map(|name| DecomposedViewDocument {
                 name: format!("{name}.png"),
-                split: SplitDocument::Test,
+                split: Split::Test,
                 psnr_db: None,
             })
             .collect(),

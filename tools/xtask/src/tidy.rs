@@ -8,6 +8,7 @@ mod length;
 mod links;
 mod machine_paths;
 mod measurements;
+mod mirrors;
 mod modules;
 mod paths;
 mod placeholders;
@@ -77,6 +78,7 @@ pub(crate) fn run(root: &Path) -> anyhow::Result<()> {
     }
     problems.extend(versions::stale(&sources));
     problems.extend(contents::check(&sources));
+    problems.extend(mirrors::check(&sources));
     let glossary = sources.iter().find(|s| s.path == vocabulary::FILE);
     let words = vocabulary::rules(glossary.map_or("", |s| &s.text)).unwrap_or_else(|problem| {
         problems.push(problem);

@@ -8,6 +8,6 @@ pub(crate) mod vertex_materials;
 
 pub(crate) use basis::BasisScene;
 pub use material::{FoundMaterials, Kind, PartMaterial, ScaleEvidence};
-pub use options::{LobesChoice, ModelOptions, TermChoice};
+pub use options::ModelOptions;
 pub use pixel_shading::PixelShading;
 pub(crate) use vertex_materials::VertexMaterials;

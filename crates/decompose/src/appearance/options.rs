@@ -1,44 +1,8 @@
 //! Options of the model that several steps share.
 
-use clap::{ArgMatches, Args, Command, ValueEnum};
-use motes_shading::brdf::Lobes;
+use clap::{ArgMatches, Args, Command};
+use motes_scene::{Lobes, Switch};
 use serde::{Deserialize, Serialize};
-
-/// Lobes of the materials.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum LobesChoice {
-    /// Diffuse only
-    Lambert,
-    /// Diffuse under a coat that keeps the books
-    Principled,
-    /// The same coat over Burley's diffuse lobe, as Blender, Mitsuba and engines have it
-    #[default]
-    Burley,
-}
-
-impl From<LobesChoice> for Lobes {
-    fn from(choice: LobesChoice) -> Self {
-        match choice {
-            LobesChoice::Lambert => Self::Lambert,
-            LobesChoice::Principled => Self::Principled,
-            LobesChoice::Burley => Self::Burley,
-        }
-    }
-}
-
-/// Whether a term of the image formation is modeled.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum TermChoice {
-    /// As the photos ask for
-    #[default]
-    Auto,
-    /// Always
-    On,
-    /// Never
-    Off,
-}
 
 /// Terms of the image formation, and the usual range of base colors.
 #[derive(Clone, Debug, PartialEq, Args, Serialize, Deserialize)]
@@ -46,20 +10,20 @@ pub enum TermChoice {
 #[group(skip)]
 pub struct ModelOptions {
     /// Lobes of the materials
-    #[arg(long, value_enum, default_value_t, help_heading = "Model")]
-    pub lobes: LobesChoice,
+    #[arg(long, value_enum, default_value_t = Lobes::Burley, help_heading = "Model")]
+    pub lobes: Lobes,
 
     /// Specular lobe
     #[arg(long, value_enum, default_value_t, help_heading = "Model")]
-    pub specular: TermChoice,
+    pub specular: Switch,
 
     /// Metals
     #[arg(long, value_enum, default_value_t, help_heading = "Model")]
-    pub metallic: TermChoice,
+    pub metallic: Switch,
 
     /// One bounce of light from the surface itself
     #[arg(long, value_enum, default_value_t, help_heading = "Model")]
-    pub indirect: TermChoice,
+    pub indirect: Switch,
 
     /// Shadows; off is for measuring what they are worth
     #[arg(long, default_value_t = true, action = clap::ArgAction::Set, value_name = "BOOL", help_heading = "Model")]

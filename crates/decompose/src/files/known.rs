@@ -4,39 +4,16 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use crate::{BaseColorAnchor, Known, Photo};
-use clap::{Args, ValueEnum};
+use clap::Args;
 use motes_formats::environment::read_environment;
 use motes_formats::ply::read_surface;
 use motes_shading::environment::{
     Convention, Environment, EnvironmentMap, MapOptions, Orientation,
 };
 use motes_stage::{Context, StageError};
-use serde::{Deserialize, Serialize, Serializer};
+use serde::{Serialize, Serializer};
 
 use super::priors::{NormalFrame, Priors};
-
-/// Axes of an environment map.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum LightConvention {
-    /// OpenEXR, USD, Mitsuba: +y up, center +z
-    #[default]
-    Openexr,
-    /// Blender: +z up, center +x
-    Blender,
-    /// Three.js: +y up, center +x
-    Threejs,
-}
-
-impl From<LightConvention> for Convention {
-    fn from(convention: LightConvention) -> Self {
-        match convention {
-            LightConvention::Openexr => Self::OpenExr,
-            LightConvention::Blender => Self::Blender,
-            LightConvention::Threejs => Self::ThreeJs,
-        }
-    }
-}
 
 /// `VIEW,X,Y=R,G,B`: the base color at a pixel of a view.
 #[derive(Clone, Debug, PartialEq)]
@@ -91,7 +68,7 @@ pub struct KnownArgs {
 
     /// Axes of --environment
     #[arg(long, value_enum, default_value_t, help_heading = "Known")]
-    pub env_convention: LightConvention,
+    pub env_convention: Convention,
 
     /// Degrees by which --environment is turned about its up axis, counter-clockwise from above
     #[arg(
@@ -146,7 +123,7 @@ pub(super) fn load_known(
     for path in &args.environment {
         context.input("environment", path)?;
         let image = read_environment(path)?;
-        let orientation = Orientation::new(args.env_convention.into()).rotated(args.env_rotate);
+        let orientation = Orientation::new(args.env_convention).rotated(args.env_rotate);
         let options = MapOptions { exposure: args.env_exposure, orientation };
         let map =
             EnvironmentMap::new(&image, &options).map_err(|e| StageError::usage(e.to_string()))?;

@@ -12,7 +12,7 @@ mod scene_folder;
 mod work;
 
 pub use command::{Args, run};
-pub use known::{KnownArgs, LightConvention};
+pub use known::KnownArgs;
 pub use report::DecomposeReport;
 pub use request::Request;
 pub use work::StepArgs;

@@ -2,19 +2,16 @@
 
 use std::path::Path;
 
-use crate::{Anchor, LobesChoice, Pipeline, RenderedView, State, Term};
-use motes_formats::capture::SplitDocument;
+use crate::{Pipeline, RenderedView, State, Term};
 use motes_formats::decomposition::{
-    ConventionDocument, DecomposedViewDocument, DecompositionCounts, DecompositionDocument,
-    LobesDocument, ScaleAnchorDocument, ScaleAnchorKind, StepTimeDocument, TermDocument,
-    scene_draft, write_decomposition,
+    DecomposedViewDocument, DecompositionCounts, DecompositionDocument, ScaleAnchorDocument,
+    StepTimeDocument, TermDocument, scene_draft, write_decomposition,
 };
 use motes_formats::documents::Document as _;
 use motes_formats::environment::write_environment;
 use motes_formats::ply::{PlyWriteOptions, write_gaussians, write_surface};
 use motes_formats::selection::BoundGaussians;
-use motes_scene::{Gaussians, ImageF32};
-use motes_shading::environment::Convention;
+use motes_scene::{Gaussians, ImageF32, Lobes, Split};
 
 use super::previews::previews;
 
@@ -85,18 +82,9 @@ fn document(folder: &SceneFolder<'_>, pipeline: &Pipeline<'_>) -> DecompositionD
         gaussians: "gaussians.ply".into(),
         surface: "surface.ply".into(),
         environment: "environment.exr".into(),
-        environment_convention: match state.convention() {
-            Convention::OpenExr => ConventionDocument::Openexr,
-            Convention::Blender => ConventionDocument::Blender,
-            Convention::ThreeJs => ConventionDocument::Threejs,
-        },
+        environment_convention: state.convention(),
         up_in_world: state.up_in_world.as_dvec3().to_array(),
-        lobes: match state.inputs.model.lobes {
-            LobesChoice::Lambert => LobesDocument::Lambert,
-            _ if !state.is_specular() => LobesDocument::Lambert,
-            LobesChoice::Principled => LobesDocument::Principled,
-            LobesChoice::Burley => LobesDocument::Burley,
-        },
+        lobes: if state.is_specular() { state.inputs.model.lobes } else { Lobes::Lambert },
         indirect: state.has_indirect(),
         scale_anchor: scale_anchor(state),
         terms: report.terms(state).into_iter().map(term_document).collect(),
@@ -121,7 +109,7 @@ fn view_document(state: &State<'_>, view: &RenderedView) -> DecomposedViewDocume
     let held_out = view.photo.checked_sub(inputs.photos.len()).map(|k| &inputs.held_out[k]);
     DecomposedViewDocument {
         name: held_out.unwrap_or_else(|| &inputs.photos[view.photo]).name.clone(),
-        split: if held_out.is_some() { SplitDocument::Test } else { SplitDocument::Train },
+        split: if held_out.is_some() { Split::Test } else { Split::Train },
         psnr_db: Some(view.psnr_db).filter(|v| v.is_finite()),
     }
 }
@@ -132,14 +120,8 @@ fn term_document(term: Term) -> TermDocument {
 }
 
 fn scale_anchor(state: &State<'_>) -> ScaleAnchorDocument {
-    let kind = match state.illumination.anchor {
-        Anchor::Environment => ScaleAnchorKind::Environment,
-        Anchor::BaseColor => ScaleAnchorKind::AlbedoAnchor,
-        Anchor::Specular => ScaleAnchorKind::Specular,
-        Anchor::Prior => ScaleAnchorKind::Prior,
-    };
     ScaleAnchorDocument {
-        kind,
+        kind: state.illumination.anchor,
         explanation: crate::steps::materials::scale_explanation(&state.illumination),
         factor_rgb: state.illumination.base_color_factor.as_dvec3().to_array(),
     }

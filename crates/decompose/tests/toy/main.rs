@@ -4,11 +4,11 @@ mod scene;
 
 use decompose::{
     DecomposeError, DecomposeOptions, Inputs, Known, Photo, Pipeline, RenderedView, Report, State,
-    Term, TermChoice, TracedSurface, ViewRays,
+    Term, TracedSurface, ViewRays,
 };
 use glam::Vec3;
 use motes_raster::RenderOptions;
-use motes_scene::{Gaussians, ImageF32, Materials, Surface};
+use motes_scene::{Gaussians, ImageF32, Materials, Surface, Switch};
 use motes_shading::brdf::{Lobes, Material};
 use motes_shading::environment::Environment;
 use motes_shading::integrate::{IntegrationOptions, Shader, SurfacePoint};
@@ -55,7 +55,7 @@ fn options() -> DecomposeOptions {
     // The residual has a test of its own, and relighting its own tests.
     options.appearance_residual.residual_steps = 0;
     // The photos here are made without a second surface.
-    options.model.indirect = TermChoice::Off;
+    options.model.indirect = Switch::Off;
     options
 }
 

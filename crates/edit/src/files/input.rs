@@ -5,16 +5,13 @@ use std::path::{Path, PathBuf};
 use crate::{EditState, SceneParts};
 use glam::DVec3;
 use motes_codecs::open_gaussians;
-use motes_formats::decomposition::{Decomposition, LobesDocument, read_decomposition};
+use motes_formats::decomposition::{Decomposition, read_decomposition};
 use motes_formats::environment::read_environment;
 use motes_formats::ply::{GaussianFile, PlyWriteOptions, RenderMode, read_surface};
 use motes_raster::Antialias;
 use motes_scene::camera_path::mean_up;
 use motes_scene::{Capture, Materials};
-use motes_shading::brdf::Lobes;
 use motes_stage::{Context, StageError};
-
-use relight::files::convention;
 
 /// What was read.
 pub(super) struct Input {
@@ -67,13 +64,9 @@ impl Input {
         let document = &decomposition.document;
         let parts = SceneParts {
             environment: read_environment(&decomposition.environment)?,
-            convention: convention(document.environment_convention),
+            convention: document.environment_convention,
             environment_changed: false,
-            lobes: match document.lobes {
-                LobesDocument::Lambert => Lobes::Lambert,
-                LobesDocument::Principled => Lobes::Principled,
-                LobesDocument::Burley => Lobes::Burley,
-            },
+            lobes: document.lobes,
             indirect: document.indirect,
         };
         let name = folder.display().to_string();

@@ -5,8 +5,7 @@ use std::path::{Path, PathBuf};
 use crate::plan::Preview;
 use crate::{EditState, SceneParts};
 use motes_formats::decomposition::{
-    ConventionDocument, DecompositionCounts, DecompositionDocument, scene_draft,
-    write_decomposition,
+    DecompositionCounts, DecompositionDocument, scene_draft, write_decomposition,
 };
 use motes_formats::documents::write_document;
 use motes_formats::edit_plan::{EDIT_LOG_FILE, EditPlanDocument};
@@ -14,7 +13,6 @@ use motes_formats::environment::write_environment;
 use motes_formats::images::write_png;
 use motes_formats::ply::{PlyWriteOptions, write_gaussians, write_surface};
 use motes_scene::Surface;
-use motes_shading::environment::Convention;
 
 /// Where the log of an edited splat lies.
 pub(super) fn log_path(output: &Path, is_scene: bool) -> PathBuf {
@@ -56,11 +54,7 @@ pub(super) fn write_scene(
     document.source_gaussians = None;
     (document.gaussians, document.surface) = ("gaussians.ply".into(), "surface.ply".into());
     document.environment = "environment.exr".into();
-    document.environment_convention = match parts.convention {
-        Convention::OpenExr => ConventionDocument::Openexr,
-        Convention::Blender => ConventionDocument::Blender,
-        Convention::ThreeJs => ConventionDocument::Threejs,
-    };
+    document.environment_convention = parts.convention;
     document.up_in_world = state.up_in_world.to_array();
     // They are about photos of what was there before.
     document.views.clear();

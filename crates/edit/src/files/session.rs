@@ -9,12 +9,12 @@ use crate::plan::{
 };
 use crate::refit::{Fills, RefitOptions, RefitReport, Refitted, refit};
 use crate::reshade::{ReshadeOptions, ReshadeReport, moved_surface, reshade};
-use clap::{Args, ValueEnum};
+use clap::Args;
 use motes_formats::FormatError;
 use motes_formats::capture::read_capture;
 use motes_formats::documents::Document as _;
 use motes_formats::edit_plan::{
-    EditPlanDocument, EditRecord, MAX_FIT_STEPS, MAX_RESHADE_SAMPLES, ShadowDocument, SkipRecord,
+    EditPlanDocument, EditRecord, MAX_FIT_STEPS, MAX_RESHADE_SAMPLES, ShadowMode, SkipRecord,
     check_plan, read_edit_plan,
 };
 use motes_scene::{Capture, Pinhole, Pose, Split, Surface, View};
@@ -47,7 +47,7 @@ pub struct ReshadeFlags {
     /// Shadows on a plain splat: none (they stay), or ratio (they go with what moves, roughly)
     /// [default: the plan's]
     #[arg(long, value_enum, value_name = "HOW", conflicts_with = "scene")]
-    pub shadow: Option<ShadowChoice>,
+    pub shadow: Option<ShadowMode>,
 
     /// Steps of the fit of what fills holes to the photos of --capture, 0 to 100000; 0: none
     /// [default: the plan's, else 100 when there is a capture]
@@ -58,16 +58,6 @@ pub struct ReshadeFlags {
     #[arg(long, value_name = "N", conflicts_with = "no_reshade",
         value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_RESHADE_SAMPLES)))]
     pub reshade_samples: Option<u32>,
-}
-
-/// What happens to shadows on a plain splat.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum ShadowChoice {
-    /// They stay where they are
-    None,
-    /// The darkening of the ground beside an object goes with it
-    Ratio,
 }
 
 /// What is to be edited, and how.
@@ -267,11 +257,7 @@ fn plan_of(job: &EditJob<'_>, context: &Context) -> anyhow::Result<(EditPlanDocu
         None => (EditPlanDocument::new(0, Vec::new()), PathBuf::from("the command line")),
     };
     plan.seed = job.seed.unwrap_or(plan.seed);
-    plan.shadow = match job.reshade.shadow {
-        Some(ShadowChoice::Ratio) => ShadowDocument::Ratio,
-        Some(ShadowChoice::None) => ShadowDocument::None,
-        None => plan.shadow,
-    };
+    plan.shadow = job.reshade.shadow.unwrap_or(plan.shadow);
     plan.refit_steps = job.reshade.refit_steps.or(plan.refit_steps);
     plan.reshade_samples = match job.reshade {
         ReshadeFlags { no_reshade: true, .. } => Some(0),

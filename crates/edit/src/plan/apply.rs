@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 use motes_formats::edit_plan::{
-    EditPlanDocument, EditRecord, OpDocument, SelectOp, ShadowDocument, SkipRecord, StepRecord,
+    EditPlanDocument, EditRecord, OpDocument, SelectOp, ShadowMode, SkipRecord, StepRecord,
     op_pointer,
 };
 
@@ -57,7 +57,7 @@ pub fn run_plan(
         state.up_in_world = DVec3::from_array(up).normalize_or(DVec3::Z);
     }
     let seed = plan.seed;
-    let ratio_shadow = plan.shadow == ShadowDocument::Ratio && state.parts.is_none();
+    let ratio_shadow = plan.shadow == ShadowMode::Ratio && state.parts.is_none();
     let mut run = Run { resources, seed, ratio_shadow, warnings: Vec::new(), previews: Vec::new() };
     let mut record = EditRecord::default();
     for (taken, by) in &prepared.undone {

@@ -8,7 +8,7 @@ use super::apply::{Outcome, Run, applied};
 use super::asset::{AssetRequest, load_asset};
 use super::moving::within_range;
 use super::preview::whole_extent;
-use super::values::{extent_of, fill, flat, keep, rows_of};
+use super::values::{extent_of, flat, keep, rows_of};
 use crate::ops::insert::{Asset, AssetSize, InsertNotes, insert};
 use crate::ops::measure::Extent;
 use crate::ops::{delete, ground};
@@ -131,7 +131,7 @@ impl Run<'_> {
             .placement(old.base(), state.up_in_world, op.rotate_deg, size)
             .ok_or_else(|| flat(at))?;
         self.lift_shadow(state, &rows, at);
-        delete::delete(state, &rows, fill(op.fill));
+        delete::delete(state, &rows, op.fill);
         self.place(state, asset, &placement, op.name.as_deref(), at)
     }
 

@@ -1,10 +1,8 @@
 //! Another environment for a decomposed scene.
 
 use glam::DVec3;
-use motes_formats::decomposition::ConventionDocument;
 use motes_formats::edit_plan::SetEnvironmentOp;
 use motes_formats::environment::read_environment;
-use motes_shading::environment::Convention;
 use relight::{Exposure, LightSource, environment_image};
 
 use super::{EditError, Resources};
@@ -22,11 +20,7 @@ pub(super) fn set_environment(
     at: &str,
 ) -> Result<(), EditError> {
     let image = read_environment(&resources.file(&op.file)).map_err(EditError::file(at))?;
-    let convention = match op.convention {
-        ConventionDocument::Openexr => Convention::OpenExr,
-        ConventionDocument::Blender => Convention::Blender,
-        ConventionDocument::Threejs => Convention::ThreeJs,
-    };
+    let convention = op.convention;
     let rows = image.height.max(LEAST_ROWS);
     let source = LightSource::Map { image: image.clone(), convention };
     // Also checks the map: what no light has is repaired or refused here.

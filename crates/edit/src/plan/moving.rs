@@ -5,7 +5,7 @@ use motes_formats::edit_plan::{DuplicateOp, LARGEST, PivotDocument, PivotName, T
 
 use super::EditError;
 use super::apply::{Outcome, Run, applied, skipped};
-use super::values::{extent_of, fill, keep, rotation_of, rows_of, some_place};
+use super::values::{extent_of, keep, rotation_of, rows_of, some_place};
 use crate::ops::measure::Bounds;
 use crate::ops::ratio_shadow::RatioShadow;
 use crate::ops::{duplicate, transform};
@@ -57,7 +57,7 @@ impl Run<'_> {
         let is_part = rows.len() < state.len();
         let from = if is_part { some_place(bounds, at)?.centroid } else { DVec3::ZERO };
         if is_part {
-            state.vacate(&rows, fill(op.fill));
+            state.vacate(&rows, op.fill);
             self.unlit(state, at, "shadows stay where they were");
             shadow = self.lift_shadow(state, &rows, at);
         }

@@ -7,7 +7,7 @@ use motes_formats::edit_plan::{
 
 use super::EditError;
 use super::apply::{Outcome, Run, applied, skipped};
-use super::values::{fill, rows_of};
+use super::values::rows_of;
 use crate::ops::{clusters, decimate, delete, floaters};
 use crate::{EditState, Fill};
 
@@ -24,7 +24,7 @@ impl Run<'_> {
         }
         let rows = rows_of(state, op.target.as_deref(), at)?;
         self.lift_shadow(state, &rows, at);
-        delete::delete(state, &rows, fill(op.fill));
+        delete::delete(state, &rows, op.fill);
         self.unlit(state, at, "the place that was uncovered stays open and keeps its old light");
         applied(rows.len())
     }

@@ -3,14 +3,14 @@
 use std::collections::BTreeMap;
 
 use glam::{DQuat, DVec3, EulerRot};
-use motes_formats::edit_plan::{ColorModeDocument, FillDocument, TransformOp};
+use motes_formats::edit_plan::{ColorModeDocument, TransformOp};
 use motes_scene::Selection;
 
 use super::EditError;
 use super::apply::Outcome;
+use crate::EditState;
 use crate::ops::color::{ColorChange, ColorMode};
 use crate::ops::measure::{Extent, mean_color_linear};
-use crate::{EditState, Fill};
 
 /// Key of selections without a name.
 const UNNAMED: &str = "";
@@ -58,14 +58,6 @@ pub(super) fn some_place<T>(found: Option<T>, at: &str) -> Result<T, EditError> 
 pub(super) fn flat(at: &str) -> EditError {
     EditError::plan(format!("{at}/file"), "it has no height, so it cannot be scaled to one")
         .remedy("give \"up\", or another \"fit\"")
-}
-
-pub(super) fn fill(document: FillDocument) -> Fill {
-    match document {
-        FillDocument::None => Fill::None,
-        FillDocument::Plane => Fill::Plane,
-        FillDocument::Patch => Fill::Patch,
-    }
 }
 
 pub(super) fn color(mode: ColorModeDocument, rgb_linear: [f64; 3]) -> ColorChange {

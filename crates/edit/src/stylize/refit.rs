@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use motes_scene::{Gaussians, ImageF32, SparsePoints};
+use motes_scene::{Gaussians, ImageF32, SparsePoints, Switch};
 use train_splat::{
-    AlphaMode, BackgroundModel, ExposureModel, FitError, FitOptions, FreezeGroup, Switch, Trainer,
+    AlphaMode, BackgroundModel, ExposureModel, FitError, FitOptions, FreezeGroup, Trainer,
     TrainingImage,
 };
 

@@ -6,7 +6,7 @@ mod report;
 mod results;
 mod run;
 
-pub use options::{BorderChoice, EvaluationOptions, EvaluationOutputs};
+pub use options::{EvaluationOptions, EvaluationOutputs};
 pub use protocol::{protocol, protocol_words};
 pub use report::EvaluationReport;
 pub use results::{GateResult, Results};

@@ -2,7 +2,7 @@
 
 use motes_formats::metrics::{LpipsProtocol, Protocol, PsnrProtocol, SsimProtocol};
 
-use super::{BorderChoice, EvaluationOptions};
+use super::EvaluationOptions;
 use crate::lpips::{Lpips, LpipsRange};
 use crate::score::PSNR_CAP_DB;
 use render::model::ViewExposure;
@@ -49,10 +49,7 @@ pub fn protocol(
             sigma_px: 1.5,
             k1: 0.01,
             k2: 0.03,
-            border: match options.ssim_border {
-                BorderChoice::Same => "same".into(),
-                BorderChoice::Valid => "valid".into(),
-            },
+            border: options.ssim_border.name().into(),
         },
         lpips: lpips.map(|lpips| LpipsProtocol {
             network: lpips.net().name().into(),

@@ -1,8 +1,9 @@
 //! The report of the stage: the metrics document, and a table for people.
 
+use motes_scene::SplitChoice;
 use std::fmt;
 
-use motes_formats::metrics::{MetricsDocument, MetricsSplit, Scores, ViewMetrics};
+use motes_formats::metrics::{MetricsDocument, Scores, ViewMetrics};
 use serde::Serialize;
 
 /// A metrics document that can be printed.
@@ -22,15 +23,15 @@ impl fmt::Display for EvaluationReport {
         }
         writeln!(f)?;
         for ViewMetrics { name, split, scores, .. } in &document.views {
-            row(f, &format!("{name:width$}"), word(*split), scores)?;
+            row(f, &format!("{name:width$}"), split.name(), scores)?;
         }
         let name = if document.seeds.is_some() { "mean, models" } else { "mean" };
-        row(f, &format!("{name:width$}"), word(document.split), &document.mean)?;
+        row(f, &format!("{name:width$}"), document.split.name(), &document.mean)?;
         if let Some(seeds) = &document.seeds {
-            row(f, &format!("{:width$}", "deviation"), word(document.split), &seeds.deviation)?;
+            row(f, &format!("{:width$}", "deviation"), document.split.name(), &seeds.deviation)?;
         }
         let other = match document.split {
-            MetricsSplit::Train => None,
+            SplitChoice::Train => None,
             _ => document.train.map(|scores| ("train", scores)),
         };
         if let Some((split, scores)) = other {
@@ -40,14 +41,6 @@ impl fmt::Display for EvaluationReport {
             writeln!(f, "gap (train PSNR minus test PSNR): {gap:.2} dB")?;
         }
         Ok(())
-    }
-}
-
-fn word(split: MetricsSplit) -> &'static str {
-    match split {
-        MetricsSplit::Train => "train",
-        MetricsSplit::Test => "test",
-        MetricsSplit::All => "all",
     }
 }
 

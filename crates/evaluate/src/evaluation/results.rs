@@ -2,13 +2,12 @@
 
 use motes_formats::documents::Document as _;
 use motes_formats::metrics::{
-    MetricsDocument, MetricsSplit, Protocol, Scores, SeedMetrics, SeedRow, ViewMetrics,
+    MetricsDocument, Protocol, Scores, SeedMetrics, SeedRow, ViewMetrics,
 };
-use motes_scene::Split;
+use motes_scene::SplitChoice;
 
 use crate::page::ModelScores;
 use crate::score::{Gate, GateMetric, ViewRow, bounded_value, mean_and_deviation, spread};
-use render::frames::SplitChoice;
 
 /// A bound and the value it was held against.
 #[derive(Clone, Debug, PartialEq)]
@@ -78,11 +77,7 @@ impl Results {
         MetricsDocument {
             format: MetricsDocument::FORMAT.into(),
             version: MetricsDocument::version(),
-            split: match self.split {
-                SplitChoice::Test => MetricsSplit::Test,
-                SplitChoice::Train => MetricsSplit::Train,
-                SplitChoice::All => MetricsSplit::All,
-            },
+            split: self.split,
             mean,
             gap: self.gap(),
             protocol,
@@ -98,10 +93,7 @@ impl Results {
 fn view_metrics(row: &ViewRow) -> ViewMetrics {
     ViewMetrics {
         name: row.name.clone(),
-        split: match row.split {
-            Split::Train => MetricsSplit::Train,
-            Split::Test => MetricsSplit::Test,
-        },
+        split: row.split,
         scores: row.scores(),
         counted_share: row.score.counted_share,
     }
@@ -120,6 +112,8 @@ impl GateResult {
 
 #[cfg(test)]
 mod tests {
+    use motes_scene::Split;
+
     use super::*;
     use crate::score::ViewScore;
 

@@ -5,14 +5,14 @@ use std::path::{Path, PathBuf};
 
 use motes_formats::FormatError;
 use motes_raster::{RenderOptions, render};
-use motes_scene::{Capture, ImageF32, ImageU8, Pinhole, Split};
+use motes_scene::{Capture, ImageF32, ImageU8, Pinhole, Split, SplitChoice};
 
 use super::EvaluationOptions;
 use crate::lpips::Lpips;
 use crate::page::ModelScores;
 use crate::photos::{load_photo, load_render};
 use crate::score::{Photo, ViewRow, score_view};
-use render::frames::{PlanError, SplitChoice, pinhole_of, view_stems, views_of};
+use render::frames::{PlanError, pinhole_of, view_stems, views_of};
 use render::model::{AntialiasChoice, Model};
 
 /// Where the renders come from.

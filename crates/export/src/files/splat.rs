@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use motes_codecs::{
     PlyLayout, SogOptions, SplatFormat, SplatWriteOptions, SpzOptions, write_gaussians,
     write_gaussians_to,
@@ -12,30 +12,13 @@ use serde::Serialize;
 
 use super::Source;
 
-/// Columns of a PLY.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Layout {
-    /// INRIA's columns and all others that the Gaussians carry
-    #[default]
-    Motes,
-    /// INRIA's columns alone
-    Inria,
-    /// INRIA's and those of Relightable3DGaussian
-    R3dg,
-    /// INRIA's without scale_2, as 2DGS has them
-    #[value(name = "2dgs")]
-    #[serde(rename = "2dgs")]
-    Flat,
-}
-
 /// Dials of the formats.
 #[derive(Args, Clone, Debug, Serialize)]
 #[command(next_help_heading = "Splat formats")]
 pub struct SplatOptions {
     /// Columns of a PLY
     #[arg(long, value_enum, value_name = "LAYOUT", default_value_t)]
-    pub layout: Layout,
+    pub layout: PlyLayout,
 
     /// Version of an spz file; every reader knows 2 and 3
     #[arg(long, value_name = "VERSION", default_value_t = 3, value_parser = clap::value_parser!(u8).range(2..=4))]
@@ -72,12 +55,7 @@ impl SplatOptions {
             render_mode: source.file.render_mode,
             exposure_response: source.file.exposure_response,
             comments: source.file.comments.clone(),
-            layout: match self.layout {
-                Layout::Motes => PlyLayout::Motes,
-                Layout::Inria => PlyLayout::Inria,
-                Layout::R3dg => PlyLayout::R3dg,
-                Layout::Flat => PlyLayout::Flat,
-            },
+            layout: self.layout,
             spz: SpzOptions {
                 version: self.spz_version,
                 fractional_bits: self.spz_fractional_bits,
@@ -107,7 +85,7 @@ pub fn write_splat(
 ) -> anyhow::Result<()> {
     let gaussians = &source.file.gaussians;
     let codec = format.codec();
-    if options.layout != Layout::Motes && format != SplatFormat::Ply {
+    if options.layout != PlyLayout::Motes && format != SplatFormat::Ply {
         return Err(StageError::usage("--layout belongs to the format ply").into());
     }
     if gaussians.sh_degree > codec.max_sh_degree {

@@ -1,5 +1,6 @@
 //! The JSON layout of `capture.json`.
 
+use motes_scene::Split;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -102,7 +103,7 @@ pub struct ViewDocument {
     pub mask: Option<String>,
     /// Role in fitting and measuring.
     #[serde(default)]
-    pub split: SplitDocument,
+    pub split: Split,
     /// Brightness setting of the camera: `log2(t S / 100 / N^2)` with the exposure time `t` in
     /// seconds, the ISO speed `S` and the f-number `N`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -116,15 +117,4 @@ pub struct PoseDocument {
     pub rotation_wxyz: [f64; 4],
     /// World units.
     pub translation: [f64; 3],
-}
-
-/// Role of a view.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum SplitDocument {
-    /// Fitted to.
-    #[default]
-    Train,
-    /// Held out.
-    Test,
 }

@@ -5,13 +5,12 @@ use std::path::{Path, PathBuf};
 
 use glam::{DQuat, DVec3};
 use motes_scene::{
-    Camera, CameraModel, Capture, ExposureResponse, MAX_EXPOSURE_STOPS, Pose, SparsePoints, Split,
-    View,
+    Camera, CameraModel, Capture, ExposureResponse, MAX_EXPOSURE_STOPS, Pose, SparsePoints, View,
 };
 
 use super::document::{
     CameraDocument, CaptureDocument, Conventions, ExposureResponseDocument, PoseDocument,
-    SplitDocument, ViewDocument,
+    ViewDocument,
 };
 use crate::error::{FormatError, Result, quoted};
 
@@ -132,10 +131,7 @@ fn view_from_document(
         )?,
         image: checked_relative_path(path, &place_of("image"), &view.image)?,
         mask: mask.map(|m| checked_relative_path(path, &place_of("mask"), m)).transpose()?,
-        split: match view.split {
-            SplitDocument::Train => Split::Train,
-            SplitDocument::Test => Split::Test,
-        },
+        split: view.split,
         exposure_stops: view.exposure_stops,
     })
 }

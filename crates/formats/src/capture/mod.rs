@@ -15,9 +15,7 @@ use crate::documents::{read_document, write_document};
 use crate::error::{FormatError, Result, quoted};
 use crate::ply;
 
-pub use document::{
-    CameraDocument, CaptureDocument, Conventions, PoseDocument, SplitDocument, ViewDocument,
-};
+pub use document::{CameraDocument, CaptureDocument, Conventions, PoseDocument, ViewDocument};
 pub use from_document::capture_from_document;
 pub use from_document::checked_relative_path;
 pub(crate) use from_document::pose_from_document;

@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use motes_scene::{Capture, Pose, Split};
+use motes_scene::{Capture, Pose};
 
 use super::document::{
     CameraDocument, CaptureDocument, Conventions, ExposureResponseDocument, PoseDocument,
-    SplitDocument, ViewDocument,
+    ViewDocument,
 };
 use super::{POINTS_FILE, checked_relative_path};
 use crate::documents::Document as _;
@@ -30,10 +30,7 @@ pub(super) fn capture_to_document(capture: &Capture, path: &Path) -> Result<Capt
                 .as_ref()
                 .map(|mask| portable(path, &format!("views[{i}].mask"), mask))
                 .transpose()?,
-            split: match view.split {
-                Split::Train => SplitDocument::Train,
-                Split::Test => SplitDocument::Test,
-            },
+            split: view.split,
             exposure_stops: view.exposure_stops,
         })
     });

@@ -53,7 +53,7 @@ pub struct EditPlanDocument {
     pub up_in_world: Option<[f64; 3]>,
     /// What happens to shadows on a plain splat. Decomposed scenes trace theirs.
     #[serde(default)]
-    pub shadow: ShadowDocument,
+    pub shadow: ShadowMode,
     /// Steps of the fit of fillings to the photos, where a decomposed scene is edited with a capture; 0: none. Default: what the
     /// program finds enough when there is a capture.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -86,7 +86,7 @@ impl EditPlanDocument {
             version: Self::version(),
             seed,
             up_in_world: None,
-            shadow: ShadowDocument::None,
+            shadow: ShadowMode::None,
             refit_steps: None,
             reshade_samples: None,
             ops,

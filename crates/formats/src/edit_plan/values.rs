@@ -1,5 +1,6 @@
 //! Values that operations share.
 
+use clap::ValueEnum;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -44,7 +45,7 @@ pub struct AxisAngleDocument {
 /// What fills the surface that becomes visible.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum FillDocument {
+pub enum Fill {
     /// Nothing.
     None,
     /// The support plane goes on with its own colors.
@@ -143,9 +144,12 @@ pub enum OrderDocument {
 }
 
 /// What happens to shadows on a plain splat, whose light is not known.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize, JsonSchema,
+)]
 #[serde(rename_all = "snake_case")]
-pub enum ShadowDocument {
+#[value(rename_all = "snake")]
+pub enum ShadowMode {
     /// They stay where they are.
     #[default]
     None,

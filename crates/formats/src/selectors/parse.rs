@@ -1,9 +1,10 @@
 //! Steps as people type them: `[COMBINE:]KIND[=VALUES]`.
 
 use super::{
-    Candidate, Click, CombineDocument, Comparison, MaskPrompt, ObjectPrompt, PlaneSide,
-    PostDocument, SelectStep, Selector, SelectorStep,
+    Candidate, Click, Comparison, MaskPrompt, ObjectPrompt, PlaneSide, PostDocument, SelectStep,
+    Selector, SelectorStep,
 };
+use motes_scene::Combine;
 
 /// Reads a step: `[set:|add:|subtract:|intersect:]KIND[=VALUES]`, or `invert`, `grow=D`, `shrink=D`.
 ///
@@ -28,12 +29,12 @@ pub fn parse_step(text: &str) -> Result<SelectStep, String> {
     Ok(SelectStep::Select(SelectorStep { combine: combine.unwrap_or_default(), selector }))
 }
 
-fn combine(text: &str) -> Result<CombineDocument, String> {
+fn combine(text: &str) -> Result<Combine, String> {
     match text {
-        "set" => Ok(CombineDocument::Set),
-        "add" => Ok(CombineDocument::Add),
-        "subtract" => Ok(CombineDocument::Subtract),
-        "intersect" => Ok(CombineDocument::Intersect),
+        "set" => Ok(Combine::Set),
+        "add" => Ok(Combine::Add),
+        "subtract" => Ok(Combine::Subtract),
+        "intersect" => Ok(Combine::Intersect),
         _ => Err(format!("\"{text}\" is none of set, add, subtract, intersect")),
     }
 }

@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-pub use options::{CameraSharing, Matcher, SfmOptions, SfmTool, Triangulate};
+pub use options::{CameraSharing, Matcher, SfmOptions, SfmTool};
 pub(crate) use triangulate::triangulate;
 
 use crate::error::Result;

@@ -1,5 +1,6 @@
 //! What the user can choose about structure from motion.
 
+use motes_scene::Switch;
 use std::path::PathBuf;
 
 use clap::ValueEnum;
@@ -44,19 +45,6 @@ pub enum Matcher {
     Sequential,
 }
 
-/// Whether points are triangulated for input that has poses and no points.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Triangulate {
-    /// Where a Python with pycolmap is found
-    #[default]
-    Auto,
-    /// Always; without pycolmap the import fails
-    On,
-    /// Never: train-splat finds start points in the photos by itself
-    Off,
-}
-
 /// How poses are found for photos without poses.
 #[derive(Clone, Debug, PartialEq, clap::Args, Serialize, Deserialize)]
 #[serde(default)]
@@ -84,7 +72,7 @@ pub struct SfmOptions {
 
     /// Triangulate start points with pycolmap for input that has poses and no points
     #[arg(long, value_enum, default_value_t, value_name = "WHEN")]
-    pub triangulate: Triangulate,
+    pub triangulate: Switch,
 
     /// Python that has pycolmap [default: .venv/bin/python beside this program or of the checkout that it was
     /// built in, then python3 of PATH]
@@ -108,7 +96,7 @@ impl Default for SfmOptions {
             camera_model: "SIMPLE_RADIAL".into(),
             share_camera: CameraSharing::One,
             matcher: Matcher::Auto,
-            triangulate: Triangulate::default(),
+            triangulate: Switch::default(),
             python: None,
             seed: 0,
             sfm_workspace: None,

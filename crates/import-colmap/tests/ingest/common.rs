@@ -7,11 +7,10 @@ use std::path::{Path, PathBuf};
 
 use glam::{DVec2, DVec3};
 use import_colmap::{
-    ImportInput, ImportOptions, ImportReport, Result, SfmOptions, Silent, Source, Triangulate,
-    import,
+    ImportInput, ImportOptions, ImportReport, Result, SfmOptions, Silent, Source, import,
 };
 use motes_formats::images::write_png;
-use motes_scene::{Camera, ImageU8, Pose};
+use motes_scene::{Camera, ImageU8, Pose, Switch};
 
 pub(crate) struct Project {
     pub(crate) folder: tempfile::TempDir,
@@ -162,6 +161,6 @@ pub(crate) fn import_path(
     std::fs::create_dir_all(output).unwrap();
     let input = ImportInput { input: Some(input.to_path_buf()), ..ImportInput::default() };
     // Without pycolmap, whether this machine has it or not.
-    let sfm = SfmOptions { triangulate: Triangulate::Off, ..SfmOptions::default() };
+    let sfm = SfmOptions { triangulate: Switch::Off, ..SfmOptions::default() };
     import(&Source::recognize(&input)?, output, options, &sfm, &Silent)
 }

@@ -8,10 +8,10 @@ use std::path::PathBuf;
 
 use import_colmap::{
     ImportInput, ImportOptions, ImportReport, IngestError, Result, SfmOptions, Silent, Source,
-    Triangulate, import, import_photos,
+    import, import_photos,
 };
 use motes_formats::capture::read_capture;
-use motes_scene::{Camera, CameraModel};
+use motes_scene::{Camera, CameraModel, Switch};
 
 use crate::common::Project;
 
@@ -161,7 +161,7 @@ fn photos_lying_on_their_side_are_solved_and_written_upright() {
 }
 
 /// Imports posed photos without points. In the stand-in $7 is the request.
-fn triangulate(project: &Project, body: &str, when: Triangulate) -> Result<ImportReport> {
+fn triangulate(project: &Project, body: &str, when: Switch) -> Result<ImportReport> {
     let python = Some(python(project, body));
     let sfm = SfmOptions { python, triangulate: when, ..SfmOptions::default() };
     let output = project.output();
@@ -185,7 +185,7 @@ fn posed_photos_without_points_get_triangulated_ones() {
     let project = project();
     let keep = project.path().join("request.json");
     let body = format!("cp \"$7\" '{}'\n{TRIANGULATED}", keep.display());
-    let report = triangulate(&project, &body, Triangulate::Auto).unwrap();
+    let report = triangulate(&project, &body, Switch::Auto).unwrap();
     assert_eq!(report.points, 4);
     assert!(report.notes.iter().any(|note| note.contains("4 start points triangulated")));
     let request = std::fs::read_to_string(keep).unwrap();
@@ -200,11 +200,11 @@ fn posed_photos_without_points_get_triangulated_ones() {
 fn a_triangulation_that_fails_is_an_error_only_when_it_was_asked_for() {
     let fails = r#"echo '{"event":"error","code":"too_few_matches","message":"no two match","remedy":"r"}'; exit 1"#;
     let project = project();
-    let report = triangulate(&project, fails, Triangulate::Auto).unwrap();
+    let report = triangulate(&project, fails, Switch::Auto).unwrap();
     assert_eq!(report.points, 0);
     assert!(report.warnings.iter().any(|w| w.contains("no two match")), "{:?}", report.warnings);
-    let error = triangulate(&project, fails, Triangulate::On).unwrap_err();
+    let error = triangulate(&project, fails, Switch::On).unwrap_err();
     assert!(matches!(error, IngestError::BadInput { .. }), "{error}");
-    let report = triangulate(&project, "exit 7", Triangulate::Off).unwrap();
+    let report = triangulate(&project, "exit 7", Switch::Off).unwrap();
     assert!(report.warnings.is_empty() && report.points == 0);
 }

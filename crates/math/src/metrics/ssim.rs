@@ -4,13 +4,28 @@
 //! C1 = 0.01², C2 = 0.03² (peak 1), averaged over pixels and channels. Source: Wang, Bovik,
 //! Sheikh, Simoncelli (2004).
 
+use clap::ValueEnum;
+use serde::Serialize;
+
 /// How windows that reach over the image border count.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum SsimBorder {
     /// Every pixel counts; outside is zero (INRIA 3DGS, and the training loss).
+    #[default]
     Same,
     /// Only windows that lie inside count (scikit-image crop, torchmetrics).
     Valid,
+}
+
+impl SsimBorder {
+    /// The word of flags and documents.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Same => "same",
+            Self::Valid => "valid",
+        }
+    }
 }
 
 /// Taps on each side of the center.

@@ -58,7 +58,7 @@ impl<'s> NewLight<'s> {
         } else if let Some(path) = &options.environment {
             context.input("environment", path)?;
             let image = read_map(path, context)?;
-            let convention = options.env_convention.unwrap_or_default().into();
+            let convention = options.env_convention.unwrap_or_default();
             LightSource::Map { image, convention }
         } else {
             let image = loaded.own_light.clone();

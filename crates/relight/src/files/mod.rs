@@ -17,4 +17,3 @@ pub use pictures::{PictureJob, write_pictures};
 pub use products::{write_baked, write_scene};
 pub use report::{Outcome, Product, RelightReport};
 pub use scene::LoadedScene;
-pub use scene::convention;

@@ -4,11 +4,10 @@ use std::path::Path;
 
 use crate::{BakeOptions, Relighter, environment_image};
 use anyhow::Context as _;
-use motes_formats::decomposition::{ConventionDocument, scene_draft, write_decomposition};
+use motes_formats::decomposition::{scene_draft, write_decomposition};
 use motes_formats::environment::write_environment;
 use motes_formats::ply::{PlyWriteOptions, write_gaussians};
 use motes_scene::{ImageF32, Residual};
-use motes_shading::environment::Convention;
 use motes_stage::Context;
 
 use super::{PictureJob, RelightReport};
@@ -71,11 +70,7 @@ pub fn write_scene(
     let mut document = loaded.decomposition.document.clone();
     (document.gaussians, document.surface) = ("gaussians.ply".into(), "surface.ply".into());
     document.environment = "environment.exr".into();
-    document.environment_convention = match convention {
-        Convention::OpenExr => ConventionDocument::Openexr,
-        Convention::Blender => ConventionDocument::Blender,
-        Convention::ThreeJs => ConventionDocument::Threejs,
-    };
+    document.environment_convention = convention;
     // They are about another light.
     document.views.clear();
     let draft = scene_draft(folder)?;

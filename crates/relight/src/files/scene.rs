@@ -4,14 +4,11 @@ use std::path::Path;
 
 use crate::{Exposure, LightSource, RelightScene, SceneError};
 use glam::DVec3;
-use motes_formats::decomposition::{
-    ConventionDocument, Decomposition, LobesDocument, read_decomposition,
-};
+use motes_formats::decomposition::{Decomposition, read_decomposition};
 use motes_formats::environment::read_environment;
 use motes_formats::ply::{RenderMode, open_gaussians, read_surface};
 use motes_raster::Antialias;
 use motes_scene::ImageF32;
-use motes_shading::brdf::Lobes;
 use motes_shading::environment::{Convention, Environment};
 use motes_stage::{Context, StageError};
 
@@ -54,18 +51,14 @@ impl LoadedScene {
             }
         }
         let document = &decomposition.document;
-        let lobes = match document.lobes {
-            LobesDocument::Lambert => Lobes::Lambert,
-            LobesDocument::Principled => Lobes::Principled,
-            LobesDocument::Burley => Lobes::Burley,
-        };
         let up = DVec3::from_array(document.up_in_world).as_vec3();
-        let mut scene = RelightScene::new(file.gaussians, surface, lobes, document.indirect, up)
-            .map_err(|error| scene_error(error, &decomposition))?;
+        let mut scene =
+            RelightScene::new(file.gaussians, surface, document.lobes, document.indirect, up)
+                .map_err(|error| scene_error(error, &decomposition))?;
         if file.render_mode == Some(RenderMode::Mip) {
             scene.antialias = Antialias::Mip;
         }
-        let own_convention = convention(document.environment_convention);
+        let own_convention = document.environment_convention;
         let render_mode = file.render_mode;
         let mut loaded = Self { scene, decomposition, own_light, own_convention, render_mode };
         if loaded.scene.has_residual() {
@@ -80,15 +73,6 @@ impl LoadedScene {
         let own = LightSource::Map { image, convention };
         let light = own.light(0.0, Exposure::Factor(1.0), self.scene.up_in_world, &|| None);
         light.ok().map(|light| light.environment)
-    }
-}
-
-/// Axes of a map as the library names them.
-pub fn convention(document: ConventionDocument) -> Convention {
-    match document {
-        ConventionDocument::Openexr => Convention::OpenExr,
-        ConventionDocument::Blender => Convention::Blender,
-        ConventionDocument::Threejs => Convention::ThreeJs,
     }
 }
 

@@ -13,7 +13,7 @@ pub use cryptomatte::MatteObjects;
 pub use files::{FrameFiles, depth_range, exr_channels, preview};
 pub use options::{
     Background, BetweenOptions, DepthRange, FrameFormat, FrameLook, FrameSelection, FrameSize,
-    PictureFormat, PreviewAov, Projection, SplitChoice, VideoOptions, parse_background,
+    PictureFormat, PreviewAov, Projection, VideoOptions, parse_background,
 };
 pub use plan::{
     Frame, FrameSource, PlanError, numbered, pinhole_of, plan_frames, view_stems, views_of,

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use motes_formats::capture::read_capture;
 use motes_formats::documents::read_document;
 use motes_formats::images::read_image;
-use motes_formats::metrics::{MetricsDocument, MetricsSplit};
+use motes_formats::metrics::MetricsDocument;
 use motes_formats::{FormatError, Result};
 use motes_scene::{Capture, ImageU8, Split};
 
@@ -73,9 +73,8 @@ impl RunFiles {
     }
 
     fn psnr_of(&self, name: &str) -> Option<f64> {
-        let is_it = |v: &&motes_formats::metrics::ViewMetrics| {
-            v.name == name && v.split == MetricsSplit::Test
-        };
+        let is_it =
+            |v: &&motes_formats::metrics::ViewMetrics| v.name == name && v.split == Split::Test;
         self.metrics.views.iter().find(is_it)?.scores.psnr
     }
 }

@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use motes_formats::capture::read_capture;
-use motes_formats::decomposition::{ConventionDocument, DecompositionDocument, read_decomposition};
+use motes_formats::decomposition::{DecompositionDocument, read_decomposition};
 use motes_formats::documents::read_document;
 use motes_formats::environment::read_environment;
 use motes_formats::exr_aov::{AovImage, open_exr};
@@ -12,7 +12,7 @@ use motes_formats::images::read_image;
 use motes_formats::run_record::RunRecord;
 use motes_formats::{FormatError, Result};
 use motes_math::metrics::psnr_f32;
-use motes_scene::{ImageF32, ImageU8, Split};
+use motes_scene::{Convention, ImageF32, ImageU8, Split};
 
 use crate::pages::{RelightPage, RelightStep, RelightTerm, RelightView};
 use evaluate::photos::load_photo;
@@ -117,11 +117,11 @@ fn facts(document: &DecompositionDocument) -> Vec<(String, String)> {
     ]
 }
 
-fn axes(convention: ConventionDocument) -> &'static str {
+fn axes(convention: Convention) -> &'static str {
     match convention {
-        ConventionDocument::Openexr => "up is +y, the center +z",
-        ConventionDocument::Blender => "up is +z, the center +x",
-        ConventionDocument::Threejs => "up is +y, the center +x",
+        Convention::OpenExr => "up is +y, the center +z",
+        Convention::Blender => "up is +z, the center +x",
+        Convention::ThreeJs => "up is +y, the center +x",
     }
 }
 

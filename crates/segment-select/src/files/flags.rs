@@ -2,9 +2,10 @@
 
 use clap::Args;
 use motes_formats::selectors::{
-    BoxPrompt, Candidate, CombineDocument, MaskPrompt, ObjectPrompt, Scribble, SelectStep,
-    Selector, SelectorStep, parse_candidate, parse_click, parse_step,
+    BoxPrompt, Candidate, MaskPrompt, ObjectPrompt, Scribble, SelectStep, Selector, SelectorStep,
+    parse_candidate, parse_click, parse_step,
 };
+use motes_scene::Combine;
 use motes_stage::StageError;
 use serde::Serialize;
 
@@ -112,11 +113,11 @@ impl PromptFlags {
         let mut steps = Vec::new();
         let step = |combine, selector| SelectStep::Select(SelectorStep { combine, selector });
         if let Some(prompt) = self.object() {
-            steps.push(step(CombineDocument::Set, Selector::Object(prompt)));
+            steps.push(step(Combine::Set, Selector::Object(prompt)));
         }
         if !self.mask.is_empty() {
             let masks = self.mask.iter().filter_map(|t| parse_mask(t).ok()).collect();
-            steps.push(step(CombineDocument::Add, Selector::Masks { masks }));
+            steps.push(step(Combine::Add, Selector::Masks { masks }));
         }
         steps.extend(self.select.iter().filter_map(|t| parse_step(t).ok()));
         if steps.is_empty() {

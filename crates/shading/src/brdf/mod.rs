@@ -26,27 +26,13 @@ use glam::Vec3;
 pub use albedo::{AlbedoTable, albedo_table};
 pub use derivatives::{BrdfDerivatives, DifferentiableBrdf};
 pub use fast::{Brdf, BrdfValue};
+pub use motes_scene::Lobes;
 
 /// Reflectance of a dielectric at normal incidence: refractive index 1.5.
 pub const DIELECTRIC_F0: f64 = 0.04;
 /// Smallest GGX width, reached at roughness 0.032. A perfect mirror is a lobe of 0.06 degrees:
 /// a fifth of the sun's radius, and as narrow as f32 half vectors resolve to four digits.
 pub const MIN_ALPHA: f64 = 1e-3;
-
-/// Which lobes a material has.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Lobes {
-    /// `f_r = base_color / π`; roughness and metallic are ignored.
-    Lambert,
-    /// Diffuse under a specular coat, or metal; keeps the books.
-    #[default]
-    Principled,
-    /// The same specular lobes over Burley's diffuse lobe, as other renderers' `principled` has it
-    /// (Burley 2012): `f_diffuse = (1 - m) b / π F(μ_i) F(μ_o)`,
-    /// `F(μ) = 1 + (F_90 - 1)(1 - μ)⁵`, `F_90 = 1/2 + 2 roughness (w_o · h)²`. Symmetric, but at grazing
-    /// angles a white one reflects more than it gets.
-    Burley,
-}
 
 /// The material of a surface point.
 #[derive(Clone, Copy, Debug, PartialEq)]

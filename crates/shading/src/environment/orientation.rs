@@ -14,18 +14,7 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::{DMat3, DVec3};
-
-/// Whose lat-long map it is.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Convention {
-    /// OpenEXR, USD, Mitsuba: +y up, center +z.
-    #[default]
-    OpenExr,
-    /// Blender: +z up, center +x.
-    Blender,
-    /// three.js: +y up, center +x.
-    ThreeJs,
-}
+use motes_scene::Convention;
 
 /// The rotation from world to the map's axes.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -4,13 +4,12 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use crate::{
-    FitError, FitOptions, FitState, Lap, Phase, Plan, StartFrom, Switch, TimeBudget, Trainer,
-    TrainingImage,
+    FitError, FitOptions, FitState, Lap, Phase, Plan, StartFrom, TimeBudget, Trainer, TrainingImage,
 };
 use motes_codecs::read_gaussians;
 use motes_formats::capture::read_capture;
 use motes_scene::{
-    Capture, ExposureResponse, Gaussians, Pose, SparsePoints, Split, UnitWorld, View,
+    Capture, ExposureResponse, Gaussians, Pose, SparsePoints, Split, Switch, UnitWorld, View,
 };
 use motes_stage::{Context, StageError};
 

@@ -1,8 +1,9 @@
 //! The JSON documents of a work folder.
 
 use crate::steps::surface::GeometryReport;
-use crate::{Anchor, Cell, Pipeline, StepRecord, Term};
+use crate::{Cell, Pipeline, StepRecord, Term};
 use motes_formats::documents::Document;
+use motes_scene::ScaleAnchor;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -96,7 +97,7 @@ pub(super) struct LightDocument {
     pub version: String,
     pub made_by: String,
     /// What the scale of light against base color rests on.
-    pub anchor: AnchorDocument,
+    pub anchor: ScaleAnchor,
     /// Factor that the anchor put on base colors, linear RGB.
     pub base_color_factor: [f32; 3],
     /// The cells, which all captures share; none when the light is known.
@@ -131,37 +132,5 @@ impl From<Cell> for CellDocument {
 impl From<CellDocument> for Cell {
     fn from(CellDocument { u, v, du, dv, level }: CellDocument) -> Self {
         Self { u, v, du, dv, level }
-    }
-}
-
-/// What the scale of light against base color rests on.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub(super) enum AnchorDocument {
-    Environment,
-    AlbedoAnchor,
-    Specular,
-    Prior,
-}
-
-impl From<Anchor> for AnchorDocument {
-    fn from(anchor: Anchor) -> Self {
-        match anchor {
-            Anchor::Environment => Self::Environment,
-            Anchor::BaseColor => Self::AlbedoAnchor,
-            Anchor::Specular => Self::Specular,
-            Anchor::Prior => Self::Prior,
-        }
-    }
-}
-
-impl From<AnchorDocument> for Anchor {
-    fn from(anchor: AnchorDocument) -> Self {
-        match anchor {
-            AnchorDocument::Environment => Self::Environment,
-            AnchorDocument::AlbedoAnchor => Self::BaseColor,
-            AnchorDocument::Specular => Self::Specular,
-            AnchorDocument::Prior => Self::Prior,
-        }
     }
 }

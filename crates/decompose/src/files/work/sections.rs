@@ -125,7 +125,7 @@ fn light_document(state: &State<'_>, made_by: &str) -> LightDocument {
         format: LightDocument::FORMAT.into(),
         version: LightDocument::version(),
         made_by: made_by.into(),
-        anchor: light.anchor.into(),
+        anchor: light.anchor,
         base_color_factor: light.base_color_factor.to_array(),
         cells: cells.iter().map(|cell| (*cell).into()).collect(),
         radiance: light
@@ -245,7 +245,7 @@ fn restore_light(state: &mut State<'_>, path: &Path) -> anyhow::Result<()> {
         Illumination::known(known.clone())
     };
     state.illumination = Illumination {
-        anchor: light.anchor.into(),
+        anchor: light.anchor,
         base_color_factor: light.base_color_factor.into(),
         ..found
     };

@@ -9,9 +9,9 @@ pub(crate) mod problem;
 pub(crate) mod solve;
 pub(crate) mod transport;
 
-use crate::appearance::TermChoice;
 use crate::report::{Term, numbers};
 use crate::state::{Illumination, State};
+use motes_scene::Switch;
 
 pub use options::Options;
 
@@ -30,7 +30,7 @@ pub fn run(state: &mut State<'_>, options: &Options) -> Vec<Term> {
     let mut share = 0.0;
     if state.has_indirect() {
         share = evidence::share_of_bounce(state);
-        if state.inputs.model.indirect == TermChoice::Auto && share < LEAST_INDIRECT {
+        if state.inputs.model.indirect == Switch::Auto && share < LEAST_INDIRECT {
             state.observed.vertex_radiance.clear();
         }
     }

@@ -1,6 +1,7 @@
 //! Parts, their materials, and the scale of the light that highlights tell.
 
 use glam::Vec3;
+use motes_scene::Switch;
 use motes_shading::environment::Environment;
 use motes_shading::integrate::IntegrationOptions;
 
@@ -11,7 +12,7 @@ use super::regions::{RegionOptions, Regions, find_regions};
 use super::scale::weigh_scale;
 use crate::appearance::basis::Basis;
 use crate::appearance::{
-    BasisScene, FoundMaterials, Kind, ModelOptions, PartMaterial, ScaleEvidence, TermChoice,
+    BasisScene, FoundMaterials, Kind, ModelOptions, PartMaterial, ScaleEvidence,
 };
 use crate::observation::{Observed, Sample};
 use crate::parabola::least_of_parabola;
@@ -33,7 +34,7 @@ pub(crate) fn find_materials(
         scene,
         lights,
         vertex_radiance,
-        lobes: model.lobes.into(),
+        lobes: model.lobes,
         options: IntegrationOptions {
             light_samples: (options.material_rays - brdf_samples.min(options.material_rays)).max(1),
             brdf_samples,
@@ -48,7 +49,7 @@ pub(crate) fn find_materials(
         RegionOptions { pieces: 200, price: options.weight_smooth_roughness, evidence: 0.2 };
     let mut regions = find_regions(samples, &profile, &region_options);
     let specular_gain = gain(&profile, &regions);
-    if model.specular == TermChoice::Auto && specular_gain < LEAST_GAIN {
+    if model.specular == Switch::Auto && specular_gain < LEAST_GAIN {
         let only_matte = |l: &Label| if l.kind == Kind::Matte { 0.0 } else { f32::INFINITY };
         profile.prices = profile.labels.iter().map(only_matte).collect();
         regions = find_regions(samples, &profile, &region_options);
@@ -71,17 +72,17 @@ const ROUGHEST_METAL: f32 = 0.75;
 /// Cost of a kind per part; infinite where it is not allowed.
 fn price(label: &Label, model: &ModelOptions, options: &Options) -> f32 {
     let coat = match model.specular {
-        TermChoice::Off => f32::INFINITY,
-        TermChoice::On => 0.0,
-        TermChoice::Auto => COAT_PRICE,
+        Switch::Off => f32::INFINITY,
+        Switch::On => 0.0,
+        Switch::Auto => COAT_PRICE,
     };
     let is_rough = ROUGHNESS[label.roughness] >= ROUGHEST_METAL;
     match (label.kind, model.specular, model.metallic) {
-        (Kind::Matte, TermChoice::On, _) => f32::INFINITY,
+        (Kind::Matte, Switch::On, _) => f32::INFINITY,
         (Kind::Matte, ..) => 0.0,
         (Kind::Dielectric, ..) => coat,
-        (Kind::Metal, _, TermChoice::Off) => f32::INFINITY,
-        (Kind::Metal, _, TermChoice::Auto) if is_rough => f32::INFINITY,
+        (Kind::Metal, _, Switch::Off) => f32::INFINITY,
+        (Kind::Metal, _, Switch::Auto) if is_rough => f32::INFINITY,
         (Kind::Metal, ..) => coat + options.weight_sparse_metal,
     }
 }

@@ -3,7 +3,8 @@
 use super::find::LEAST_GAIN;
 use crate::appearance::{FoundMaterials, Kind, PartMaterial};
 use crate::report::{Term, numbers};
-use crate::state::{Anchor, Illumination};
+use crate::state::Illumination;
+use motes_scene::ScaleAnchor;
 
 /// Whether there are highlights and metals, and why.
 pub fn lobe_terms(found: &FoundMaterials) -> [Term; 2] {
@@ -80,15 +81,15 @@ fn part_term((k, part): (usize, &PartMaterial)) -> Term {
 pub fn scale_explanation(light: &Illumination) -> String {
     let evidence = &light.materials.scale;
     match light.anchor {
-        Anchor::Environment => "the light was given".into(),
-        Anchor::BaseColor => "base colors were given at points of the surface".into(),
-        Anchor::Specular => {
+        ScaleAnchor::Environment => "the light was given".into(),
+        ScaleAnchor::AlbedoAnchor => "base colors were given at points of the surface".into(),
+        ScaleAnchor::Specular => {
             let spread = 100.0 * (evidence.log_spread.exp() - 1.0);
             format!(
                 "highlights of {} points, whose coat reflects 4 % of the light whatever their base color, within {spread:.0} %, with what base colors usually are",
                 evidence.samples
             )
         }
-        Anchor::Prior => "nothing in the photos tells the scale: base colors were taken to be what they usually are; give --environment or --albedo-anchor to set it".into(),
+        ScaleAnchor::Prior => "nothing in the photos tells the scale: base colors were taken to be what they usually are; give --environment or --albedo-anchor to set it".into(),
     }
 }

@@ -1,6 +1,7 @@
 //! The scale of light against base color.
 
 use glam::Vec3;
+use motes_scene::ScaleAnchor;
 
 use super::find::find_materials;
 use super::options::Options;
@@ -8,7 +9,7 @@ use crate::appearance::FoundMaterials;
 use crate::error::DecomposeError;
 use crate::illumination::environment;
 use crate::observation::Sample;
-use crate::state::{Anchor, BaseColorAnchor, Illumination, State};
+use crate::state::{BaseColorAnchor, Illumination, State};
 
 /// Spread of the scale, log units, up to which highlights count as an anchor.
 const TELLING_SPREAD: f32 = 0.35;
@@ -31,9 +32,9 @@ pub(crate) fn rescale(
     let scale = &light.materials.scale;
     let by_base = anchored(&seen.samples, &light.materials, &anchors);
     light.anchor = match by_base {
-        Some(_) => Anchor::BaseColor,
-        None if scale.log_spread < TELLING_SPREAD => Anchor::Specular,
-        None => Anchor::Prior,
+        Some(_) => ScaleAnchor::AlbedoAnchor,
+        None if scale.log_spread < TELLING_SPREAD => ScaleAnchor::Specular,
+        None => ScaleAnchor::Prior,
     };
     let on_light = by_base.unwrap_or_else(|| scale.factor(systematic));
     light.base_color_factor /= on_light;

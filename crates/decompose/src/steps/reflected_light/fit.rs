@@ -36,7 +36,7 @@ pub(super) fn fit_to_reflections(
                 samples: problem.samples,
                 found,
                 vertex_radiance: problem.vertex_radiance.get(l).map_or(&[], Vec::as_slice),
-                lobes: problem.model.lobes.into(),
+                lobes: problem.model.lobes,
                 ray_bias: problem.ray_bias,
                 seed: problem.seed,
             };

@@ -3,10 +3,10 @@
 mod normal_priors;
 mod options;
 
-use crate::appearance::TermChoice;
 use crate::error::DecomposeError;
 use crate::observation::{Observed, Sample, SeenView};
 use crate::state::State;
+use motes_scene::Switch;
 
 pub use options::Options;
 
@@ -26,8 +26,8 @@ pub fn run(state: &mut State<'_>, options: &Options) -> Result<(), DecomposeErro
         surface.normals = normals;
     }
     let lights = match inputs.model.indirect {
-        TermChoice::Off => 0,
-        TermChoice::Auto | TermChoice::On => inputs.light_count(),
+        Switch::Off => 0,
+        Switch::Auto | Switch::On => inputs.light_count(),
     };
     state.observed = Observed::of(surface, inputs.photos, options.samples, lights)?;
     let Observed { scene, samples, views, .. } = &state.observed;

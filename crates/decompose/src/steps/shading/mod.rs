@@ -31,7 +31,7 @@ pub fn run(
         scene,
         lights: &light.lights,
         vertex_radiance,
-        lobes: inputs.model.lobes.into(),
+        lobes: inputs.model.lobes,
         options: IntegrationOptions {
             ray_bias: state.ray_bias(),
             seed: inputs.seed,

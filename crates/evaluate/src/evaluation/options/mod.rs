@@ -2,16 +2,17 @@
 
 mod outputs;
 
+use motes_scene::SplitChoice;
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use motes_math::metrics::SsimBorder;
 use motes_raster::RasterDials;
 use serde::Serialize;
 
 use crate::lpips::{Lpips, LpipsNet, LpipsRange};
 use crate::score::{Gate, GateMetric, ScoreOptions};
-use render::frames::{Background, SplitChoice, parse_background};
+use render::frames::{Background, parse_background};
 use render::model::{AntialiasChoice, ViewExposure};
 
 pub use outputs::EvaluationOutputs;
@@ -41,8 +42,8 @@ pub struct EvaluationOptions {
     pub view_exposure: ViewExposure,
 
     /// SSIM windows over the image border: zero-padded (INRIA) or left out (torchmetrics)
-    #[arg(long, value_enum, value_name = "BORDER", default_value_t = BorderChoice::Same)]
-    pub ssim_border: BorderChoice,
+    #[arg(long, value_enum, value_name = "BORDER", default_value_t = SsimBorder::Same)]
+    pub ssim_border: SsimBorder,
 
     /// Weights for LPIPS (scripts/export-lpips.py writes them); without, LPIPS is null
     #[arg(long, value_name = "FILE.safetensors")]
@@ -65,17 +66,6 @@ pub struct EvaluationOptions {
     #[command(flatten)]
     #[serde(flatten)]
     pub raster: RasterDials,
-}
-
-/// How SSIM treats windows over the image border.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum BorderChoice {
-    /// Every pixel counts, outside is zero
-    #[default]
-    Same,
-    /// Only windows inside the image count
-    Valid,
 }
 
 fn as_texts<S: serde::Serializer>(gates: &[Gate], serializer: S) -> Result<S::Ok, S::Error> {
@@ -110,11 +100,7 @@ impl EvaluationOptions {
 
     /// How one view is scored.
     pub fn score_options<'a>(&self, lpips: Option<&'a Lpips>) -> ScoreOptions<'a> {
-        let ssim_border = match self.ssim_border {
-            BorderChoice::Same => SsimBorder::Same,
-            BorderChoice::Valid => SsimBorder::Valid,
-        };
-        ScoreOptions { ssim_border, lpips }
+        ScoreOptions { ssim_border: self.ssim_border, lpips }
     }
 
     /// Why there is no LPIPS; `None` when there is.

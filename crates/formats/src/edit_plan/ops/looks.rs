@@ -3,8 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::decomposition::ConventionDocument;
 use crate::edit_plan::values::{ColorChangeDocument, ColorModeDocument};
+use motes_scene::Convention;
 
 /// Change color: base color of a decomposed scene, the shown color of a plain splat.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -51,7 +51,7 @@ pub struct SetEnvironmentOp {
     pub file: String,
     /// Axes of the map.
     #[serde(default)]
-    pub convention: ConventionDocument,
+    pub convention: Convention,
     /// Degrees about the map's up, counter-clockwise seen from above.
     #[serde(default)]
     pub rotate_deg: f64,

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::edit_plan::values::{
-    AlignDocument, AxisAngleDocument, FillDocument, FitDocument, PivotDocument,
+    AlignDocument, AxisAngleDocument, Fill, FitDocument, PivotDocument,
 };
 use crate::selectors::SelectStep;
 
@@ -52,7 +52,7 @@ pub struct TransformOp {
     pub pivot: Option<PivotDocument>,
     /// What fills the place that the target leaves; the plane it stood on when nothing is said.
     #[serde(default)]
-    pub fill: FillDocument,
+    pub fill: Fill,
 }
 
 /// Copy, each copy shifted by a step.
@@ -82,7 +82,7 @@ pub struct DeleteOp {
     pub target: Option<String>,
     /// What fills the place; the plane it stood on when nothing is said.
     #[serde(default)]
-    pub fill: FillDocument,
+    pub fill: Fill,
 }
 
 /// Keep the target alone.
@@ -163,7 +163,7 @@ pub struct SwapOp {
     pub material: Option<String>,
     /// What fills the place of what went; the plane it stood on when nothing is said.
     #[serde(default)]
-    pub fill: FillDocument,
+    pub fill: Fill,
 }
 
 fn one() -> u64 {

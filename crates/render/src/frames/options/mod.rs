@@ -6,8 +6,8 @@ mod video;
 
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum};
-use motes_scene::{Pinhole, Split};
+use clap::Args;
+use motes_scene::{Pinhole, SplitChoice};
 use serde::Serialize;
 
 use super::FrameSource;
@@ -70,44 +70,6 @@ impl BetweenOptions {
 fn parse_fraction(text: &str) -> Result<f64, String> {
     let t = text.parse().ok().filter(|t| (0.0..=1.0).contains(t));
     t.ok_or_else(|| "expected a number from 0 to 1".into())
-}
-
-/// Train, test, or both.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum SplitChoice {
-    /// Views that were held out
-    #[default]
-    Test,
-    /// Views that were fitted to
-    Train,
-    /// All views
-    All,
-}
-
-impl SplitChoice {
-    /// `None` for all.
-    pub fn split(self) -> Option<Split> {
-        match self {
-            Self::Test => Some(Split::Test),
-            Self::Train => Some(Split::Train),
-            Self::All => None,
-        }
-    }
-
-    /// Whether views of a split are among the chosen ones.
-    pub fn includes(self, split: Split) -> bool {
-        self.split().is_none_or(|chosen| chosen == split)
-    }
-
-    /// The word of the flag.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Test => "test",
-            Self::Train => "train",
-            Self::All => "all",
-        }
-    }
 }
 
 impl FrameSelection {

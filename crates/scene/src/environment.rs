@@ -1,0 +1,36 @@
+//! The environment map: its axes, and what its scale rests on.
+
+use clap::ValueEnum;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Axes of a lat-long map, see `docs/methods/shading.md`.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize, JsonSchema,
+)]
+#[serde(rename_all = "lowercase")]
+#[value(rename_all = "lower")]
+pub enum Convention {
+    /// OpenEXR, USD, Mitsuba: +y up, center +z.
+    #[default]
+    OpenExr,
+    /// Blender: +z up, center +x.
+    Blender,
+    /// three.js: +y up, center +x.
+    ThreeJs,
+}
+
+/// What the scale of light against base color rests on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum ScaleAnchor {
+    /// The light was given.
+    #[default]
+    Environment,
+    /// A base color was given.
+    AlbedoAnchor,
+    /// Highlights: dielectrics reflect a known share.
+    Specular,
+    /// Nothing but what base colors usually are.
+    Prior,
+}
