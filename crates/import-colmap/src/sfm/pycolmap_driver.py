@@ -122,7 +122,8 @@ def end_with_parent(scratch):
     also of one that was killed. Nobody would hear us then, so end too, and take the scratch folder along."""
 
     def watch():
-        while sys.stdin.buffer.read(4096):
+        # Not sys.stdin: a thread that waits there holds its lock, and the interpreter aborts at its end for want of it.
+        while os.read(0, 4096):
             pass
         if scratch:
             for _ in range(3):  # other threads may still write into it

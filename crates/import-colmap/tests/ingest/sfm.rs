@@ -208,3 +208,24 @@ fn a_triangulation_that_fails_is_an_error_only_when_it_was_asked_for() {
     let report = triangulate(&project, "exit 7", Switch::Off).unwrap();
     assert!(report.warnings.is_empty() && report.points == 0);
 }
+
+#[test]
+fn the_driver_ends_cleanly_while_motes_lives() {
+    // The driver listens to its standard input, which motes keeps open until the driver has ended.
+    let driver = concat!(env!("CARGO_MANIFEST_DIR"), "/src/sfm/pycolmap_driver.py");
+    let empty = tempfile::tempdir().unwrap();
+    let folder = empty.path().to_str().unwrap();
+    let mut child = std::process::Command::new("python3")
+        .args([driver, "--photos", folder, "--workspace", folder, "--end-with-parent"])
+        .stdin(std::process::Stdio::piped())
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    let held_open = child.stdin.take();
+    let ended = child.wait_with_output().unwrap();
+    drop(held_open);
+    let said = String::from_utf8_lossy(&ended.stderr);
+    assert_eq!(ended.status.code(), Some(1), "{said}");
+    assert!(said.contains("No photos") && !said.contains("Fatal"), "{said}");
+}
