@@ -4,6 +4,7 @@
 //! dark setting, and prints. Every text that comes from a file passes [`escape`].
 
 mod compare;
+mod link;
 mod policy;
 mod table;
 
@@ -14,6 +15,7 @@ use motes_formats::images::{encode_jpeg, encode_png};
 use motes_scene::ImageU8;
 
 pub use compare::{Comparison, Layer};
+pub use link::{Link, relative_url};
 pub use policy::policy_element;
 pub use table::{Cell, Table};
 
@@ -52,6 +54,16 @@ impl Page {
         self.body.push_str("<ul>\n");
         for item in items {
             let _ = writeln!(self.body, "<li>{}</li>", with_code_spans(item));
+        }
+        self.body.push_str("</ul>\n");
+    }
+
+    /// Links to files that lie beside the page.
+    pub fn links(&mut self, links: &[Link]) {
+        self.body.push_str("<ul class=\"links\">\n");
+        for link in links {
+            let (url, label) = (escape(&link.url), escape(&link.label));
+            let _ = writeln!(self.body, "<li><a href=\"{url}\">{label}</a></li>");
         }
         self.body.push_str("</ul>\n");
     }

@@ -14,6 +14,7 @@ use std::fmt;
 use std::path::PathBuf;
 
 use super::lab_folders::{load_lab, pose_error_sentences};
+use super::link::links;
 use crate::pages::LabRun;
 use clap::Parser;
 use motes_formats::atomic::write_atomic;
@@ -49,6 +50,10 @@ pub struct Args {
     /// What scripts/sfm-pose-error.py printed
     #[arg(long, value_name = "FILE.json")]
     pose_error: Option<PathBuf>,
+
+    /// A file that the page leads to, such as the model as an interactive page; may repeat
+    #[arg(long, value_name = "NAME=FILE")]
+    link: Vec<String>,
 
     /// A line for the end of the page, NAME=VALUE; may repeat
     #[arg(long, value_name = "NAME=VALUE")]
@@ -128,6 +133,7 @@ pub fn run(args: &Args, context: &Context) -> anyhow::Result<Report> {
         context.input("pose-error", path)?;
         page.poses = pose_error_sentences(path)?;
     }
+    page.links = links(&args.link, &output, context)?;
     let note = |text: &String| {
         let (name, value) = text.split_once('=').unwrap_or((text, ""));
         (name.to_owned(), value.to_owned())

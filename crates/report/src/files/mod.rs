@@ -2,6 +2,7 @@
 
 pub mod lab;
 mod lab_folders;
+mod link;
 pub mod relight;
 mod relit_scene;
 pub mod table;

@@ -13,6 +13,7 @@ use std::fmt;
 use std::path::PathBuf;
 use std::str::FromStr;
 
+use super::link::links;
 use super::relit_scene::{RelightFiles, load_relight};
 use clap::Parser;
 use motes_formats::atomic::write_atomic;
@@ -56,6 +57,10 @@ pub struct Args {
     #[arg(long, value_name = "PIXELS", default_value_t = 300,
         value_parser = clap::value_parser!(u32).range(32..=2048))]
     cell_width: u32,
+
+    /// A file that the page leads to, such as the model as an interactive page; may repeat
+    #[arg(long, value_name = "NAME=FILE")]
+    link: Vec<String>,
 
     /// A line for the end of the page, NAME=VALUE; may repeat
     #[arg(long, value_name = "NAME=VALUE")]
@@ -131,6 +136,7 @@ pub fn run(args: &Args, context: &Context) -> anyhow::Result<Report> {
         lights: args.light.iter().map(|l| (l.0.clone(), l.1.clone())).collect(),
         runs: args.run.clone(),
     })?;
+    page.links = links(&args.link, &output, context)?;
     let note = |text: &String| {
         let (name, value) = text.split_once('=').unwrap_or((text, ""));
         (name.to_owned(), value.to_owned())

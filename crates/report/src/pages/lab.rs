@@ -4,7 +4,7 @@ use motes_formats::metrics::Scores;
 use motes_scene::ImageU8;
 
 use motes_figures::contact_sheet::{ContactCell, ContactRow, ContactSheet};
-use motes_figures::html::{Cell, Comparison, Layer, Page, Table, jpeg_url};
+use motes_figures::html::{Cell, Comparison, Layer, Link, Page, Table, jpeg_url};
 use motes_figures::svg_plot::{LinePlot, Series};
 
 /// One training run.
@@ -51,6 +51,8 @@ pub struct LabPage {
     pub views: Vec<LabView>,
     /// How good the poses are, in sentences.
     pub poses: Vec<String>,
+    /// Interactive pages of the models.
+    pub links: Vec<Link>,
     /// How it was made: preset, seed, machine time.
     pub protocol: Vec<(String, String)>,
 }
@@ -79,6 +81,10 @@ impl LabPage {
         let comparisons: Vec<Comparison> =
             self.views.iter().map(|view| self.comparison(view)).collect();
         page.comparisons(&comparisons);
+        if !self.links.is_empty() {
+            page.heading("Fly through the models");
+            page.links(&self.links);
+        }
         page.heading("Why few photos fail");
         page.list(&WHY.map(str::to_owned));
         page.heading("What to try next");
@@ -352,6 +358,14 @@ mod tests {
         assert_eq!((sheet.rows.len(), sheet.columns.len()), (3, 2));
         assert!(sheet.rows[0].cells[1].is_none() && sheet.rows[2].cells[1].is_some());
         assert_eq!(sheet.rows[1].label[3], "gap   2.0 dB");
+    }
+
+    #[test]
+    fn links_lead_to_the_models_and_are_escaped() {
+        let link = Link { label: "<20> photos".into(), url: "20/model.html".into() };
+        let page = LabPage { links: vec![link], ..page([24.0, 20.0]) };
+        let html = page.to_html();
+        assert!(html.contains("<a href=\"20/model.html\">&lt;20&gt; photos</a>"), "{html}");
     }
 
     #[test]

@@ -4,7 +4,7 @@
 use motes_scene::ImageU8;
 
 use motes_figures::contact_sheet::{ContactCell, ContactRow, ContactSheet};
-use motes_figures::html::{Cell, Comparison, Layer, Page, Table, jpeg_url};
+use motes_figures::html::{Cell, Comparison, Layer, Link, Page, Table, jpeg_url};
 
 /// Width of a picture on sheets, pixels.
 const CELL: usize = 240;
@@ -67,6 +67,8 @@ pub struct RelightPage {
     pub facts: Vec<(String, String)>,
     /// What ran and how long it took.
     pub steps: Vec<RelightStep>,
+    /// Interactive pages of the scene.
+    pub links: Vec<Link>,
     /// How it was made.
     pub protocol: Vec<(String, String)>,
 }
@@ -88,6 +90,10 @@ impl RelightPage {
              should not.",
         );
         page.comparisons(&self.views.iter().map(|v| self.comparison(v)).collect::<Vec<_>>());
+        if !self.links.is_empty() {
+            page.heading("Fly through the scene");
+            page.links(&self.links);
+        }
         if self.views.iter().any(|v| !v.components.is_empty()) {
             page.heading("What the photos were taken apart into");
             let widest = self.views.iter().flat_map(|v| &v.components).map(|(_, p)| p.width).max();
