@@ -22,6 +22,8 @@ pub(crate) struct Settings {
     pub(crate) shares: [f64; 3],
     /// Share of the learning rates left at the end.
     pub(crate) lr_final: f64,
+    /// Most times as many steps that a capture may get whose photos see little of the scene each.
+    pub(crate) longest: f64,
 }
 
 /// From a second to many minutes. The first is below `draft`: for budgets that hold no more.
@@ -32,6 +34,7 @@ pub(crate) const FRONT: [Settings; 4] = [
         refine_every: 40.0,
         shares: [0.75, 0.25, 0.0],
         lr_final: 1.0,
+        longest: 1.0,
     },
     Settings {
         iterations: 750.0,
@@ -39,20 +42,23 @@ pub(crate) const FRONT: [Settings; 4] = [
         refine_every: 100.0,
         shares: [0.5, 0.35, 0.15],
         lr_final: 1.0,
+        longest: 1.0,
     },
     Settings {
         iterations: 1500.0,
         max_gaussians: 100_000.0,
         refine_every: 150.0,
         shares: [0.25, 0.35, 0.4],
-        lr_final: 1.0,
+        lr_final: 0.1,
+        longest: 2.5,
     },
     Settings {
         iterations: 2000.0,
         max_gaussians: 200_000.0,
         refine_every: 200.0,
         shares: [0.2, 0.3, 0.5],
-        lr_final: 1.0,
+        lr_final: 0.1,
+        longest: 2.5,
     },
 ];
 
@@ -75,6 +81,7 @@ impl Settings {
             refine_every: geometric(self.refine_every, other.refine_every),
             shares: std::array::from_fn(|i| self.shares[i] * (1.0 - t) + other.shares[i] * t),
             lr_final: geometric(self.lr_final, other.lr_final),
+            longest: geometric(self.longest, other.longest),
         }
     }
 

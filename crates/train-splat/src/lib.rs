@@ -27,6 +27,7 @@ mod start;
 mod state;
 mod target;
 mod trainer;
+mod visits;
 mod watch;
 
 pub use auto::{

@@ -244,8 +244,8 @@ pub struct FitOptions {
         value_name = "RATE"
     )]
     pub lr_sh_rest: f64,
-    /// Share of the rates (other than that of the centers) left at the end [default: from the
-    /// preset; a short run cannot afford to slow down]
+    /// Share of the rates (other than that of the centers) left at the end; they fall once the number
+    /// of Gaussians is fixed [default: from the preset; a short run cannot afford to slow down]
     #[arg(long, help_heading = "Learning rates", value_name = "SHARE")]
     pub lr_final: Option<f64>,
     /// Where the first Gaussians come from

@@ -47,6 +47,11 @@ pub struct Plan {
     pub filter_3d: bool,
     /// Views per step.
     pub batch_views: u32,
+    /// How many times the steps of the preset these are, by content.
+    pub steps_factor: f64,
+    /// Most that it may be; 1 when the number of steps was asked for.
+    #[serde(skip)]
+    pub(crate) longest: f64,
 }
 
 /// Up to this many views needles are kept short.
@@ -107,7 +112,18 @@ impl Plan {
             dense_step: options.dense_step.unwrap_or(0),
             filter_3d: options.filter_3d != Switch::Off,
             batch_views: options.batch_views.max(1),
+            steps_factor: 1.0,
+            longest: if options.iterations.is_some() { 1.0 } else { settings.longest },
         })
+    }
+
+    /// Takes `factor` times as many steps, within what the preset allows.
+    pub(crate) fn lengthen(&mut self, factor: f64) {
+        let factor =
+            if factor.is_finite() { factor.clamp(1.0, self.longest.max(1.0)) } else { 1.0 };
+        let one = f64::from(self.iterations) / self.steps_factor;
+        self.iterations = (one * factor).round() as u32;
+        self.steps_factor = factor;
     }
 
     /// Leaves the last stage out; the others share its steps.

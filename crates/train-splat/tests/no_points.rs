@@ -117,6 +117,28 @@ fn photos_of_a_walk() {
 }
 
 #[test]
+fn photos_that_see_a_part_each_get_more_steps_and_a_resumed_fit_as_many() {
+    let preset = FitOptions { iterations: None, ..options() };
+    let begun = |photos: &[MadePhoto]| {
+        let images = training_images(photos);
+        let trainer = Trainer::new(&images, &SparsePoints::default(), None, &preset, 0).unwrap();
+        (images, trainer)
+    };
+    let (_, object) = begun(&ring_around_object(30));
+    let (images, walked) = begun(&walk(40));
+    let [own, more] = [&object, &walked].map(|trainer| trainer.plan().iterations);
+    // 30 photos of all of the object, 40 of parts of a street.
+    assert_eq!(object.plan().steps_factor, 1.5);
+    assert!(more > own + own / 10 && walked.plan().steps_factor <= 2.0, "{own} and {more}");
+    let decided =
+        walked.state.model.decisions.iter().find(|d| d.component == "iterations").unwrap();
+    assert_eq!(decided.kept, more.to_string(), "{}", decided.reason);
+    let state = walked.state.clone();
+    let again = Trainer::resume(&images, &SparsePoints::default(), state, &preset, 0).unwrap();
+    assert_eq!(again.plan().iterations, more);
+}
+
+#[test]
 fn poses_shuffled_among_photos_contradict_their_matches() {
     let contradiction = |photos: &[MadePhoto]| {
         let images = training_images(photos);

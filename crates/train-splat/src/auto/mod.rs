@@ -85,4 +85,7 @@ pub struct StartState {
     pub failed: Vec<StartFrom>,
     /// Whether matches agree with the poses, where it was looked at.
     pub poses: Option<PoseCheck>,
+    /// How many times the preset's steps this fit takes; 0 in checkpoints that do not say.
+    #[serde(default)]
+    pub steps_factor: f64,
 }

@@ -84,11 +84,13 @@ pub(crate) fn degree_at(plan: &Plan) -> f64 {
     }
 }
 
-/// Steps of each of `probes` probes at `progress` that together take `share` of the run.
+/// Steps of each of `probes` probes at `progress` that together take `share` of a run of the preset's
+/// own length: a longer one needs no longer probes.
 pub(crate) fn probe_steps(plan: &Plan, probes: usize, share: f64, progress: f64) -> u32 {
     let run: f64 = plan.stages.iter().map(|s| s.share * step_cost(s.scale)).sum();
     let probe = step_cost(plan.stages[plan.stage_at(progress)].scale);
-    (f64::from(plan.iterations) * share * run / (probes.max(1) as f64 * probe)) as u32
+    let steps = f64::from(plan.iterations) / plan.steps_factor;
+    (steps * share * run / (probes.max(1) as f64 * probe)) as u32
 }
 
 /// Most Gaussians that the photos can determine: no more parameters (14 at SH degree 0) than

@@ -68,6 +68,14 @@ impl StartFrom {
         }
     }
 
+    /// What to begin with after fits that began with `failed` came to nothing.
+    pub(crate) fn following(self, failed: &[Self], points: usize) -> Self {
+        match failed.last() {
+            Some(&last) => self.after(last).unwrap_or(last),
+            None => self.first(points),
+        }
+    }
+
     /// What to try when a fit that began with `failed` came to nothing; `self` is what was asked for.
     pub fn after(self, failed: Self) -> Option<Self> {
         match (self, failed) {

@@ -144,6 +144,7 @@ impl Trainer {
     /// The plan of these settings, without the stage that the photos hold no detail for.
     fn timed_plan(&self, settings: &Settings) -> Result<Plan, FitError> {
         let mut plan = Plan::with_settings(&self.options, settings, self.views.len())?;
+        plan.lengthen(self.plan.steps_factor);
         while plan.stages.len() > self.views[0].levels.len() {
             plan.drop_finest_stage();
         }

@@ -61,16 +61,15 @@ impl Trainer {
         let lap = Lap::start();
         let mut plan = Plan::new(options, images.len())?;
         let mut model = ModelState::new(options, &mut plan, images, start.as_ref());
-        let from = match failed.last() {
-            Some(&last) => options.start.after(last).unwrap_or(last),
-            None => options.start.first(points.len()),
-        };
+        let from = options.start.following(failed, points.len());
         model.start.failed = failed.to_vec();
+        let is_new = start.is_none();
         let start = match start {
             Some(given) => Start::given(given, points),
             None => start::first_gaussians(images, points, from, &plan, options, seed),
         };
         model.note_start(from, &start);
+        model.plan_steps(&mut plan, images, &start.gaussians.means, is_new);
         let Start { mut gaussians, points, .. } = start;
         let poses = images.iter().map(|image| &image.camera_from_world);
         let extent = init::scene_extent(poses, &points.positions);
@@ -145,6 +144,7 @@ impl Trainer {
             return Err(FitError::Checkpoint("its SH degree differs".into()));
         }
         trainer.plan.sh_degree = state.model.sh_degree;
+        trainer.plan.lengthen(state.model.start.steps_factor);
         trainer.state = state;
         Ok(trainer)
     }

@@ -16,6 +16,7 @@ use crate::options::{Background, FitOptions};
 use crate::plan::Plan;
 use crate::start::{Start, StartFrom};
 use crate::target::TrainingImage;
+use crate::visits;
 
 /// Share of the Gaussians that a shell may take.
 const SHELL_SHARE: f64 = 0.2;
@@ -123,6 +124,24 @@ impl ModelState {
         self.start.poses.clone_from(&start.poses);
         let reason = start.reason.clone();
         self.decisions.push(Decision::new("start", from.name(), "rule", reason));
+    }
+
+    /// Sets the number of steps by what the photos see of the first Gaussians; a model that was given keeps
+    /// those of the preset.
+    pub(super) fn plan_steps(
+        &mut self,
+        plan: &mut Plan,
+        images: &[TrainingImage],
+        means: &[[f32; 3]],
+        is_new: bool,
+    ) {
+        if is_new && plan.longest > 1.0 {
+            let seen = visits::seen_share(images, means);
+            plan.lengthen(visits::steps_factor(images.len(), seen));
+            let reason = visits::reason(plan, images.len(), seen);
+            self.decisions.push(Decision::new("iterations", plan.iterations, "measured", reason));
+        }
+        self.start.steps_factor = plan.steps_factor;
     }
 
     /// Whether views are held out for decisions to come.

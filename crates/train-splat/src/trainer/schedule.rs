@@ -86,7 +86,10 @@ impl Trainer {
     pub(super) fn rates(&self, progress: f64) -> Rates {
         // The root of the number of views keeps the variance of a step (Zhao et al. 2024).
         let batch = f64::from(self.plan.batch_views).sqrt();
-        let late = self.plan.lr_final.powf(progress) * batch;
+        // Slowing down earlier costs a short run more than the noise that it takes away.
+        let until = self.options.refine_until.clamp(0.0, 0.999);
+        let slowed = ((progress - until) / (1.0 - until)).max(0.0);
+        let late = self.plan.lr_final.powf(slowed) * batch;
         Rates::at(&self.options, self.state.scene.extent * batch, late, progress)
     }
 }
