@@ -7,12 +7,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::capture::{PoseDocument, pose_from_document, pose_to_document};
-use crate::documents::{Document, Parsed, read_document, write_document};
-use crate::error::{FormatError, Result};
-
-/// Larger frames are taken for damaged documents.
-const MAX_SIDE: u64 = 1 << 15;
-const MAX_FPS: f64 = 1000.0;
+use crate::documents::{Document, Parsed, check_ranges, read_document, write_document};
+use crate::error::Result;
 
 /// Poses to render one after another.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -36,6 +32,7 @@ pub struct CameraPathDocument {
     #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 180))]
     pub vertical_fov_deg: f64,
     /// One per frame.
+    #[schemars(length(min = 1))]
     pub poses: Vec<PathPoseDocument>,
 }
 
@@ -94,28 +91,15 @@ impl CameraPathDocument {
     /// # Errors
     /// As [`read_camera_path`].
     pub fn check(&self, path: &Path) -> Result<CameraPath> {
-        let invalid = |place: &str, cause: String| Err(FormatError::invalid(path, place, cause));
-        let (width, height) = (self.width, self.height);
-        if !(1..=MAX_SIDE).contains(&width) || !(1..=MAX_SIDE).contains(&height) {
-            return invalid("width", format!("a frame of {width} x {height} pixels"));
-        }
-        if !(self.fps > 0.0 && self.fps <= MAX_FPS) {
-            return invalid("fps", format!("{} frames per second", self.fps));
-        }
-        if self.poses.is_empty() {
-            return invalid("poses", "the path has no poses".into());
-        }
+        check_ranges(self, path)?;
         let mut frames = Vec::with_capacity(self.poses.len());
         for (i, pose) in self.poses.iter().enumerate() {
-            let place = format!("poses[{i}]");
+            let place = format!("/poses/{i}");
             let fov = pose.vertical_fov_deg.unwrap_or(self.vertical_fov_deg);
-            if !(fov > 0.0 && fov < 180.0) {
-                let place = format!("{place}.vertical_fov_deg");
-                return invalid(&place, format!("an angle of view of {fov} degrees"));
-            }
-            let place = format!("{place}.camera_from_world");
+            let place = format!("{place}/camera_from_world");
             let camera_from_world = pose_from_document(path, &place, &pose.camera_from_world)?;
-            frames.push((pinhole(width as usize, height as usize, fov), camera_from_world));
+            frames
+                .push((pinhole(self.width as usize, self.height as usize, fov), camera_from_world));
         }
         Ok(CameraPath { fps: self.fps, frames })
     }
@@ -170,6 +154,11 @@ mod tests {
         assert!((path.frames[0].0.fy - 24.0).abs() < 1e-9);
         document.poses[0].vertical_fov_deg = Some(180.0);
         let error = document.check(Path::new("p.json")).unwrap_err().to_string();
-        assert!(error.contains("180 degrees (poses[0].vertical_fov_deg)"), "{error}");
+        assert!(
+            error.contains(
+                "180.0 is not a number above 0 and below 180 (/poses/0/vertical_fov_deg)"
+            ),
+            "{error}"
+        );
     }
 }

@@ -203,29 +203,29 @@ impl SelectionDocument {
                 Said(gaussians)
             );
             let remedy = "select again on these Gaussians with segment-select";
-            return Err(FormatError::invalid(path, "gaussians.sha256", cause).with_remedy(remedy));
+            return Err(FormatError::invalid(path, "/gaussians/sha256", cause).with_remedy(remedy));
         }
         let n = gaussians.count as usize;
-        let bits = decoded(path, "bits", &self.bits, n.div_ceil(8))?;
+        let bits = decoded(path, "/bits", &self.bits, n.div_ceil(8))?;
         let belongs = |i: usize| bits[i / 8] >> (i % 8) & 1 == 1;
         let selection = match &self.confidence {
             None => Selection::where_true(n, belongs),
             Some(text) => {
-                let bytes = decoded(path, "confidence", text, n)?;
+                let bytes = decoded(path, "/confidence", text, n)?;
                 if let Some(i) = (0..n).find(|&i| belongs(i) != (bytes[i] >= 128)) {
                     let cause = format!("it disagrees with \"bits\" about Gaussian {i}");
-                    return Err(FormatError::invalid(path, "confidence", cause));
+                    return Err(FormatError::invalid(path, "/confidence", cause));
                 }
                 Selection { confidence: bytes.iter().map(|&b| f32::from(b) / STEPS).collect() }
             }
         };
         if bits.last().is_some_and(|last| !n.is_multiple_of(8) && last >> (n % 8) != 0) {
             let cause = format!("it has bits beyond the last of {n} Gaussians");
-            return Err(FormatError::invalid(path, "bits", cause));
+            return Err(FormatError::invalid(path, "/bits", cause));
         }
         if selection.count() as u64 != self.count {
             let cause = format!("{} Gaussians belong, not {}", selection.count(), self.count);
-            return Err(FormatError::invalid(path, "count", cause));
+            return Err(FormatError::invalid(path, "/count", cause));
         }
         let finite = |v: &[f64]| v.iter().all(|x| x.is_finite());
         let plane_ok = self.support_plane.is_none_or(|p| {
@@ -233,7 +233,7 @@ impl SelectionDocument {
             (length - 1.0).abs() <= 1e-2 && p.offset.is_finite()
         });
         if !plane_ok || !self.object_box.is_none_or(|b| finite(&b.min) && finite(&b.max)) {
-            let place = if plane_ok { "object_box" } else { "support_plane" };
+            let place = if plane_ok { "/object_box" } else { "/support_plane" };
             let cause = "its numbers are not finite or its normal is no unit vector";
             return Err(FormatError::invalid(path, place, cause));
         }

@@ -1,6 +1,6 @@
 //! The JSON layout of `capture.json`.
 
-use motes_scene::Split;
+use motes_scene::{MAX_EXPOSURE_STOPS, Split};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -29,6 +29,7 @@ pub struct CaptureDocument {
     /// Intrinsics; views refer to them by position, from 0.
     pub cameras: Vec<CameraDocument>,
     /// Posed photos.
+    #[schemars(length(min = 1))]
     pub views: Vec<ViewDocument>,
 }
 
@@ -107,6 +108,7 @@ pub struct ViewDocument {
     /// Brightness setting of the camera: `log2(t S / 100 / N^2)` with the exposure time `t` in
     /// seconds, the ISO speed `S` and the f-number `N`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = -MAX_EXPOSURE_STOPS, max = MAX_EXPOSURE_STOPS))]
     pub exposure_stops: Option<f64>,
 }
 

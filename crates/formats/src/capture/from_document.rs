@@ -4,18 +4,15 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use glam::{DQuat, DVec3};
-use motes_scene::{
-    Camera, CameraModel, Capture, ExposureResponse, MAX_EXPOSURE_STOPS, Pose, SparsePoints, View,
-};
+use motes_scene::{Camera, CameraModel, Capture, ExposureResponse, Pose, SparsePoints, View};
 
 use super::document::{
     CameraDocument, CaptureDocument, Conventions, ExposureResponseDocument, PoseDocument,
     ViewDocument,
 };
+use crate::documents::check_ranges;
 use crate::error::{FormatError, Result, quoted};
 
-/// Larger images are taken for damaged documents.
-const MAX_SIDE: u64 = 1 << 17;
 /// How far a quaternion's norm may be from 1: hand-written poses with three digits pass.
 const UNIT_TOLERANCE: f64 = 1e-2;
 
@@ -27,28 +24,26 @@ pub fn capture_from_document(document: &CaptureDocument, path: &Path) -> Result<
     let invalid = |place: String, cause: String| Err(FormatError::invalid(path, place, cause));
     if document.conventions != Conventions::default() {
         let cause = "these are not the conventions of version 1";
-        return Err(FormatError::not_supported(path, "conventions", cause)
+        return Err(FormatError::not_supported(path, "/conventions", cause)
             .with_remedy("convert the numbers and leave the key out"));
     }
-    if document.views.is_empty() {
-        return invalid("views".into(), "the capture has no views".into());
-    }
+    check_ranges(document, path)?;
     let mut cameras = Vec::with_capacity(document.cameras.len());
     for (i, camera) in document.cameras.iter().enumerate() {
-        cameras.push(camera_from_document(camera, path, &format!("cameras[{i}]"))?);
+        cameras.push(camera_from_document(camera, path, &format!("/cameras/{i}"))?);
     }
     let mut names = HashMap::with_capacity(document.views.len());
     let mut views = Vec::with_capacity(document.views.len());
     for (i, view) in document.views.iter().enumerate() {
-        let place = format!("views[{i}]");
+        let place = format!("/views/{i}");
         if let Some(first) = names.insert(view.name.as_str(), i) {
-            let cause = format!("the name {} is also that of views[{first}]", quoted(&view.name));
-            return invalid(format!("{place}.name"), cause);
+            let cause = format!("the name {} is also that of /views/{first}", quoted(&view.name));
+            return invalid(format!("{place}/name"), cause);
         }
         views.push(view_from_document(view, cameras.len(), path, &place)?);
     }
     views.sort_by(|a, b| a.name.cmp(&b.name));
-    let world_origin = finite_vector(path, "world_origin", document.world_origin)?;
+    let world_origin = finite_vector(path, "/world_origin", document.world_origin)?;
     let exposure_response = document
         .exposure_response
         .map(|response| response_from_document(response, path))
@@ -65,22 +60,19 @@ fn response_from_document(
     let response = ExposureResponse { slope_per_stop, reference_stops };
     if !response.is_plausible() {
         let cause = format!("{slope_per_stop} per stop around {reference_stops} is not plausible");
-        return Err(FormatError::invalid(path, "exposure_response", cause));
+        return Err(FormatError::invalid(path, "/exposure_response", cause));
     }
     Ok(response)
 }
 
 fn camera_from_document(camera: &CameraDocument, path: &Path, place: &str) -> Result<Camera> {
     let invalid =
-        |key: &str, cause: String| Err(FormatError::invalid(path, format!("{place}.{key}"), cause));
+        |key: &str, cause: String| Err(FormatError::invalid(path, format!("{place}/{key}"), cause));
     let Some(model) = CameraModel::from_name(&camera.model) else {
         let cause = format!("{} is no camera model of COLMAP", quoted(&camera.model));
         return invalid("model", cause);
     };
     let (width, height) = (camera.width, camera.height);
-    if !(1..=MAX_SIDE).contains(&width) || !(1..=MAX_SIDE).contains(&height) {
-        return invalid("width", format!("an image of {width} x {height} pixels is not plausible"));
-    }
     let names = model.parameter_names();
     if camera.params.len() != names.len() {
         let (count, found) = (names.len(), camera.params.len());
@@ -107,7 +99,7 @@ fn view_from_document(
     path: &Path,
     place: &str,
 ) -> Result<View> {
-    let place_of = |key: &str| format!("{place}.{key}");
+    let place_of = |key: &str| format!("{place}/{key}");
     if view.name.is_empty() || view.name.chars().any(char::is_control) {
         let cause = format!("{} is no name", quoted(&view.name));
         return Err(FormatError::invalid(path, place_of("name"), cause));
@@ -115,10 +107,6 @@ fn view_from_document(
     if view.camera >= cameras as u64 {
         let cause = format!("it refers to camera {}, but there are {cameras}", view.camera);
         return Err(FormatError::invalid(path, place_of("camera"), cause));
-    }
-    if let Some(stops) = view.exposure_stops.filter(|stops| !(stops.abs() <= MAX_EXPOSURE_STOPS)) {
-        let cause = format!("an exposure of {stops} stops is not plausible");
-        return Err(FormatError::invalid(path, place_of("exposure_stops"), cause));
     }
     let mask = view.mask.as_ref();
     Ok(View {
@@ -142,9 +130,9 @@ pub(crate) fn pose_from_document(path: &Path, place: &str, pose: &PoseDocument) 
     let norm = rotation.length();
     if !((norm - 1.0).abs() <= UNIT_TOLERANCE) {
         let cause = format!("the rotation quaternion has length {norm} instead of 1");
-        return Err(FormatError::invalid(path, format!("{place}.rotation_wxyz"), cause));
+        return Err(FormatError::invalid(path, format!("{place}/rotation_wxyz"), cause));
     }
-    let translation = finite_vector(path, &format!("{place}.translation"), pose.translation)?;
+    let translation = finite_vector(path, &format!("{place}/translation"), pose.translation)?;
     // A quaternion that is a unit one but for rounding is kept to the bit, so that reading and
     // writing a document changes nothing.
     let rotation = if (norm - 1.0).abs() < 1e-14 { rotation } else { rotation * (1.0 / norm) };

@@ -72,7 +72,7 @@ fn rounded_quaternions_are_made_unit_and_others_refused() {
     assert!((rounded.rotation.length() - 1.0).abs() < 1e-15);
     for wrong in [[0.0; 4], [2.0, 0.0, 0.0, 0.0], [f64::NAN, 0.0, 0.0, 1.0]] {
         let text = check(wrong).unwrap_err().to_string();
-        assert!(text.contains("(p.rotation_wxyz)"), "{text}");
+        assert!(text.contains("(p/rotation_wxyz)"), "{text}");
     }
 }
 
@@ -101,7 +101,7 @@ fn files_outside_the_folder_are_refused() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("capture.json");
     let text = write_capture(&path, &capture).unwrap_err().to_string();
-    assert!(text.contains("(views[0].image)"), "{text}");
+    assert!(text.contains("(/views/0/image)"), "{text}");
     assert!(!path.exists());
 }
 

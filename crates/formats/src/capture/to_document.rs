@@ -24,11 +24,11 @@ pub(super) fn capture_to_document(capture: &Capture, path: &Path) -> Result<Capt
             name: view.name.clone(),
             camera: view.camera as u64,
             camera_from_world: pose_to_document(&view.camera_from_world),
-            image: portable(path, &format!("views[{i}].image"), &view.image)?,
+            image: portable(path, &format!("/views/{i}/image"), &view.image)?,
             mask: view
                 .mask
                 .as_ref()
-                .map(|mask| portable(path, &format!("views[{i}].mask"), mask))
+                .map(|mask| portable(path, &format!("/views/{i}/mask"), mask))
                 .transpose()?,
             split: view.split,
             exposure_stops: view.exposure_stops,

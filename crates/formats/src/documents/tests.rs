@@ -36,7 +36,7 @@ fn versions_follow_the_rule() {
     assert!(misspelt[0].starts_with("unknown keys in p.json"), "{misspelt:?}");
 
     let text = fault("\"1.0\"", "\"2.0\"");
-    assert!(text.contains("version 2.0 of motes/camera-path is not known (version): p.json"));
+    assert!(text.contains("version 2.0 of motes/camera-path is not known (/version): p.json"));
     assert!(text.contains("help: use motes 2 or newer"), "{text}");
     for version in ["1", "\"one\"", "\"1\"", "null", "\"-1.0\"", "\"1.0.0\""] {
         assert!(fault("\"1.0\"", version).contains("must be like \"1.0\""), "{version}");
@@ -48,8 +48,17 @@ fn versions_follow_the_rule() {
 #[test]
 fn faults_have_a_place() {
     assert!(fault("64", "\"64\"").contains("invalid type: string \"64\""));
-    assert!(fault("64", "\"64\"").contains("(line 4 column 15)"));
+    assert!(fault("64", "\"64\"").contains("(/width line 4 column 15)"));
     assert!(fault("64", "-64").contains("invalid value: integer `-64`"));
+    let pose = fault("[0, 0, 1]", "[0, \"up\", 1]");
+    assert!(pose.contains("(/poses/0/camera_from_world/translation/1 line 5"), "{pose}");
+    assert!(pose.contains("help: docs/formats/schema/camera-path-v1.schema.json"), "{pose}");
+    let long = fault("64", &format!("\"{}, expected \"", "x".repeat(10_000)));
+    assert!(long.contains("…, expected u64 (/width") && long.len() < 300, "{long}");
+    assert!(
+        fault("50", "180")
+            .contains("180.0 is not a number above 0 and below 180 (/vertical_fov_deg)")
+    );
     assert!(fault("64", "1e999").contains("not JSON: number out of range"));
     assert!(fault("64", "NaN").contains("not JSON: expected"));
     assert!(fault("\"width\": 64,", "").contains("missing field `width`"));

@@ -8,7 +8,6 @@ mod check;
 mod check_steps;
 mod ops;
 mod parse;
-mod pointer;
 mod record;
 mod values;
 

@@ -11,6 +11,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
+use crate::documents::brief;
+
 pub use cleaning::*;
 pub use looks::*;
 pub use objects::*;
@@ -44,7 +46,7 @@ macro_rules! operations {
                     $($name => Some(
                         serde_path_to_error::deserialize::<_, $document>(value)
                             .map(Self::$variant)
-                            .map_err(|e| (e.path().clone(), e.inner().to_string())),
+                            .map_err(|e| (e.path().clone(), brief(e.inner()))),
                     ),)*
                     _ => None,
                 }

@@ -5,9 +5,9 @@ use std::path::Path;
 
 use serde_json::{Map, Value};
 
-use super::pointer::{escaped, offset, pointer_at};
 use super::{EditPlanDocument, MAX_OPS, MAX_PLAN_BYTES, OP_NAMES, OpDocument, check_plan};
-use crate::documents::{Parsed, check_opening};
+use crate::documents::pointer::pointer_of;
+use crate::documents::{Parsed, brief, check_opening, syntax_error};
 use crate::error::{FormatError, Result, quoted};
 use crate::selectors::{PostDocument, SelectStep, SelectorStep};
 
@@ -48,18 +48,8 @@ pub fn parse_edit_plan(bytes: &[u8], name: &Path) -> Result<Parsed<EditPlanDocum
     if bytes.trim_ascii().is_empty() {
         return Err(FormatError::invalid(name, "byte 0", "the file is empty"));
     }
-    let value: Value = serde_json::from_slice(bytes).map_err(|error| {
-        let at = offset(bytes, error.line(), error.column());
-        let text = error.to_string();
-        let cause = text.split(" at line ").next().unwrap_or(&text);
-        let place = format!(
-            "{} line {} column {}",
-            pointer_at(bytes, at.saturating_sub(1)),
-            error.line(),
-            error.column()
-        );
-        FormatError::invalid(name, place.trim_start(), format!("not JSON: {cause}"))
-    })?;
+    let value: Value =
+        serde_json::from_slice(bytes).map_err(|error| syntax_error(bytes, name, &error))?;
     let Value::Object(mut keys) = value else {
         let cause = "this is no JSON object, so no motes/edit-plan document";
         return Err(FormatError::invalid(name, "byte 0", cause));
@@ -96,7 +86,7 @@ fn part<T: serde::de::DeserializeOwned>(
     let Some(value) = keys.remove(key) else { return Ok(None) };
     serde_path_to_error::deserialize(value).map(Some).map_err(|error| {
         let place = format!("/{key}{}", pointer_of(error.path()));
-        FormatError::invalid(name, place, error.inner().to_string())
+        FormatError::invalid(name, place, brief(error.inner()))
     })
 }
 
@@ -159,22 +149,9 @@ fn step_mistake(steps: &Value) -> Option<String> {
         Some(_) => serde_json::from_value::<PostDocument>(broken.clone()).err()?,
         None => serde_json::from_value::<SelectorStep>(broken.clone()).err()?,
     };
-    Some(error.to_string())
+    Some(brief(&error))
 }
 
 fn known_ops() -> String {
     format!("the operations are {}", OP_NAMES.join(", "))
-}
-
-fn pointer_of(path: &serde_path_to_error::Path) -> String {
-    use serde_path_to_error::Segment;
-    let mut pointer = String::new();
-    for segment in path {
-        match segment {
-            Segment::Seq { index } => pointer.push_str(&format!("/{index}")),
-            Segment::Map { key } => pointer.push_str(&format!("/{}", escaped(key))),
-            Segment::Enum { .. } | Segment::Unknown => {}
-        }
-    }
-    pointer
 }

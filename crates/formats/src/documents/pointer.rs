@@ -9,7 +9,7 @@ enum Open {
 }
 
 /// Pointer to the value that byte `end` of `text` lies in, from what was opened before it.
-pub(super) fn pointer_at(text: &[u8], end: usize) -> String {
+pub fn pointer_at(text: &[u8], end: usize) -> String {
     let mut open: Vec<Open> = Vec::new();
     let text = &text[..end.min(text.len())];
     let mut at = 0;
@@ -58,13 +58,27 @@ pub(super) fn pointer_at(text: &[u8], end: usize) -> String {
     pointer
 }
 
+/// Pointer of the path that a deserializer had come to.
+pub fn pointer_of(path: &serde_path_to_error::Path) -> String {
+    use serde_path_to_error::Segment;
+    let mut pointer = String::new();
+    for segment in path {
+        match segment {
+            Segment::Seq { index } => pointer.push_str(&format!("/{index}")),
+            Segment::Map { key } => pointer.push_str(&format!("/{}", escaped(key))),
+            Segment::Enum { .. } | Segment::Unknown => {}
+        }
+    }
+    pointer
+}
+
 /// A key as a part of a pointer.
-pub(super) fn escaped(key: &str) -> String {
+pub fn escaped(key: &str) -> String {
     key.replace('~', "~0").replace('/', "~1")
 }
 
 /// Byte of a line and a column, both from 1.
-pub(super) fn offset(text: &[u8], line: usize, column: usize) -> usize {
+pub fn offset(text: &[u8], line: usize, column: usize) -> usize {
     let lines = text.split_inclusive(|b| *b == b'\n').take(line.saturating_sub(1));
     lines.map(<[u8]>::len).sum::<usize>() + column.saturating_sub(1)
 }
