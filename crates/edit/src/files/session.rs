@@ -29,8 +29,6 @@ use super::outputs::Outputs;
 use super::source::Source;
 use train_splat::files::load_training_images;
 
-/// Steps of the fit of fillings when nothing is said.
-const REFIT_STEPS: u32 = 100;
 /// A view that is drawn.
 const VIEW_BYTES_PER_PIXEL: u64 = 72;
 /// Longer side of thumbnails, pixels.
@@ -50,7 +48,7 @@ pub struct ReshadeFlags {
     pub shadow: Option<ShadowMode>,
 
     /// Steps of the fit of what fills holes to the photos of --capture, 0 to 100000; 0: none
-    /// [default: the plan's, else 100 when there is a capture]
+    /// [default: the plan's, else 0]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=i64::from(MAX_FIT_STEPS)))]
     pub refit_steps: Option<u32>,
 
@@ -224,14 +222,11 @@ fn refit_fills(
     resources: &Resources<'_>,
     context: &Context,
 ) -> anyhow::Result<Option<Refitted>> {
-    let steps = match (plan.refit_steps, resources.capture) {
-        (steps, Some(_)) => steps.unwrap_or(REFIT_STEPS),
-        (None | Some(0), None) => 0,
-        (Some(_), None) => {
-            let error = EditError::plan("/refit_steps", "a fit needs photos");
-            return Err(stage_error(error.remedy("give --capture, or 0"), resources.plan));
-        }
-    };
+    let steps = plan.refit_steps.unwrap_or(0);
+    if steps > 0 && resources.capture.is_none() {
+        let error = EditError::plan("/refit_steps", "a fit needs photos");
+        return Err(stage_error(error.remedy("give --capture, or 0"), resources.plan));
+    }
     let Some((capture, document)) = resources.capture.filter(|_| steps > 0) else {
         return Ok(None);
     };
