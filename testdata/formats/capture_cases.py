@@ -63,7 +63,7 @@ def captures():
     text("nested", "(line 1 column", '{"format": "motes/capture", "version": "1.0", "views": '
          + "[" * 5000)
     text("bad-utf-8", "not JSON", plain.encode().replace(b"a.jpg", b"\xff.jpg"))
-    bad("other-document", "this is no motes/capture document", lambda d: d.update(format="motes/x"))
+    bad("other-document", "this is not a motes/capture document", lambda d: d.update(format="motes/x"))
     bad("no-format", "\"format\" is missing", lambda d: d.pop("format"))
     bad("version-2", "version 2.0 of motes/capture is not known", lambda d: d.update(version="2.0"))
     bad("version-0", "version 0.3 of motes/capture is not known", lambda d: d.update(version="0.3"))
@@ -83,10 +83,10 @@ def captures():
     bad("camera-by-name", "invalid type: string \"0\"", lambda d: view(d).update(camera="0"))
     bad("name-twice", "the name \"b.jpg\" is also that of views[0] (views[1].name)",
         lambda d: view(d).update(name="b.jpg"))
-    bad("name-empty", "\"\" is no name", lambda d: view(d).update(name=""))
-    bad("name-line-break", "is no name", lambda d: view(d).update(name="a\nb"))
+    bad("name-empty", "\"\" is not a name", lambda d: view(d).update(name=""))
+    bad("name-line-break", "is not a name", lambda d: view(d).update(name="a\nb"))
     bad("split-unknown", "unknown variant `val`", lambda d: view(d).update(split="val"))
-    bad("model-unknown", "\"PINHOEL\" is no camera model", lambda d: camera(d).update(model="PINHOEL"))
+    bad("model-unknown", "\"PINHOEL\" is not a camera model", lambda d: camera(d).update(model="PINHOEL"))
     bad("params-too-few", "PINHOLE has 4 parameters, not 3",
         lambda d: camera(d).update(params=[500, 320, 240]))
     bad("params-many", "PINHOLE has 4 parameters, not 2000",

@@ -29,7 +29,7 @@ def camera_paths():
     bad("width-1e18", "a frame of 1000000000000000000 x 48", lambda d: d.update(width=10**18))
     bad("rotation-zero", "(poses[0].camera_from_world.rotation_wxyz)",
         lambda d: d["poses"][0]["camera_from_world"].update(rotation_wxyz=[0, 0, 0, 0]))
-    bad("a-capture", "this is no motes/camera-path document", lambda d: d.update(format="motes/capture"))
+    bad("a-capture", "this is not a motes/camera-path document", lambda d: d.update(format="motes/capture"))
 
 
 def metrics():
@@ -138,7 +138,7 @@ def decompositions():
         lambda c: c["scale_anchor"].update(factor_rgb=[1, 0, 1]))
     bad("version-2", "version 2.0 of motes/decomposition is not known",
         lambda c: c.update(version="2.0"))
-    bad("a-capture", "this is no motes/decomposition document",
+    bad("a-capture", "this is not a motes/decomposition document",
         lambda c: c.update(format="motes/capture"))
 
 
@@ -167,7 +167,7 @@ def edit_plans():
 
     def bad(name, expect, change):
         invalid(p, name + ".json", expect, changed(edit_plan, change))
-    bad("scale-zero", "0 is no number above 0 (/ops/1/scale)", lambda d: d["ops"][1].update(scale=0))
+    bad("scale-zero", "0 is not a number above 0 (/ops/1/scale)", lambda d: d["ops"][1].update(scale=0))
     bad("op-unknown", "(/ops/4/op)", lambda d: d["ops"][4].update(op="explode"))
     bad("key-unknown", "unknown field `rotate`", lambda d: d["ops"][1].update(rotate=3))
     bad("later", "is made by a later operation (/ops/1/target)", lambda d: d["ops"][1].update(target="b"))
@@ -175,6 +175,6 @@ def edit_plans():
     bad("copies-1e9", "1000000000 is not from 1 to 10000 (/ops/2/count)", lambda d: d["ops"][2].update(count=10**9))
     bad("undo-9", "9 steps cannot be undone, 5 were done (/ops/5/steps)", lambda d: d["ops"][5].update(steps=9))
     bad("version-2", "version 2.0 of motes/edit-plan is not known", lambda d: d.update(version="2.0"))
-    bad("a-capture", "this is no motes/edit-plan document", lambda d: d.update(format="motes/capture"))
+    bad("a-capture", "this is not a motes/edit-plan document", lambda d: d.update(format="motes/capture"))
     text = json.dumps(edit_plan()).replace("-1.25", "NaN")
     invalid(p, "nan.json", "(/ops/1/translate/2 line 1", text)

@@ -154,9 +154,9 @@ def gaussians_invalid():
     bad("format-unknown", "the format is \"binary_middle_endian\"",
         whole.replace(LE.encode(), b"binary_middle_endian"))
     bad("format-2", "PLY version \"2.0\" instead of 1.0", whole.replace(b" 1.0\n", b" 2.0\n", 1))
-    bad("keyword-unknown", "\"propertie\" is no PLY keyword (ply header line 4)",
+    bad("keyword-unknown", "\"propertie\" is not a PLY keyword (ply header line 4)",
         whole.replace(b"property", b"propertie", 1))
-    bad("type-unknown", "\"quad\" is no PLY type (ply header line 4)",
+    bad("type-unknown", "\"quad\" is not a PLY type (ply header line 4)",
         whole.replace(b"property float x", b"property quad x"))
     bad("property-without-element", "a property before the first element",
         b"ply\nformat ascii 1.0\nproperty float x\nend_header\n")

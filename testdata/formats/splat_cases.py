@@ -226,11 +226,11 @@ def gltf():
         put_at(10**12, "bufferViews", 0, "byteOffset"))
     bad("stride", "values do not fit", put_at(2**60, "bufferViews", 0, "byteStride"))
     bad("type", "its type is", put_at("VEC2", "accessors", 0, "type"))
-    bad("component", "9 is no component type", put_at(9, "accessors", 0, "componentType"))
+    bad("component", "9 is not a component type", put_at(9, "accessors", 0, "componentType"))
     bad("no-splats", "the scene has no Gaussian splats",
         put_at({}, "meshes", 0, "primitives", 0, "extensions"))
     bad("compressed", "requires the extension", put_at(["KHR_other"], "extensionsRequired"))
-    bad("ring", "the nodes are no tree", put_at([0], "nodes", 0, "children"))
+    bad("ring", "the nodes do not form a tree", put_at([0], "nodes", 0, "children"))
     bad("no-mesh", "there is no mesh 7", put_at(7, "nodes", 0, "mesh"))
     bad("sheared", "scaled unevenly", put_at([1, 2, 3], "nodes", 0, "scale"))
     bad("absolute-buffer", "is absolute", put_at("/etc/passwd", "buffers", 0, "uri"))

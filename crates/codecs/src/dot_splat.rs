@@ -36,7 +36,7 @@ pub(super) fn read(data: &[u8], path: &Path) -> Result<GaussianFile> {
         if !scales.iter().all(|s| *s >= 0.0) {
             let cause = format!("the scale of Gaussian {i} is {scales:?}");
             return Err(FormatError::invalid(path, format!("byte {}", i * ROW_BYTES), cause)
-                .with_remedy("this is no .splat file, or it was damaged"));
+                .with_remedy("this is not a .splat file, or it was damaged"));
         }
         gaussians.means.push([0, 4, 8].map(|at| f32_at(row, at)));
         gaussians.log_scales.push(scales.map(f32::ln));

@@ -29,7 +29,7 @@ pub fn open_gaussians(path: &Path) -> Result<GaussianFile> {
     let mut start = Vec::with_capacity(MAGIC_BYTES);
     (&mut file).take(MAGIC_BYTES as u64).read_to_end(&mut start).map_err(io)?;
     let mut opened = match format_of(&start, path)? {
-        // Streams; what is no regular file cannot be opened twice.
+        // Streams; what is not a regular file cannot be opened twice.
         SplatFormat::Ply if file.metadata().map_err(io)?.is_file() => {
             drop(file);
             read_ply(PlySource::open(path)?)?

@@ -312,7 +312,7 @@ fn nodes_that_name_a_child_twice_are_refused_at_once() {
         let bytes = gltf_with_nodes(&nodes);
         let error = read_gaussians_from(SplatFormat::Gltf, &bytes, Path::new("a.gltf"));
         let error = error.unwrap_err().to_string();
-        assert!(error.contains("no tree"), "{error}");
+        assert!(error.contains("do not form a tree"), "{error}");
     }
     let deep: Vec<String> = (0..200).map(|i| format!(r#"{{"children":[{}]}}"#, i + 1)).collect();
     let nodes = format!(r#"[{},{{"mesh":0}}]"#, deep.join(","));

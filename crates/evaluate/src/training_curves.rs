@@ -152,7 +152,7 @@ mod tests {
         assert_eq!(captions, [1, 1]);
         assert_eq!(tables[1].rows[0][7], Cell::text("does not pay"));
         let titles: Vec<&str> = plots.iter().map(|plot| plot.title.as_str()).collect();
-        assert_eq!(titles, ["Training loss", "Gaussians"], "one PSNR is no curve");
+        assert_eq!(titles, ["Training loss", "Gaussians"], "one PSNR is not a curve");
         assert_eq!(plots[0].series[0].points, [(0.0, 0.5), (100.0, 0.2)]);
         std::fs::write(&path, "{}").unwrap();
         assert!(read_training(&path).unwrap_err().to_string().contains("history"));

@@ -192,7 +192,7 @@ impl DecompositionDocument {
 ///
 /// # Errors
 /// The document cannot be read or is malformed; a file name is absolute or leads out of the
-/// folder; `up_in_world` is no unit vector; a factor is not positive. Whether the files exist is
+/// folder; `up_in_world` is not a unit vector; a factor is not positive. Whether the files exist is
 /// seen when they are read.
 pub fn read_decomposition(scene: &Path) -> Result<Decomposition> {
     let path = if scene.is_dir() { scene.join(DECOMPOSITION_FILE) } else { scene.to_owned() };

@@ -236,7 +236,7 @@ pub fn read_exr(path: &Path) -> Result<(usize, usize, Vec<AovChannel>)> {
 /// joined; a part's name becomes the layer of its channels.
 ///
 /// # Errors
-/// The file cannot be read, is no EXR file or damaged, has deep or subsampled channels or parts
+/// The file cannot be read, is not an EXR file or damaged, has deep or subsampled channels or parts
 /// of different sizes, has more than 500 megapixels, or promises far more than its length can
 /// hold.
 pub fn open_exr(path: &Path) -> Result<AovImage> {

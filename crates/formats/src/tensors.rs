@@ -165,7 +165,7 @@ pub fn write_tensors(
 /// Reads all tensors and the metadata.
 ///
 /// # Errors
-/// The file cannot be read, is no safetensors file, is not as long as its header says, or holds
+/// The file cannot be read, is not a safetensors file, is not as long as its header says, or holds
 /// an element type other than those of [`TensorData`].
 pub fn read_tensors(path: &Path) -> Result<Tensors> {
     let io = |error| FormatError::io(path, error);

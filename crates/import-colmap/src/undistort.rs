@@ -59,7 +59,7 @@ impl PhotoCamera {
     /// when the photo has no usable field of view.
     pub(crate) fn undistorted(&self, keep_border: bool) -> Result<(Pinhole, bool), String> {
         let (w, h) = (self.width as f64, self.height as f64);
-        let [fx, fy, cx, cy] = self.camera.affine().ok_or("a panorama is no pinhole")?;
+        let [fx, fy, cx, cy] = self.camera.affine().ok_or("a panorama is not a pinhole")?;
         let (fx, fy) = (fx * self.scale.x, fy * self.scale.y);
         let (cx, cy) = (cx * self.scale.x, cy * self.scale.y);
         let mut capped = false;

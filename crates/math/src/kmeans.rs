@@ -66,7 +66,7 @@ fn group_count(clusters: usize) -> usize {
 /// Clusters points `[n, dimensions]`, finite, by squared distance.
 ///
 /// # Panics
-/// When the length of `points` is no multiple of `dimensions`, or there are no dimensions.
+/// When the length of `points` is not a multiple of `dimensions`, or there are no dimensions.
 pub fn kmeans(points: &[f32], dimensions: usize, options: &KmeansOptions) -> Clusters {
     assert!(dimensions > 0 && points.len().is_multiple_of(dimensions), "{} values", points.len());
     let n = points.len() / dimensions;

@@ -30,7 +30,7 @@ impl Finder {
         Self { folders, path: split("PATH") }
     }
 
-    /// The program of a stage. Names with a separator are no stages: `motes ../x` must not run.
+    /// The program of a stage. Names with a separator are not stages: `motes ../x` must not run.
     pub(crate) fn find(&self, stage: &str) -> Option<PathBuf> {
         let plain = !stage.is_empty()
             && !stage.starts_with('-')

@@ -184,7 +184,7 @@ fn project(
         return None;
     }
     let [w, x, y, z] = gaussians.rotations[i];
-    // A quaternion without a direction is no rotation; the bounds are those of single precision.
+    // A quaternion without a direction is not a rotation; the bounds are those of single precision.
     if !(1e-20..=1e20).contains(&(w * w + x * x + y * y + z * z)) {
         return None;
     }

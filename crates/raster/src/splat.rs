@@ -79,7 +79,7 @@ impl Splat {
 
     /// From center, covariance (xx, xy, yy, px²), `schur = (xx yy - xy²) / yy` found without that
     /// difference, and opacity, with the half width of its bounding box; `None` when nothing of it
-    /// can be seen or it is no ellipse (also for NaN).
+    /// can be seen or it is not an ellipse (also for NaN).
     #[inline(always)]
     pub(crate) fn new(
         [x, y]: [f32; 2],

@@ -82,7 +82,7 @@ impl FromStr for SunOption {
                 .parse()
                 .ok()
                 .filter(|v: &f64| v.is_finite())
-                .ok_or_else(|| format!("\"{value}\" is no number"))?;
+                .ok_or_else(|| format!("\"{value}\" is not a number"))?;
             let (i, place) = match key.trim() {
                 "azimuth" => (0, &mut sky.azimuth_deg),
                 "elevation" => (1, &mut sky.elevation_deg),

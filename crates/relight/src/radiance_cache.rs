@@ -126,7 +126,7 @@ struct Shared {
 
 impl Shared {
     /// The first vertex of every cell of `cell` world units and of every main direction of the normal;
-    /// every vertex on its own when `cell` is no length.
+    /// every vertex on its own when `cell` is not a length.
     fn new(surface: &Surface, cell: f32) -> Self {
         let count = surface.vertices.len() as u32;
         if !(cell > 0.0 && cell.is_finite()) {

@@ -50,7 +50,7 @@ impl Model {
     /// Reads Gaussians of any format.
     ///
     /// # Errors
-    /// When it cannot be read or is no file of Gaussians.
+    /// When it cannot be read or is not a file of Gaussians.
     pub fn load(path: &Path, choice: AntialiasChoice) -> Result<Self> {
         let file = open_gaussians(path)?;
         let antialias = match (choice, file.render_mode) {

@@ -220,7 +220,7 @@ pub(crate) fn sweep(index: &SceneIndex, probabilities: &[f32], marks: &[Mark]) -
                 let low = plane.height(s.point.into()) < RESTING * s.width + 2.5 * plane.noise;
                 if low { index.area(i) / views } else { 0.0 }
             });
-            // Of the smaller side: everything together is no object.
+            // Of the smaller side: everything together is not an object.
             let side = volume.min(total - volume);
             let is_part = side > LEAST_REST * total || volume < 0.5 * total;
             let conductance = if is_part { cut / side.max(1e-12) } else { 1.0 };

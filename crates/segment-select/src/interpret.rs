@@ -207,7 +207,7 @@ fn changed(
 ) -> Result<Selection, SelectError> {
     let valid = |d: f64| match d >= 0.0 && d.is_finite() {
         true => Ok(d),
-        false => Err(SelectError::BadValue(format!("{d} is no distance"))),
+        false => Err(SelectError::BadValue(format!("{d} is not a distance"))),
     };
     Ok(match post {
         PostDocument::Invert => selection.inverted(),
@@ -273,7 +273,7 @@ fn ground(
     let plane: SupportPlane = source.index()?.plane.ok_or(SelectError::NoPlane)?;
     let half = match thickness {
         Some(t) if t > 0.0 && t.is_finite() => 0.5 * t,
-        Some(t) => return Err(SelectError::BadValue(format!("{t} is no thickness"))),
+        Some(t) => return Err(SelectError::BadValue(format!("{t} is not a thickness"))),
         // What a plane scatters to: 3 standard deviations.
         None => 3.0 * f64::from(plane.noise),
     };

@@ -6,7 +6,7 @@
 use std::collections::VecDeque;
 
 const NONE: u32 = u32::MAX;
-/// Parents that are no arc.
+/// Parents that are not arcs.
 const TERMINAL: u32 = u32::MAX - 1;
 const ORPHAN: u32 = u32::MAX - 2;
 

@@ -18,7 +18,7 @@ pub(crate) fn base_lab(gaussians: &Gaussians, i: usize) -> [f32; 3] {
     lab_from_srgb(base_color(gaussians, i))
 }
 
-/// Names that are no further columns of the file.
+/// Names that are not columns of the file.
 const NAMES: [&str; 16] = [
     "x",
     "y",

@@ -52,7 +52,7 @@ impl Default for SegmentOptions {
     }
 }
 
-/// Regions of fewer superpixels per view are noise: what only one view shows is no object.
+/// Regions of fewer superpixels per view are noise: what only one view shows is not an object.
 const LEAST_PER_VIEW: f32 = 1.5;
 /// Superpixels in the middle of a box that a walk starts from.
 const BOX_SEEDS: usize = 5;

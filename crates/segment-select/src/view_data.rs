@@ -150,7 +150,7 @@ impl ViewData {
     }
 }
 
-/// Median of each pixel's surroundings: single Gaussians that stick out are no surface.
+/// Median of each pixel's surroundings: single Gaussians that stick out are not a surface.
 fn median_3x3(values: &[f32], w: usize, h: usize) -> Vec<f32> {
     let at = |p: usize| {
         let (x, y) = (p % w, p / w);

@@ -62,7 +62,7 @@ pub(crate) fn parse_size(text: &str) -> Result<u64, String> {
         "t" => 40,
         _ => return Err(format!("\"{text}\" has no unit B, KiB, MiB, GiB or TiB")),
     };
-    let number: f64 = number.parse().map_err(|_| format!("\"{text}\" is no size"))?;
+    let number: f64 = number.parse().map_err(|_| format!("\"{text}\" is not a size"))?;
     let bytes = number * (1u64 << shift) as f64;
     if bytes >= 1.0 { Ok(bytes as u64) } else { Err("no memory is too little".into()) }
 }

@@ -40,7 +40,7 @@ pub(crate) fn from_points(points: &SparsePoints, extent: f64, options: &FitOptio
 /// Brightest color coefficient of a start: its square must survive the loss in single precision.
 const MAX_SH: f32 = 1e6;
 
-/// Given Gaussians without those that are no Gaussians (a value that is not finite, a rotation
+/// Given Gaussians without those that are not Gaussians (a value that is not finite, a rotation
 /// without direction); values beyond what a fit can use are brought back.
 pub(crate) fn usable(mut given: Gaussians) -> Gaussians {
     let mut broken = given.invalid_rows().into_iter().peekable();

@@ -61,7 +61,7 @@ def load(folder):
         try:
             declaration = json.loads(path.read_text())
         except json.JSONDecodeError as error:
-            raise DeclarationError(f"{path.name} is no JSON: {error}") from None
+            raise DeclarationError(f"{path.name} is not JSON: {error}") from None
         if "extends" in declaration:
             more.append((path.name, declaration))
         else:

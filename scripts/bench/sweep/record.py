@@ -110,7 +110,7 @@ def compare(record):
 
 
 def panels(record):
-    """One picture each: points of a stage on a capture, all training views; one is no picture."""
+    """One picture each: points of a stage on a capture, all training views; one is not a picture."""
     found = []
     for stage, d in record["stages"].items():
         for data in record["captures"]:

@@ -33,7 +33,7 @@ const BOMBS: &[Bomb] = &[
         make: doubling_nodes,
         line: &["export", "--gaussians", "run/doubling.gltf"],
         code: 3,
-        says: "no tree",
+        says: "do not form a tree",
     },
     Bomb {
         name: "instances.gltf",

@@ -40,7 +40,7 @@ pub(crate) fn leftovers(folder: &Path) -> Option<String> {
     left.map(|path| format!("it left {}", path.display()))
 }
 
-/// A product that is no whole file of numbers.
+/// A product that is not a whole file of numbers.
 pub(crate) fn bad_product(folder: &Path) -> Option<String> {
     for path in files(folder).iter().filter(|path| path.extension().is_some_and(|e| e == "ply")) {
         let is_product = path.file_stem().is_some_and(|stem| stem == "product");

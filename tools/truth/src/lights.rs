@@ -43,7 +43,7 @@ fn blender() -> MapOptions {
 /// The light of a picture in Blender's axes.
 ///
 /// # Errors
-/// When the picture is no map.
+/// When the picture is not a map.
 pub fn environment(image: &ImageF32) -> Result<Environment, EnvironmentError> {
     Ok(Environment::new(Some(EnvironmentMap::new(image, &blender())?), None))
 }

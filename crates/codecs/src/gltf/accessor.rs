@@ -71,7 +71,7 @@ impl<'a> Values<'a> {
             _ => 4,
         };
         let component = Component::of(accessor.component_type)
-            .ok_or_else(|| fault(format!("{} is no component type", accessor.component_type)))?;
+            .ok_or_else(|| fault(format!("{} is not a component type", accessor.component_type)))?;
         let view = accessor.buffer_view.and_then(|view| gltf.buffer_views.get(view));
         let view = view.ok_or_else(|| fault("it has no buffer view".into()))?;
         let buffer =

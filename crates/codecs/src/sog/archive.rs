@@ -42,7 +42,7 @@ impl<'a> Archive<'a> {
                 let file = archive.by_name(name).map_err(|error| match error {
                     zip::result::ZipError::FileNotFound => {
                         FormatError::invalid(&path, "", format!("the archive has no file {name}"))
-                            .with_remedy("this zip archive is no SOG, or it is incomplete")
+                            .with_remedy("this zip archive is not a SOG file, or it is incomplete")
                     }
                     error => broken(path, name, &error),
                 })?;

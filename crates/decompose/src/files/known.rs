@@ -145,7 +145,7 @@ impl AlbedoAnchor {
         let Self { view, x, y, base_color_linear } = self;
         let Some(photo) = photos.iter().position(|p| p.name == *view) else {
             let text =
-                format!("--albedo-anchor names the view \"{view}\", which is no training photo");
+                format!("--albedo-anchor names the view \"{view}\", which is not a training photo");
             return Err(StageError::usage(text));
         };
         Ok(BaseColorAnchor {

@@ -14,7 +14,7 @@ use serde::ser::SerializeMap as _;
 use serde::{Serialize, Serializer};
 use serde_json::{Map, Value, json};
 
-/// What the value of a flag is when it is no JSON object.
+/// What the value of a flag is when it is not a JSON object.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Short {
     /// Text for a key.
@@ -73,7 +73,7 @@ flags! {
     "crop" => "crop", Short::Box, "X0,Y0,Z0,X1,Y1,Z1", "Keep what is inside a box";
     "remove-floaters" => "remove_floaters", Short::Nothing, "JSON", "Remove Gaussians that hang far from all others";
     "keep-largest" => "keep_largest", Short::Nothing, "JSON", "Keep the largest cluster";
-    "drop-nan" => "drop_nan", Short::Nothing, "JSON", "Remove Gaussians with values that are no numbers";
+    "drop-nan" => "drop_nan", Short::Nothing, "JSON", "Remove Gaussians with values that are not numbers";
     "decimate" => "decimate", Short::Number("count"), "COUNT", "Merge neighbors until so many are left";
     "order" => "order", Short::Text("by"), "morton", "Sort along a Z curve";
     "sh-reduce" => "sh_reduce", Short::Number("degree"), "DEGREE", "Drop bands of spherical harmonics above a degree";
@@ -277,7 +277,7 @@ fn keys_of(flag: &OpFlag, text: &str) -> Result<Map<String, Value>, String> {
 
 fn number(flag: &str, text: &str) -> Result<f64, String> {
     let number = text.trim().parse().ok().filter(|v: &f64| v.is_finite());
-    number.ok_or_else(|| format!("{flag}: \"{text}\" is no finite number"))
+    number.ok_or_else(|| format!("{flag}: \"{text}\" is not a finite number"))
 }
 
 fn numbers(flag: &str, text: &str, n: usize) -> Result<Vec<f64>, String> {
@@ -340,7 +340,7 @@ mod tests {
             assert!(FLAGS.iter().any(|flag| flag.op == *op), "{op}");
         }
         for (text, says) in [
-            ("--scale NaN", "is no finite number"),
+            ("--scale NaN", "is not a finite number"),
             ("--translate 1,2", "takes 3 numbers"),
             ("--delete ball", "takes no value"),
             ("--stylize autumn", "give --editor"),

@@ -1,8 +1,8 @@
-//! What hurts other programs: values that are no numbers, and bands that nobody needs.
+//! What hurts other programs: values that are not numbers, and bands that nobody needs.
 
 use crate::EditState;
 
-/// Removes Gaussians with values that are no numbers; returns how many.
+/// Removes Gaussians with values that are not numbers; returns how many.
 pub fn drop_nan(state: &mut EditState) -> usize {
     let invalid = state.gaussians.invalid_rows();
     if !invalid.is_empty() {

@@ -99,7 +99,7 @@ impl Run<'_> {
                     EditError::plan(format!("{at}/view"), format!("there is no view \"{name}\""))
                 })?;
                 let full = capture.cameras[view.camera].as_pinhole().ok_or_else(|| {
-                    EditError::plan(format!("{at}/view"), "the camera of this view is no pinhole")
+                    EditError::plan(format!("{at}/view"), "the camera of this view is not a pinhole")
                 })?;
                 let factor = size as f64 / full.width.max(full.height) as f64;
                 let side = |n: usize| ((n as f64 * factor).round() as usize).max(1);
@@ -123,7 +123,7 @@ impl Run<'_> {
         let file = op.file.clone().unwrap_or_else(|| format!("preview-{number:03}.png"));
         let plain = !file.contains(['/', '\\']) && file.to_ascii_lowercase().ends_with(".png");
         if !plain || self.previews.iter().any(|p| p.file == file) {
-            let cause = format!("\"{file}\" is no new name of a PNG file without folders");
+            let cause = format!("\"{file}\" is not the name of a new PNG file without folders");
             return Err(EditError::plan(format!("{at}/file"), cause));
         }
         self.previews.push(Preview { file, image });

@@ -41,7 +41,7 @@ impl Run<'_> {
         }
         let left = decimate::decimate(state, &rows, op.count as usize);
         if left as u64 > op.count {
-            self.warn(at, format!("{left} are left: the others have values that are no numbers"));
+            self.warn(at, format!("{left} are left: the others have values that are not numbers"));
         }
         applied(rows.len() - left)
     }

@@ -13,7 +13,7 @@
 //! `c` is the plane as it looks from above. In `μ`, places count by the inverse square of their distance: every doubling has the
 //! same say. `s` may take `d` no further than to the values that it has within the reach of an edge.
 //!
-//! Texture is no error of the light. `κ` is the best guess between 1, from which it is [`SPREAD`] off as a rule, and what was
+//! Texture is not an error of the light. `κ` is the best guess between 1, from which it is [`SPREAD`] off as a rule, and what was
 //! measured, which is off by as much as places beside the shadow, as large and as far apart, differ. `s` is made smaller by the
 //! share of its mean square within the reach of an edge that texture has in three of four such places (Wiener, locally as in
 //! Lee 1980). Both hold where the ground lies: nothing is known about the light on other things. Ground is a plane or a field
@@ -117,7 +117,7 @@ impl Calibration {
         let learned = inside.len() >= LEAST_CELLS && modeled.max_element() < 0.0;
         let [least, most] = EXPONENT.map(Vec3::splat);
         let found = seen / modeled;
-        // More than that is no shadow of what left.
+        // A larger factor is not the shadow of the removed object.
         if learned && !(mean(found) >= EXPONENT[0] && mean(found) <= EXPONENT[1]) {
             return None;
         }

@@ -77,7 +77,7 @@ pub struct ReshadeReport {
     pub leftovers: usize,
     /// κ of each shadow that went: by how much deeper the photos show it than the model, per channel.
     pub shadow_exponents: Vec<[f32; 3]>,
-    /// Holes on ground that is no plane.
+    /// Holes on ground that is not a plane.
     pub uneven: usize,
     /// Why places that were left stay open.
     pub unfilled: Vec<String>,

@@ -1,4 +1,4 @@
-//! Ground that is no plane: heights over one.
+//! Ground that is not a plane: heights over one.
 //!
 //! Where no plane holds the surface around an object closely, a looser one is taken as reference and the heights of the surface over
 //! it are averaged per cell, continued under the object as a membrane, and smoothed: a height field, of which a plane is the case
@@ -12,7 +12,7 @@ use super::grid::{Grid, boxed, pull_push};
 
 /// The reference plane is looked for within these shares of the object's size, as few as find one.
 pub(super) const LOOSE: [f32; 3] = [0.03, 0.06, 0.12];
-/// Surface that is steeper is no ground: 37 degrees.
+/// Steeper surface does not count as ground: 37 degrees.
 pub(super) const LEVEL: f32 = 0.8;
 /// Heights are means over squares of `2 SMOOTH + 1` cells, twice.
 const SMOOTH: usize = 3;
@@ -84,7 +84,7 @@ fn fit(grid: &mut Grid, places: &[(usize, f32, Vec3)]) {
 }
 
 impl Grid {
-    /// Whether the ground is no plane.
+    /// Whether the ground is not a plane.
     pub(super) fn is_uneven(&self) -> bool {
         !self.relief.is_empty()
     }
@@ -167,7 +167,7 @@ mod tests {
                 Oriented { point: p.with_z(wave(p) + 0.002 * random()), normal: Vec3::Z }
             })
             .collect();
-        // A wall is no ground.
+        // A wall is not ground.
         around.extend(
             (0..500).map(|k| Oriented {
                 point: Vec3::new(0.6, k as f32 / 500.0, 1.15),

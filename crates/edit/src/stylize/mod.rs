@@ -80,7 +80,7 @@ pub enum StyleError {
 /// Edits the colors of the Gaussians that `chosen` says, through pictures of `views`.
 ///
 /// # Errors
-/// The editor fails or returns something that is no picture of the same size; the fit refuses its input; the user asked to stop.
+/// The editor fails or returns something that is not a picture of the same size; the fit refuses its input; the user asked to stop.
 pub fn stylize(
     gaussians: &mut Gaussians,
     chosen: &[bool],

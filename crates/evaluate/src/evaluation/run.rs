@@ -28,7 +28,7 @@ impl Contestant {
     /// Reads Gaussians.
     ///
     /// # Errors
-    /// When the file cannot be read or is no Gaussian PLY.
+    /// When the file cannot be read or is not a Gaussian PLY.
     pub fn load_model(path: &Path, choice: AntialiasChoice) -> Result<Self, FormatError> {
         Ok(Self::Model(path.to_owned(), Model::load(path, choice)?))
     }

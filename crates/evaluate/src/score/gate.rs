@@ -42,7 +42,7 @@ pub struct Gate {
     pub bound: f64,
 }
 
-/// The text is no gate.
+/// The text is not a gate.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error(
     "\"{0}\" is not METRIC>=NUMBER or METRIC<=NUMBER with METRIC one of psnr, psnr_float, psnr_color_corrected, ssim, lpips, gap"

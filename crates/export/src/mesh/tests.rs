@@ -162,7 +162,7 @@ fn cover(n: usize) -> (Gaussians, Materials) {
 fn gaussians_give_the_material_where_they_cover_the_surface() {
     let surface = square(8);
     let (mut gaussians, mut materials) = cover(12);
-    // Rows that are no numbers, or that nobody saw, do not count.
+    // Rows that are not numbers, or that nobody saw, do not count.
     gaussians.means[3] = [f32::NAN; 3];
     materials.base_color_linear[20] = [1.0, 1.0, 0.0];
     materials.observations[20] = 0;

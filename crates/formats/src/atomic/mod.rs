@@ -18,7 +18,7 @@ use temporary::Temporary;
 /// Writes a file under a temporary name in the folder of `path`, then renames it, so that no
 /// reader ever sees a part and an interrupted run leaves the old file as it was.
 ///
-/// Missing folders are made. Something that is no regular file (`/dev/null`, a pipe) is written
+/// Missing folders are made. Something that is not a regular file (`/dev/null`, a pipe) is written
 /// in place: renaming would replace the device. A place that was [claimed free](claim_free) and
 /// is taken by then is left alone.
 ///

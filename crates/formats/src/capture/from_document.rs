@@ -69,7 +69,7 @@ fn camera_from_document(camera: &CameraDocument, path: &Path, place: &str) -> Re
     let invalid =
         |key: &str, cause: String| Err(FormatError::invalid(path, format!("{place}/{key}"), cause));
     let Some(model) = CameraModel::from_name(&camera.model) else {
-        let cause = format!("{} is no camera model of COLMAP", quoted(&camera.model));
+        let cause = format!("{} is not a camera model of COLMAP", quoted(&camera.model));
         return invalid("model", cause);
     };
     let (width, height) = (camera.width, camera.height);
@@ -101,7 +101,7 @@ fn view_from_document(
 ) -> Result<View> {
     let place_of = |key: &str| format!("{place}/{key}");
     if view.name.is_empty() || view.name.chars().any(char::is_control) {
-        let cause = format!("{} is no name", quoted(&view.name));
+        let cause = format!("{} is not a name", quoted(&view.name));
         return Err(FormatError::invalid(path, place_of("name"), cause));
     }
     if view.camera >= cameras as u64 {

@@ -91,7 +91,7 @@ pub fn parse_document<T: Document>(bytes: &[u8], name: &Path) -> Result<Parsed<T
     }
     // The derived readers would take a list of values for an object.
     if bytes.trim_ascii_start().first() == Some(&b'[') {
-        let cause = format!("this is no JSON object, so no {} document", T::FORMAT);
+        let cause = format!("this is not a JSON object, so not a {} document", T::FORMAT);
         return Err(FormatError::invalid(name, "byte 0", cause));
     }
     let opening: Opening =

@@ -11,7 +11,7 @@ use serde_json::ser::Formatter;
 /// NaN and infinity, which JSON lacks, become null.
 ///
 /// # Panics
-/// When a map of the value has keys that are no strings.
+/// When a map of the value has keys that are not strings.
 pub fn to_pretty_json<T: Serialize>(value: &T) -> String {
     let mut bytes = Vec::new();
     let mut serializer = Serializer::with_formatter(&mut bytes, Pretty::default());

@@ -173,7 +173,7 @@ fn check_values(op: &OpDocument) -> std::result::Result<(), Fault> {
         OpDocument::KeepLargest(op) => positive("/reach", op.reach),
         OpDocument::Decimate(op) => bounded("/count", op.count, u64::from(u32::MAX)),
         OpDocument::ShReduce(op) if op.degree > 4 => {
-            Err(("/degree".into(), format!("{} is no degree from 0 to 4", op.degree), None))
+            Err(("/degree".into(), format!("{} is not a degree from 0 to 4", op.degree), None))
         }
         OpDocument::Render(op) => {
             finite("/azimuth_deg", &[op.azimuth_deg])?;
@@ -291,7 +291,7 @@ pub(super) fn finite(place: &str, values: &[f64]) -> std::result::Result<(), Fau
     let place = if values.len() > 1 { format!("{place}/{i}") } else { place.into() };
     let cause = match values[i].is_finite() {
         true => format!("{:e} is farther from 0 than {LARGEST:e}", values[i]),
-        false => format!("{} is no finite number", values[i]),
+        false => format!("{} is not a finite number", values[i]),
     };
     Err((place, cause, None))
 }
@@ -309,7 +309,7 @@ pub(super) fn positive(place: &str, value: f64) -> std::result::Result<(), Fault
     if value > 0.0 && value.is_finite() {
         return range(place, value, 1.0 / LARGEST, LARGEST);
     }
-    Err((place.into(), format!("{value} is no number above 0"), None))
+    Err((place.into(), format!("{value} is not a number above 0"), None))
 }
 
 pub(super) fn range(

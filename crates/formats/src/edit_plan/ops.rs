@@ -84,7 +84,7 @@ operations! {
     RemoveFloaters(RemoveFloatersOp) = "remove_floaters",
     /// Keep the largest cluster of Gaussians that touch.
     KeepLargest(KeepLargestOp) = "keep_largest",
-    /// Remove Gaussians with values that are no numbers.
+    /// Remove Gaussians with values that are not numbers.
     DropNan(DropNanOp) = "drop_nan",
     /// Merge neighbors until a number is left; mass, mean and covariance of what is merged stay.
     Decimate(DecimateOp) = "decimate",

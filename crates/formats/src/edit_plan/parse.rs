@@ -51,7 +51,7 @@ pub fn parse_edit_plan(bytes: &[u8], name: &Path) -> Result<Parsed<EditPlanDocum
     let value: Value =
         serde_json::from_slice(bytes).map_err(|error| syntax_error(bytes, name, &error))?;
     let Value::Object(mut keys) = value else {
-        let cause = "this is no JSON object, so no motes/edit-plan document";
+        let cause = "this is not a JSON object, so not a motes/edit-plan document";
         return Err(FormatError::invalid(name, "byte 0", cause));
     };
     let (format, version) = (keys.remove("format"), keys.remove("version"));
@@ -65,7 +65,7 @@ pub fn parse_edit_plan(bytes: &[u8], name: &Path) -> Result<Parsed<EditPlanDocum
     plan.record = part(&mut keys, "record", name)?;
     plan.ops = match keys.remove("ops") {
         Some(Value::Array(ops)) => operations(ops, name)?,
-        Some(_) => return Err(FormatError::invalid(name, "/ops", "the operations are no list")),
+        Some(_) => return Err(FormatError::invalid(name, "/ops", "the operations are not a list")),
         None => return Err(FormatError::invalid(name, "/ops", "the key \"ops\" is missing")),
     };
     let mut warnings = Vec::new();
@@ -103,7 +103,7 @@ fn operations(ops: Vec<Value>, name: &Path) -> Result<Vec<OpDocument>> {
 /// One operation; `pointer` is its place in `name`.
 ///
 /// # Errors
-/// It is no object, has no known `op`, lacks a key or has one that it does not know. Values are
+/// It is not an object, has no known `op`, lacks a key or has one that it does not know. Values are
 /// checked by [`check_plan`].
 pub fn parse_op(value: Value, pointer: &str, name: &Path) -> Result<OpDocument> {
     let Value::Object(mut keys) = value else {

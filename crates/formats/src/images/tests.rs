@@ -200,7 +200,7 @@ fn large_pictures_of_one_color_are_read() {
         let image = read_image_from(&bytes, Path::new("x")).unwrap();
         assert_eq!((image.width, image.height, image.pixel(5999, 3999)), (6000, 4000, &color[..]));
     }
-    // Fifty times as many are no photo.
+    // Fifty times as many are not a photo.
     let many = flat_png(22_000, 22_000, png::ColorType::Grayscale);
     assert!(read_image_from(&many, Path::new("x")).is_err());
 }

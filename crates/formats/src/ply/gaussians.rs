@@ -49,7 +49,7 @@ pub fn read_gaussians(path: &Path) -> Result<Gaussians> {
 /// columns are left out. PlayCanvas's compressed PLY is for `motes-codecs`.
 ///
 /// # Errors
-/// The file cannot be read, is no PLY file or ends early, has data after its last row, lacks a
+/// The file cannot be read, is not a PLY file or ends early, has data after its last row, lacks a
 /// column, or has a number of `f_rest` columns that belongs to no SH degree.
 pub fn open_gaussians(path: &Path) -> Result<GaussianFile> {
     PlySource::open(path)?.read()

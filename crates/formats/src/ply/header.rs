@@ -181,7 +181,7 @@ pub(crate) fn parse(reader: &mut dyn BufRead, path: &Path) -> Result<Header> {
                 element.properties.push(property);
             }
             Some(word) => {
-                return Err(lines.error(format!("{} is no PLY keyword", quoted(word))));
+                return Err(lines.error(format!("{} is not a PLY keyword", quoted(word))));
             }
         }
     }
@@ -250,7 +250,7 @@ fn parse_property(lines: &Lines<'_>, words: &mut Words<'_>) -> Result<Property> 
     let scalar = |word: Option<&[u8]>| {
         let word = word.unwrap_or_default();
         Scalar::from_name(word)
-            .ok_or_else(|| lines.error(format!("{} is no PLY type", quoted(word))))
+            .ok_or_else(|| lines.error(format!("{} is not a PLY type", quoted(word))))
     };
     let first = words.next();
     let kind = if first == Some(b"list".as_slice()) {
@@ -269,7 +269,7 @@ fn parse_property(lines: &Lines<'_>, words: &mut Words<'_>) -> Result<Property> 
 fn name_of(lines: &Lines<'_>, name: &[u8]) -> Result<String> {
     match std::str::from_utf8(name) {
         Ok(text) if !text.chars().any(char::is_control) => Ok(text.to_owned()),
-        _ => Err(lines.error(format!("{} is no name", quoted(name)))),
+        _ => Err(lines.error(format!("{} is not a name", quoted(name)))),
     }
 }
 

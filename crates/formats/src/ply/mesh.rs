@@ -32,7 +32,7 @@ pub fn has_faces(path: &Path) -> Result<bool> {
 /// metallic from their columns, else 0.6 and 0. Without any of them the surface has no material.
 ///
 /// # Errors
-/// The file cannot be read, is no PLY file or ends early; there are no vertices or faces; a position is not
+/// The file cannot be read, is not a PLY file or ends early; there are no vertices or faces; a position is not
 /// finite; a face names a vertex that does not exist.
 pub fn read_mesh(path: &Path) -> Result<Surface> {
     let (mut reader, bytes) = open(path)?;
@@ -87,7 +87,7 @@ impl Values<'_> {
             let place = format!("byte {} of the body", self.at + start);
             self.at += start + word.len();
             return value.ok_or_else(|| {
-                FormatError::invalid(self.path, place, format!("{} is no number", quoted(word)))
+                FormatError::invalid(self.path, place, format!("{} is not a number", quoted(word)))
             });
         }
         let bytes = self.body.get(self.at..self.at + scalar.size()).ok_or_else(end)?;
@@ -318,7 +318,7 @@ mod tests {
         for (tail, says) in [
             ("4 0 1 2 9\n", "names a vertex"),
             ("4 0 1 2\n", "ends in the middle"),
-            ("3 0 1 x\n", "is no number"),
+            ("3 0 1 x\n", "is not a number"),
             ("3 0 1 -1\n", "has the corner"),
             ("2 0 1\n", "no faces"),
         ] {

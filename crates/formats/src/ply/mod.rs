@@ -77,7 +77,7 @@ fn response_comment(response: ExposureResponse) -> String {
     format!("{RESPONSE_KEY} {} {}", response.slope_per_stop, response.reference_stops)
 }
 
-/// From the comments of a file; anything but two plausible numbers is no response.
+/// From the comments of a file; anything but two plausible numbers is not a response.
 fn response_from_comments(comments: &[String]) -> Option<ExposureResponse> {
     let text = comments.iter().find_map(|comment| comment.strip_prefix(RESPONSE_KEY))?;
     let numbers: Vec<f64> = text.split_whitespace().filter_map(|n| n.parse().ok()).collect();

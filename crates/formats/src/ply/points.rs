@@ -19,7 +19,7 @@ const DEFAULT_COLOR: [u8; 3] = [128; 3];
 /// fraction of 1) or, in a file of Gaussians, `f_dc_0..2`. Points without color are gray.
 ///
 /// # Errors
-/// The file cannot be read, is no PLY file or ends early, lacks a position column, or holds a
+/// The file cannot be read, is not a PLY file or ends early, lacks a position column, or holds a
 /// position that is not finite.
 pub fn read_points(path: &Path) -> Result<SparsePoints> {
     let (mut reader, bytes) = open(path)?;

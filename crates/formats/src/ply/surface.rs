@@ -26,7 +26,7 @@ const FACE_BYTES: usize = 13;
 /// `base_color_0..2 roughness metallic`, and faces of three corners. Other columns are passed over.
 ///
 /// # Errors
-/// The file cannot be read, is no binary PLY file or ends early; a position, normal or only a part
+/// The file cannot be read, is not a binary PLY file or ends early; a position, normal or only a part
 /// of the material is missing; a value is not finite; a face has not three corners or names a
 /// vertex that does not exist.
 pub fn read_surface(path: &Path) -> Result<Surface> {

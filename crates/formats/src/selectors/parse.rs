@@ -279,7 +279,7 @@ fn named<'a>(kind: &str, values: &'a str, shape: &str) -> Result<(String, &'a st
 fn list(kind: &str, values: &str) -> Result<Vec<f64>, String> {
     let number = |part: &str| match part.trim().parse::<f64>() {
         Ok(v) if v.is_finite() => Ok(v),
-        _ => Err(format!("\"{}\" in {kind} is no finite number", part.trim())),
+        _ => Err(format!("\"{}\" in {kind} is not a finite number", part.trim())),
     };
     values.split(',').map(number).collect()
 }

@@ -54,7 +54,7 @@ pub struct Transforms {
 /// Reads one file of posed photos.
 ///
 /// # Errors
-/// Not JSON, no frames, a matrix that is no rigid motion, a path that leads out of the folder,
+/// Not JSON, no frames, a matrix that is not a rigid motion, a path that leads out of the folder,
 /// an unknown camera model, the same photo twice.
 pub fn read_transforms(path: &Path) -> Result<Transforms> {
     let bytes = std::fs::read(path).map_err(|error| FormatError::io(path, error))?;

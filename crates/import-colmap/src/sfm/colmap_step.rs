@@ -44,7 +44,7 @@ impl<'a> Step<'a> {
         Self { command, name, known, arguments: Vec::new() }
     }
 
-    /// Sets the first of `names` that this version has; none is no error.
+    /// Sets the first of `names` that this version has; none is not an error.
     pub(super) fn set(&mut self, names: &[&str], value: impl ToString) {
         let has = |name: &&&str| {
             self.known.split_whitespace().any(|word| word.strip_prefix("--") == Some(**name))

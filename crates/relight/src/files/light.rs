@@ -35,7 +35,7 @@ pub struct LightReport {
     pub exposure_from: &'static str,
     /// Values of the map that were below 0 and became 0.
     pub negative_values: usize,
-    /// Values that were no numbers and became 0.
+    /// Values that were not numbers and became 0.
     pub nan_values: usize,
     /// Infinite values that became the largest finite one.
     pub infinite_values: usize,

@@ -175,7 +175,7 @@ mod tests {
         assert!(error(Agreement::Mean) > 0.1);
         let found = consensus(&votes(), Agreement::Robust, 100);
         assert!((found.views[3].gain[0] - 0.7).abs() < 0.03, "{:?}", found.views[3]);
-        assert!(found.views[3].weight > 0.8, "a gain is no disagreement");
+        assert!(found.views[3].weight > 0.8, "a gain is not a disagreement");
         assert!(found.views[5].weight < 0.05 && found.views[0].weight > 0.8);
     }
 

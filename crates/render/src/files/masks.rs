@@ -28,7 +28,7 @@ pub struct MaskFlags {
     #[arg(long, requires = "selections", conflicts_with_all = ["format", "aov", "object_ids"])]
     pub mask: bool,
 
-    /// Column of labels whose values become mattes in EXR files; 0 is no object
+    /// Column of labels whose values become mattes in EXR files; 0 is not an object
     #[arg(long, value_name = "COLUMN", num_args = 0..=1, default_missing_value = "object_id")]
     pub object_ids: Option<String>,
 }
@@ -47,7 +47,7 @@ impl MaskFlags {
     /// and the projection.
     ///
     /// # Errors
-    /// When a selection is stale, a column is missing or is no label, or nothing would be written.
+    /// When a selection is stale, a column is missing or is not a label, or nothing would be written.
     pub fn load(
         &self,
         input: &ModelInput,

@@ -71,7 +71,7 @@ fn jacobian(model: M, k: &[f64], m: DVec2) -> DMat2 {
 }
 
 /// Whether the lens still maps the neighborhood of `m` without folding it over. A polynomial
-/// fitted to a photo may turn back outside the photo; pixels beyond the fold are no image of `m`.
+/// fitted to a photo may turn back outside the photo; pixels beyond the fold are not an image of `m`.
 pub(super) fn is_unfolded(model: M, k: &[f64], m: DVec2) -> bool {
     k.iter().all(|&c| c == 0.0) || jacobian(model, k, m).determinant() > 0.0
 }
@@ -94,7 +94,7 @@ pub(super) fn undistort(model: M, k: &[f64], target: DVec2) -> Option<DVec2> {
         loop {
             let next = m - step * fraction;
             let next_residual = distort(model, k, next) - target;
-            // Positive comparison: a NaN is no improvement.
+            // Positive comparison: a NaN is not an improvement.
             if next_residual.length_squared() < residual.length_squared() {
                 (m, residual) = (next, next_residual);
                 break;

@@ -19,7 +19,7 @@ use super::{Hit, Ray, Tracer};
 /// Why a mesh cannot be traced.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum MeshError {
-    /// A corner that is no vertex.
+    /// A corner that is not a vertex.
     #[error("triangle {triangle} refers to vertex {vertex}, the mesh has {vertices}")]
     Index {
         /// Which triangle.

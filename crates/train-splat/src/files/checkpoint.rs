@@ -151,7 +151,7 @@ fn columns_of(g: &Gaussians) -> MomentColumns {
 /// Reads a checkpoint back, bit for bit.
 ///
 /// # Errors
-/// When the file is no checkpoint of this version or its arrays do not belong together.
+/// When the file is not a checkpoint of this version or its arrays do not belong together.
 pub(super) fn read_checkpoint(path: &Path) -> Result<Checkpoint> {
     let (tensors, metadata) = read_tensors(path)?;
     check_sum(&tensors, &metadata, path)?;
@@ -283,7 +283,7 @@ impl File<'_> {
     fn number<T: std::str::FromStr>(&self, key: &str) -> Result<T> {
         let text = self.text(key)?;
         text.parse()
-            .map_err(|_| self.invalid("metadata", &format!("\"{key}\" is no number: {text}")))
+            .map_err(|_| self.invalid("metadata", &format!("\"{key}\" is not a number: {text}")))
     }
 
     fn take(&mut self, name: &str) -> Result<TensorData> {

@@ -92,7 +92,7 @@ const WHITEST: f32 = 0.9;
 /// Share of the points that may lie above it: noise, and light that was missed.
 const ABOVE: f32 = 0.03;
 
-/// Factor on the light that takes the brightest base colors of what is no metal down to [`WHITEST`]; 0 without any.
+/// Factor on the light that takes the brightest base colors of dielectrics down to [`WHITEST`]; 0 without any.
 fn brightest(samples: &[Sample], basis: &Basis, profile: &Profile, regions: &Regions) -> f32 {
     let of = |p: usize| {
         let label = profile.labels[regions.label[regions.of_sample[p] as usize]];

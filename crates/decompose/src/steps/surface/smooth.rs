@@ -14,7 +14,7 @@ use crate::mesh::{Mesh, Neighbors};
 /// `n · (mean_j x_j - x)` in voxels at which a surface bends at half the stiffness: `1 / (2 R)` of a
 /// radius of ten voxels.
 const CREASE: f32 = 0.05;
-/// Averages of it over neighbors, so that noise is no crease.
+/// Averages of it over neighbors, so that noise does not count as a crease.
 const CREASE_PASSES: usize = 4;
 /// Times as many averages where a mirror may be.
 const WIDER: usize = 5;
@@ -109,7 +109,7 @@ impl ThinPlate<'_> {
                 if self.free(v) { self.weight[v] * u[v] + self.transpose(&bent, v) } else { 0.0 }
             })
         };
-        // The curvature of the surroundings is no noise: only what differs from it is pulled.
+        // The curvature of the surroundings is not noise: only what differs from it is pulled.
         // Normalized convolution (Knutsson & Westin 1993): what is trusted speaks for what is not.
         let mut trust = self.trust.to_vec();
         let mut common = map(&|v| rest[v] * trust[v]);

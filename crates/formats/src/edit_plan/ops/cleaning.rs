@@ -65,7 +65,7 @@ impl Default for KeepLargestOp {
     }
 }
 
-/// Remove Gaussians with values that are no numbers.
+/// Remove Gaussians with values that are not numbers.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DropNanOp {}
