@@ -7,17 +7,17 @@ use serde::Serialize;
 #[derive(Args, Clone, Copy, Debug, PartialEq, Serialize)]
 #[command(next_help_heading = "Shadow plane")]
 pub struct ShadowOptions {
-    /// Longer side of the shadow's texture, pixels, 16 to 4096
+    /// Longer side of the shadow texture in pixels, 16 to 4096
     #[arg(long, value_name = "PX", default_value_t = 512,
         value_parser = clap::value_parser!(u32).range(16..=4096))]
     pub shadow_size: u32,
 
-    /// Directions of light per pixel, 4 to 4096
+    /// Light samples per pixel, 4 to 4096
     #[arg(long, value_name = "N", default_value_t = 256,
         value_parser = clap::value_parser!(u32).range(4..=4096))]
     pub shadow_samples: u32,
 
-    /// Ground round the objects, times their height: low lights cast farther
+    /// Width of the ground around the objects, relative to their height; a low light needs more
     #[arg(long, value_name = "FACTOR", default_value_t = 1.5, value_parser = parse_margin)]
     pub shadow_margin: f32,
 }

@@ -63,12 +63,12 @@ fn parse_simd(text: &str) -> Result<SimdLevel, String> {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Sorting {
-    /// By the depth of their centers, one order for the image
+    /// By depth of the centers, one order for the image
     #[default]
     Global,
-    /// By their depth on the ray through the tile's center
+    /// By depth on the ray through the tile's center
     Tile,
-    /// By their depth on each pixel's ray, over a window; slow, rendering only (Radl et al. 2024)
+    /// By depth on each pixel's ray, within a window; slow, rendering only (Radl et al. 2024)
     Pixel,
 }
 
@@ -105,12 +105,12 @@ fn parse_between(text: &str, low: f32, high: f32) -> Result<f32, String> {
 /// How the rasterizer trades time against accuracy.
 #[derive(Clone, Copy, Debug, PartialEq, Args, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", default)]
-#[command(next_help_heading = "Rasterizer")]
+#[command(next_help_heading = "Rasterizer (expert)")]
 pub struct RasterDials {
-    /// Side of a tile: 8, 16 or 32 pixels; smaller ones list more and visit less
+    /// Side of a tile: 8, 16 or 32 pixels; smaller tiles sort more entries and blend fewer pixels
     #[arg(long, value_name = "PIXELS", default_value_t = 16, value_parser = parse_tile_size)]
     pub tile_size: u8,
-    /// Contributions with less alpha are dropped, 0.001 to 0.5 [default: 1/255]
+    /// Contributions with a smaller alpha are skipped, 0.001 to 0.5 [default: 1/255]
     #[arg(
         long,
         value_name = "ALPHA",
@@ -119,7 +119,7 @@ pub struct RasterDials {
         value_parser = |text: &str| parse_between(text, 0.001, 0.5)
     )]
     pub alpha_min: f32,
-    /// A pixel is finished once its transmittance is below this, 0 to 0.5
+    /// Compositing of a pixel stops once its transmittance is below this, 0 to 0.5
     #[arg(
         long,
         value_name = "TRANSMITTANCE",
@@ -128,10 +128,10 @@ pub struct RasterDials {
     )]
     pub transmittance_min: f32,
     /// Cut Gaussians off at this many standard deviations, 0.5 to 100 [default: only where alpha
-    /// falls below its bound]
+    /// falls below --alpha-min]
     #[arg(long, value_name = "SIGMAS", value_parser = |text: &str| parse_between(text, 0.5, 100.0))]
     pub extent_sigmas: Option<f32>,
-    /// Degree of the polynomial for the exponential, 2 to 5
+    /// Degree of the polynomial that approximates the exponential, 2 to 5
     #[arg(
         long,
         value_name = "DEGREE",
@@ -139,10 +139,10 @@ pub struct RasterDials {
         value_parser = clap::value_parser!(u8).range(2..=5)
     )]
     pub exp_degree: u8,
-    /// Order of compositing; "pixel" is for rendering only
+    /// Sorting for compositing; "pixel" is for rendering only
     #[arg(long, value_enum, value_name = "ORDER", default_value_t)]
     pub sort: Sorting,
-    /// Precision of sums of gradients over tiles
+    /// Precision of gradient sums over tiles
     #[arg(long, value_enum, value_name = "TYPE", default_value_t)]
     pub accumulate: Accumulation,
     /// Vector instructions: best, avx512, avx2, sse4.2, baseline

@@ -1,4 +1,4 @@
-//! The dials of relighting, as flags.
+//! The parameters of relighting, as flags.
 
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -127,52 +127,51 @@ fn parse_degrees(text: &str) -> Result<f64, String> {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Quality {
-    /// Every third pixel in both directions, filtered and interpolated
+    /// Every third pixel in both directions, denoised and interpolated
     Preview,
-    /// Every pixel, filtered
+    /// Every pixel, denoised
     #[default]
     Standard,
-    /// Every pixel with many samples, not filtered
+    /// Every pixel with many samples, without denoising
     Reference,
 }
 
-/// How light is computed. Dials that are not given follow the quality.
+/// How light is computed. Parameters that are not given follow the quality.
 #[derive(Args, Clone, Debug, Default, Serialize)]
 #[command(next_help_heading = "Quality")]
 pub struct QualityOptions {
-    /// Time against noise; the dials below follow it
+    /// Trade-off between time and noise; sets the parameters of sampling
     #[arg(long, value_enum, value_name = "QUALITY", default_value_t)]
     pub quality: Quality,
 
-    /// Directions toward the light per pixel, 1 to 65536
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65_536))]
+    /// Light samples per pixel, 1 to 65536
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65_536), help_heading = "Sampling (expert)")]
     pub light_samples: Option<u32>,
 
-    /// Directions of the material's lobes per pixel, 0 to 65536
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=65_536))]
+    /// BRDF samples per pixel, 0 to 65536
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=65_536), help_heading = "Sampling (expert)")]
     pub brdf_samples: Option<u32>,
 
-    /// Surfaces that indirect light comes over, 0 to 8 [default: 2 where the scene has indirect
-    /// light, 0 elsewhere]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=8))]
+    /// Bounces of indirect light, 0 to 8 [default: 2 where the scene has indirect light, else 0]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=8), help_heading = "Sampling (expert)")]
     pub bounces: Option<u32>,
 
-    /// Vertices of the surface that are less than this many median edges apart share the light that they
-    /// send on, 0 (every vertex its own) to 16 [default: 3 for preview, 0 otherwise]
-    #[arg(long, value_name = "EDGES", value_parser = parse_spacing)]
+    /// Vertices closer than this many median edge lengths share their indirect light, 0 (no
+    /// sharing) to 16 [default: 3 for preview, else 0]
+    #[arg(long, value_name = "EDGES", value_parser = parse_spacing, help_heading = "Sampling (expert)")]
     pub light_spacing: Option<f32>,
 
-    /// Strength of the filter of light, 0 (off) to 10
-    #[arg(long, value_name = "STRENGTH", value_parser = parse_strength)]
+    /// Strength of the denoiser of direct and indirect light, 0 (off) to 10
+    #[arg(long, value_name = "STRENGTH", value_parser = parse_strength, help_heading = "Sampling (expert)")]
     pub denoise: Option<f32>,
 
-    /// How far what the model left unexplained under the scene's own light is carried to a light that has nothing of it, 0 to 1;
-    /// the more alike the lights the further, and wholly under its own. Or off
+    /// How much of the appearance residual to apply under a new light, 0 to 1, or off; it fades
+    /// with the difference from the capture illumination
     #[arg(long, value_name = "SHARE", default_value = "0.5")]
     pub residual: ResidualShare,
 
-    /// Shade every Nth pixel in both directions, 1 to 8
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=8))]
+    /// Shade every Nth pixel in both directions and interpolate, 1 to 8
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=8), help_heading = "Sampling (expert)")]
     pub shade_every: Option<u32>,
 }
 
@@ -187,7 +186,7 @@ fn parse_spacing(text: &str) -> Result<f32, String> {
 }
 
 impl QualityOptions {
-    /// The dials of a quality.
+    /// The parameters of a quality.
     pub fn of(quality: Quality) -> Self {
         Self { quality, ..Self::default() }
     }
@@ -239,14 +238,14 @@ impl QualityOptions {
 
 /// How colors are baked.
 #[derive(Args, Clone, Copy, Debug, Serialize)]
-#[command(next_help_heading = "Baked colors")]
+#[command(next_help_heading = "Baking")]
 pub struct BakeOptions {
     /// Degree of the spherical harmonics of baked colors, 0 (diffuse only) to 3
     #[arg(long, value_name = "DEGREE", default_value_t = 3,
         value_parser = clap::value_parser!(u8).range(0..=3))]
     pub sh_degree: u8,
 
-    /// Directions that each Gaussian is seen from, 4 to 256
+    /// Viewing directions per Gaussian, 4 to 256
     #[arg(long, value_name = "N", default_value_t = 32,
         value_parser = clap::value_parser!(u32).range(4..=256))]
     pub bake_directions: u32,

@@ -10,24 +10,24 @@ use serde::Serialize;
 #[derive(Args, Clone, Debug, Default, Serialize)]
 #[command(next_help_heading = "Common options")]
 pub struct CommonArgs {
-    /// Replace outputs that exist already; without it they are an error (exit code 2)
+    /// Replace existing outputs; without it they are an error (exit code 2)
     #[arg(short = 'w', long)]
     pub overwrite: bool,
 
-    /// Worker threads, at most one per core, 0 = so many; the result never depends on it
+    /// Worker threads, at most one per core; 0 uses every core. The result does not depend on it
     #[arg(short = 'j', long, value_name = "N", default_value_t = 0, env = "MOTES_THREADS")]
     pub threads: usize,
 
-    /// Most memory to take, such as 8GiB or 500MiB: what would need more ends with an error before it starts
-    /// [default: what the machine, the control group and the shell leave]
+    /// Memory limit, such as 8GiB or 500MiB: a run that would need more stops with an error before
+    /// it starts [default: what the machine, the control group and the shell leave]
     #[arg(long, value_name = "SIZE", value_parser = crate::memory::parse_size)]
     pub max_memory: Option<u64>,
 
-    /// Only errors on stderr: no progress, no report, no warnings
+    /// Print only errors on stderr: no progress, report or warnings
     #[arg(short, long, conflicts_with = "verbose")]
     pub quiet: bool,
 
-    /// More detail on stderr; twice for everything (the filter MOTES_LOG wins)
+    /// Print more detail on stderr; twice for everything (the filter MOTES_LOG takes precedence)
     #[arg(short, long, action = clap::ArgAction::Count)]
     pub verbose: u8,
 
@@ -35,7 +35,7 @@ pub struct CommonArgs {
     #[arg(long, value_name = "FILE")]
     pub log_file: Option<PathBuf>,
 
-    /// How progress shows on stderr
+    /// Style of the progress on stderr
     #[arg(long, value_name = "MODE", value_enum, default_value_t = ProgressMode::Auto)]
     pub progress: ProgressMode,
 
@@ -43,15 +43,15 @@ pub struct CommonArgs {
     #[arg(long)]
     pub json: bool,
 
-    /// Check inputs and options, print the planned outputs, do no work
+    /// Check inputs and options and print the planned outputs, without doing the work
     #[arg(long)]
     pub dry_run: bool,
 
-    /// Write no `<output>.run.json` beside the product
+    /// Do not write `<output>.run.json` beside the product
     #[arg(long)]
     pub no_provenance: bool,
 
-    /// Take options from a JSON file, as `--dump-config` writes it; flags win
+    /// Read options from a JSON file as `--dump-config` writes it; flags take precedence
     #[arg(long, value_name = "FILE")]
     #[serde(skip)]
     pub config: Option<PathBuf>,

@@ -54,6 +54,7 @@ mod error;
 mod exit_status;
 mod fingerprint;
 mod generate;
+mod help_order;
 mod interrupt;
 mod large_pages;
 mod log;

@@ -77,7 +77,8 @@ where
 }
 
 pub(crate) fn command<A: Parser + HasCommon>(program: &str) -> clap::Command {
-    crate::short_help::shorten(as_program(A::command(), program), A::BASIC)
+    let command = crate::help_order::experts_last(A::command());
+    crate::short_help::shorten(as_program(command, program), A::BASIC)
 }
 
 /// The command with our version, under the name that the user typed.

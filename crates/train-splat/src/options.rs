@@ -1,4 +1,4 @@
-//! Dials of the fit, their defaults and the presets.
+//! Parameters of the fit, their defaults and the presets.
 
 use clap::{Args, ValueEnum};
 use motes_raster::RasterDials;
@@ -25,10 +25,10 @@ pub enum Preset {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Background {
-    /// Random per step when photos have alpha (what is transparent must stay so), else black.
+    /// Random at every step when photos have alpha, so that transparent parts stay transparent; else black.
     #[default]
     Auto,
-    /// A new color every step.
+    /// A new random color at every step.
     Random,
     /// Black.
     Black,
@@ -40,10 +40,11 @@ pub enum Background {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum AdamRule {
-    /// All: momentum goes on where the step's views see nothing.
+    /// All parameters: momentum continues where the views of a step see nothing.
     #[default]
     Dense,
-    /// Those with a gradient; the others keep their moments too (Taming 3DGS, Mallick et al. 2024).
+    /// Parameters with a gradient; the others keep their moments (Taming 3DGS, Mallick et al.
+    /// 2024).
     Visible,
 }
 
@@ -51,13 +52,13 @@ pub enum AdamRule {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Densify {
-    /// Those whose projected centers are pulled most are divided (Kerbl et al. 2023).
+    /// Split Gaussians with a large gradient of the projected center (Kerbl et al. 2023).
     #[default]
     Pull,
-    /// Those that cover most of the error of several views are divided (after FastGS, 2025).
+    /// Split Gaussians that cover most of the error of several views (after FastGS, 2025).
     Error,
-    /// Faint ones move to where opaque ones are, the centers take random steps (3DGS as Markov chain
-    /// Monte Carlo, Kheradmand et al. 2024).
+    /// Move faint Gaussians to opaque ones and add noise to the centers (3DGS as Markov chain Monte
+    /// Carlo, Kheradmand et al. 2024).
     Relocate,
 }
 
@@ -79,7 +80,7 @@ pub enum FreezeGroup {
     Colors,
 }
 
-/// Dials of the fit. `None` means: from the preset, or chosen from the number of views.
+/// Parameters of the fit. `None` means: from the preset, or chosen from the number of views.
 #[derive(Clone, Debug, Args, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", default)]
 pub struct FitOptions {
@@ -90,10 +91,10 @@ pub struct FitOptions {
     /// Optimizer steps, one view each [default: from the preset]
     #[arg(short = 'n', long, help_heading = "Schedule", value_name = "STEPS")]
     pub iterations: Option<u32>,
-    /// Multiplies the preset's number of steps
+    /// Factor on the preset's number of steps
     #[arg(long, help_heading = "Schedule", default_value_t = 1.0, value_name = "FACTOR")]
     pub steps_scale: f64,
-    /// Upper bound of the number of Gaussians [default: from the preset]
+    /// Maximum number of Gaussians [default: from the preset]
     #[arg(long, visible_aliases = ["max-splats", "cap-max", "max-cap"], help_heading = "Model", value_name = "COUNT")]
     pub max_gaussians: Option<usize>,
     /// Degree of the spherical harmonics, 0 to 4 [default: what --model decides]
@@ -104,84 +105,116 @@ pub struct FitOptions {
     #[arg(long, help_heading = "Schedule", value_name = "LIST")]
     pub resolution_schedule: Option<String>,
     /// Steps between densifications [default: from the preset]
-    #[arg(long, help_heading = "Densification", value_name = "STEPS")]
+    #[arg(long, help_heading = "Densification (expert)", value_name = "STEPS")]
     pub refine_every: Option<u32>,
-    /// Share of the steps after which the number of Gaussians is fixed
-    #[arg(long, help_heading = "Densification", default_value_t = 0.7, value_name = "SHARE")]
+    /// Fraction of the steps after which the number of Gaussians is fixed
+    #[arg(
+        long,
+        help_heading = "Densification (expert)",
+        default_value_t = 0.7,
+        value_name = "SHARE"
+    )]
     pub refine_until: f64,
-    /// Gaussians fainter than this are removed
+    /// Gaussians with a smaller opacity are removed
     #[arg(
         long,
         visible_alias = "min-opacity",
-        help_heading = "Densification",
+        help_heading = "Densification (expert)",
         default_value_t = 0.005,
         value_name = "OPACITY"
     )]
     pub prune_opacity: f32,
-    /// Views per step: their mean gradient makes one update, with rates times the root of the number
-    /// (Grendel, Zhao et al. 2024); a preset's number of steps is divided by it
-    #[arg(long, help_heading = "Speed", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=64), value_name = "VIEWS")]
+    /// Views per step. Their mean gradient makes one update, learning rates grow with the square
+    /// root of the number (Grendel, Zhao et al. 2024), and a preset's number of steps is divided by
+    /// it
+    #[arg(long, help_heading = "Optimizer (expert)", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=64), value_name = "VIEWS")]
     pub batch_views: u32,
-    /// Steps between updates of the color bands above 0 (Taming 3DGS)
-    #[arg(long, help_heading = "Speed", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..), value_name = "STEPS")]
+    /// Steps between updates of the spherical harmonics above degree 0 (Taming 3DGS)
+    #[arg(long, help_heading = "Optimizer (expert)", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..), value_name = "STEPS")]
     pub sh_every: u32,
-    /// Which parameters a step changes
-    #[arg(long, value_enum, default_value_t, help_heading = "Speed")]
+    /// Parameters that a step updates
+    #[arg(long, value_enum, default_value_t, help_heading = "Optimizer (expert)")]
     pub adam: AdamRule,
-    /// Largest share of the views, once the number of Gaussians is fixed, whose gradient is left out
-    /// because their loss is no worse than it usually is (SkipGS)
-    #[arg(long, help_heading = "Speed", default_value_t = 0.0, value_name = "SHARE")]
+    /// Largest fraction of the views that skip the backward pass because their loss is at most its
+    /// running average (SkipGS); applies once the number of Gaussians is fixed
+    #[arg(long, help_heading = "Optimizer (expert)", default_value_t = 0.0, value_name = "SHARE")]
     pub skip_backward: f64,
-    /// Which Gaussians are added to
-    #[arg(long, value_enum, default_value_t, help_heading = "Densification")]
+    /// Method of densification
+    #[arg(long, value_enum, default_value_t, help_heading = "Densification (expert)")]
     pub densify: Densify,
-    /// Views that --densify error looks at in each round
-    #[arg(long, help_heading = "Densification", default_value_t = 8, value_name = "VIEWS")]
+    /// Views that --densify error evaluates per round
+    #[arg(
+        long,
+        help_heading = "Densification (expert)",
+        default_value_t = 8,
+        value_name = "VIEWS"
+    )]
     pub score_views: usize,
-    /// Gaussians that carry nothing in any of so many views are removed at each densification; 0:
-    /// none are
-    #[arg(long, help_heading = "Densification", default_value_t = 0, value_name = "VIEWS")]
+    /// At each densification, remove Gaussians that contribute to none of this many views; 0
+    /// disables it
+    #[arg(
+        long,
+        help_heading = "Densification (expert)",
+        default_value_t = 0,
+        value_name = "VIEWS"
+    )]
     pub prune_views: usize,
-    /// Weight of 1 - SSIM against the absolute difference
-    #[arg(long, visible_aliases = ["ssim-lambda"], help_heading = "Loss", default_value_t = 0.2, value_name = "WEIGHT")]
+    /// Weight of 1 - SSIM; the absolute difference has the rest
+    #[arg(long, visible_aliases = ["ssim-lambda"], help_heading = "Loss (expert)", default_value_t = 0.2, value_name = "WEIGHT")]
     pub ssim_weight: f32,
-    /// Weight of the mean opacity, which removes what no view needs
-    #[arg(long, visible_alias = "opacity-reg", help_heading = "Loss", value_name = "WEIGHT")]
+    /// Weight of the mean opacity, a penalty that removes Gaussians no view needs
+    #[arg(
+        long,
+        visible_alias = "opacity-reg",
+        help_heading = "Loss (expert)",
+        value_name = "WEIGHT"
+    )]
     pub opacity_weight: Option<f32>,
     /// Weight of the mean scale relative to the camera extent
-    #[arg(long, visible_alias = "scale-reg", help_heading = "Loss", value_name = "WEIGHT")]
+    #[arg(
+        long,
+        visible_alias = "scale-reg",
+        help_heading = "Loss (expert)",
+        value_name = "WEIGHT"
+    )]
     pub scale_weight: Option<f32>,
-    /// Share of Gaussians left out at random at the last step, rising from 0 [default: 0.2 with
-    /// up to 12 views, else 0] (DropGaussian)
-    #[arg(long, help_heading = "Few views", value_name = "SHARE")]
+    /// Fraction of Gaussians dropped at random, rising linearly from 0 to this at the last step
+    /// (DropGaussian) [default: 0.2 with up to 12 views, else 0]
+    #[arg(long, help_heading = "Regularization (expert)", value_name = "SHARE")]
     pub dropout: Option<f32>,
-    /// Longest axis over the middle one is kept below this
+    /// Largest ratio of the longest axis to the middle one
     #[arg(
         long,
         visible_alias = "max-gauss-ratio",
-        help_heading = "Few views",
+        help_heading = "Regularization (expert)",
         value_name = "RATIO"
     )]
     pub max_anisotropy: Option<f32>,
-    /// Parameters to leave as they are, for example to refit colors under another light
-    #[arg(long, value_enum, value_delimiter = ',', help_heading = "Start", value_name = "GROUPS")]
+    /// Parameters to keep fixed, for example to refit colors under another light
+    #[arg(
+        long,
+        value_enum,
+        value_delimiter = ',',
+        help_heading = "Initialization",
+        value_name = "GROUPS"
+    )]
     pub freeze: Vec<FreezeGroup>,
-    /// Components of the model: what held-out evidence supports, everything, or nothing optional; a
-    /// component's own flag wins
+    /// Optional components of the model: those that held-out views support, all of them, or none;
+    /// the flag of a component takes precedence
     #[arg(long, value_enum, default_value_t, help_heading = "Model")]
     pub model: ModelChoice,
     /// Per-photo gain, or gain and offset, of each channel; `on` is affine, `off` is none
     #[arg(long, value_enum, default_value_t, help_heading = "Model")]
     pub exposure: ExposureModel,
-    /// What lies behind all points: nothing, one learned color, or Gaussians on a far sphere
-    /// [default: what --model decides]
+    /// Model of everything beyond the points: nothing, one learned color, or Gaussians on a far
+    /// sphere [default: what --model decides]
     #[arg(long, value_enum, help_heading = "Model")]
     pub background_model: Option<BackgroundModel>,
-    /// Follow the photos' exposure time, ISO speed and f-number, which held-out photos have too; auto:
-    /// where the capture says that brightness follows them
+    /// Use exposure time, ISO speed and f-number of the photos, which held-out photos have too;
+    /// auto: where the capture says that brightness follows them
     #[arg(long, value_enum, default_value_t, help_heading = "Model")]
     pub exposure_metadata: Switch,
-    /// 3D smoothing filter of Mip-Splatting: no Gaussian finer than the photos can show
+    /// 3D smoothing filter of Mip-Splatting: no Gaussian is finer than the photos resolve
     #[arg(long, value_enum, default_value_t, help_heading = "Model")]
     pub filter_3d: Switch,
     /// Color behind the Gaussians
@@ -190,11 +223,11 @@ pub struct FitOptions {
     /// Meaning of an alpha channel in the photos
     #[arg(long, value_enum, default_value_t, help_heading = "Model")]
     pub alpha_mode: AlphaMode,
-    /// Learning rate of the centers, times the camera extent; falls to 1 % at the end
+    /// Learning rate of the centers, relative to the camera extent; decays to 1 % at the end
     #[arg(
         long,
         visible_alias = "means-lr",
-        help_heading = "Learning rates",
+        help_heading = "Learning rates (expert)",
         default_value_t = 6.4e-4,
         value_name = "RATE"
     )]
@@ -203,7 +236,7 @@ pub struct FitOptions {
     #[arg(
         long,
         visible_alias = "scales-lr",
-        help_heading = "Learning rates",
+        help_heading = "Learning rates (expert)",
         default_value_t = 2e-2,
         value_name = "RATE"
     )]
@@ -212,7 +245,7 @@ pub struct FitOptions {
     #[arg(
         long,
         visible_alias = "quats-lr",
-        help_heading = "Learning rates",
+        help_heading = "Learning rates (expert)",
         default_value_t = 4e-3,
         value_name = "RATE"
     )]
@@ -221,61 +254,76 @@ pub struct FitOptions {
     #[arg(
         long,
         visible_alias = "opacities-lr",
-        help_heading = "Learning rates",
+        help_heading = "Learning rates (expert)",
         default_value_t = 1e-1,
         value_name = "RATE"
     )]
     pub lr_opacities: f64,
-    /// Learning rate of band 0 of the colors
+    /// Learning rate of the spherical harmonics of degree 0
     #[arg(
         long,
         visible_alias = "sh0-lr",
-        help_heading = "Learning rates",
+        help_heading = "Learning rates (expert)",
         default_value_t = 1e-2,
         value_name = "RATE"
     )]
     pub lr_sh0: f64,
-    /// Learning rate of the higher bands
+    /// Learning rate of the higher degrees
     #[arg(
         long,
         visible_alias = "shn-lr",
-        help_heading = "Learning rates",
+        help_heading = "Learning rates (expert)",
         default_value_t = 5e-4,
         value_name = "RATE"
     )]
     pub lr_sh_rest: f64,
-    /// Share of the rates (other than that of the centers) left at the end; they fall once the number
-    /// of Gaussians is fixed [default: from the preset; a short run cannot afford to slow down]
-    #[arg(long, help_heading = "Learning rates", value_name = "SHARE")]
+    /// Final learning rates relative to the initial ones, other than that of the centers; they decay
+    /// once the number of Gaussians is fixed [default: from the preset]
+    #[arg(long, help_heading = "Learning rates (expert)", value_name = "SHARE")]
     pub lr_final: Option<f64>,
-    /// Where the first Gaussians come from
-    #[arg(long, value_enum, default_value_t, help_heading = "Start", value_name = "SOURCE")]
+    /// Source of the initial Gaussians
+    #[arg(
+        long,
+        value_enum,
+        default_value_t,
+        help_heading = "Initialization",
+        value_name = "SOURCE"
+    )]
     pub start: StartFrom,
-    /// Opacity of the first Gaussians
+    /// Opacity of the initial Gaussians
     #[arg(
         long,
         visible_alias = "init-opa",
-        help_heading = "Start",
+        help_heading = "Initialization (expert)",
         default_value_t = 0.3,
         value_name = "OPACITY"
     )]
     pub init_opacity: f32,
-    /// Spacing in pixels (at a long side of 512) of the start points matched between photos; 0: none
-    /// [default: from the preset; without points in the capture, so that a few pixels are looked at
-    /// per point that is wanted]
-    #[arg(long, help_heading = "Start", value_name = "PIXELS")]
+    /// Spacing in pixels (at a long side of 512) of the points matched between photos; 0: none
+    /// [default: from the preset; without points in the capture, a few pixels per wanted point]
+    #[arg(long, help_heading = "Initialization (expert)", value_name = "PIXELS")]
     pub dense_step: Option<usize>,
-    /// Share of the largest number of Gaussians that the start points may take
-    #[arg(long, help_heading = "Start", default_value_t = 0.7, value_name = "SHARE")]
+    /// Largest fraction of --max-gaussians that the initial points take
+    #[arg(
+        long,
+        help_heading = "Initialization (expert)",
+        default_value_t = 0.7,
+        value_name = "SHARE"
+    )]
     pub dense_share: f64,
-    /// Factor on the distance to the neighbors that sets the first scales
-    #[arg(long, help_heading = "Start", default_value_t = 1.0, value_name = "FACTOR")]
+    /// Initial scale relative to the distance of the nearest neighbors
+    #[arg(
+        long,
+        help_heading = "Initialization (expert)",
+        default_value_t = 1.0,
+        value_name = "FACTOR"
+    )]
     pub init_scale: f32,
-    /// Random Gaussians to start with when there are no points
+    /// Random Gaussians to start from when there are no points
     #[arg(
         long,
         visible_alias = "init-num-pts",
-        help_heading = "Start",
+        help_heading = "Initialization (expert)",
         default_value_t = 20_000,
         value_name = "COUNT"
     )]

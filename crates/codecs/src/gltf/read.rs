@@ -105,7 +105,8 @@ fn placed_meshes(gltf: &Gltf, path: &Path) -> Result<Vec<(usize, Mat4)>> {
             return Err(FormatError::invalid(path, place, "the node does not exist"));
         };
         if std::mem::replace(&mut visited[index], true) {
-            let cause = "two nodes have this child, or it is named twice: the nodes do not form a tree";
+            let cause =
+                "two nodes have this child, or it is named twice: the nodes do not form a tree";
             return Err(FormatError::invalid(path, place, cause));
         }
         let world = parent * local(node);

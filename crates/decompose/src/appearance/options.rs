@@ -9,37 +9,37 @@ use serde::{Deserialize, Serialize};
 #[serde(default)]
 #[group(skip)]
 pub struct ModelOptions {
-    /// Lobes of the materials
+    /// BRDF lobes of the materials
     #[arg(long, value_enum, default_value_t = Lobes::Burley, help_heading = "Model")]
     pub lobes: Lobes,
 
-    /// Specular lobe
+    /// Specular reflection of dielectrics
     #[arg(long, value_enum, default_value_t, help_heading = "Model")]
     pub specular: Switch,
 
-    /// Metals
+    /// Metallic materials
     #[arg(long, value_enum, default_value_t, help_heading = "Model")]
     pub metallic: Switch,
 
-    /// One bounce of light from the surface itself
+    /// One bounce of indirect light
     #[arg(long, value_enum, default_value_t, help_heading = "Model")]
     pub indirect: Switch,
 
-    /// Shadows; off is for measuring what they are worth
+    /// Shadows; turning them off measures their effect
     #[arg(long, default_value_t = true, action = clap::ArgAction::Set, value_name = "BOOL", help_heading = "Model")]
     pub visibility: bool,
 
-    /// One base color per part of metal. Off, each pixel has its own, which fits the photos better and bakes reflections
-    /// into it where the normals are wrong
+    /// One base color per metallic segment. Without it, each pixel has its own, which fits the
+    /// photos better and bakes reflections into it where normals are wrong
     #[arg(long, default_value_t = true, action = clap::ArgAction::Set, value_name = "BOOL", help_heading = "Model")]
     pub uniform_metal: bool,
 
-    /// Weight: base colors are in a usual range, 0.35 in the mean
-    #[arg(long, default_value_t = 1.0, value_name = "WEIGHT", help_heading = "Priors")]
+    /// Weight of the prior that base colors stay in a usual range, around a mean of 0.35
+    #[arg(long, default_value_t = 1.0, value_name = "WEIGHT", help_heading = "Priors (expert)")]
     pub weight_albedo_range: f32,
 
-    /// Typical base color, where nothing tells the scale of the light
-    #[arg(long, default_value_t = 0.35, value_name = "VALUE", help_heading = "Priors")]
+    /// Mean base color that sets the scale of the light when nothing else does
+    #[arg(long, default_value_t = 0.35, value_name = "VALUE", help_heading = "Priors (expert)")]
     pub typical_base_color: f32,
 }
 

@@ -14,24 +14,25 @@ use crate::options::DecomposeOptions;
 
 const EXAMPLES: &str = "\
 Examples:
-  Surface, material and light of a trained scene, then the scene in the morning:
+  Surface, material and light of a trained scene, then the scene relit by a low sun:
     decompose --capture OUT/capture.json --gaussians gaussians.ply -o scene/
     relight --scene scene/ --sun azimuth=90,elevation=8 --sky --capture OUT/capture.json --split test -o morning/
   The light is known (a mirror ball, a light stage, another renderer):
     decompose --capture OUT/capture.json --gaussians gaussians.ply --environment light.exr --env-convention blender -o scene/
-  Two captures of one scene under different light tell base color and light apart:
+  Two captures under different light, which separates base color from light:
     decompose --capture day/capture.json --capture evening/capture.json --gaussians gaussians.ply -o scene/
-  Up to the light, which may be looked at or replaced, then on from the materials:
+  Stop after the light, inspect or replace it, then continue with the materials:
     decompose --capture OUT/capture.json --gaussians gaussians.ply --work work/ --until light
     decompose --capture OUT/capture.json --gaussians gaussians.ply --work work/ --from materials -o scene/
 
 Exit codes: 0 done, 1 failed, 2 usage or output exists, 3 bad input data, 130 interrupted";
 
-/// Take a scene apart into surface, material and light
+/// Decompose a scene into surface, material and light
 #[derive(Parser, Debug, Serialize)]
 #[command(name = "decompose", after_help = EXAMPLES)]
 pub struct Args {
-    /// Capture that the Gaussians were fitted to; again for captures of the same scene under other light
+    /// Capture that the Gaussians were fitted to; repeat it for captures of the same scene under
+    /// other light
     #[arg(long, value_name = "FILE", required = true)]
     capture: Vec<PathBuf>,
 
@@ -43,15 +44,15 @@ pub struct Args {
     #[arg(short, long, value_name = "DIR", required_unless_present = "until")]
     output: Option<PathBuf>,
 
-    /// Surface to use instead of extracting one (PLY mesh in the capture's world, with normals)
-    #[arg(long, value_name = "FILE", help_heading = "Known")]
+    /// Surface to use instead of extracting one (PLY mesh with normals, in the capture's world)
+    #[arg(long, value_name = "FILE", help_heading = "Known quantities")]
     surface: Option<PathBuf>,
 
-    /// Seed of every random choice
+    /// Seed of the random numbers
     #[arg(long, default_value_t = 0)]
     seed: u64,
 
-    /// Views whose components are written as previews
+    /// Number of views whose components are written as previews
     #[arg(long, default_value_t = 4, value_name = "COUNT")]
     previews: usize,
 

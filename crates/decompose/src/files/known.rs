@@ -61,40 +61,47 @@ impl FromStr for AlbedoAnchor {
 /// What is known beforehand, as flags.
 #[derive(Clone, Debug, Args, Serialize)]
 pub struct KnownArgs {
-    /// The light of the capture, when it is known (EXR or HDR, lat-long); once per --capture. It breaks the
-    /// ambiguity of light and base color
-    #[arg(long, value_name = "FILE", help_heading = "Known")]
+    /// Known capture illumination (EXR or HDR, lat-long), once per --capture; it resolves the
+    /// ambiguity between light and base color
+    #[arg(long, value_name = "FILE", help_heading = "Known quantities")]
     pub environment: Vec<PathBuf>,
 
     /// Axes of --environment
-    #[arg(long, value_enum, default_value_t, help_heading = "Known")]
+    #[arg(long, value_enum, default_value_t, help_heading = "Known quantities")]
     pub env_convention: Convention,
 
-    /// Degrees by which --environment is turned about its up axis, counter-clockwise from above
+    /// Rotation of --environment about its up axis in degrees, counterclockwise seen from above
     #[arg(
         long,
         default_value_t = 0.0,
         value_name = "DEGREES",
         allow_negative_numbers = true,
-        help_heading = "Known"
+        help_heading = "Known quantities"
     )]
     pub env_rotate: f64,
 
-    /// Linear photo value per radiance of --environment
-    #[arg(long, default_value_t = 1.0, value_name = "FACTOR", help_heading = "Known")]
+    /// Linear photo value per unit of radiance of --environment
+    #[arg(long, default_value_t = 1.0, value_name = "FACTOR", help_heading = "Known quantities")]
     pub env_exposure: f32,
 
-    /// Base color at a pixel, VIEW,X,Y=R,G,B (linear): sets the scale of light against base color; repeatable
-    #[arg(long, value_name = "ANCHOR", conflicts_with = "environment", help_heading = "Known")]
+    /// Known base color at a pixel, VIEW,X,Y=R,G,B (linear): sets the scale between light and base
+    /// color; repeatable
+    #[arg(
+        long,
+        value_name = "ANCHOR",
+        conflicts_with = "environment",
+        help_heading = "Known quantities"
+    )]
     pub albedo_anchor: Vec<AlbedoAnchor>,
 
-    /// Folder of predictions by other tools: VIEW_albedo.png or .exr, of which only ratios within a photo are used, and
-    /// VIEW_normal.png (0 to 255 for -1 to 1) or .exr; VIEW is the name of a photo without its suffix
-    #[arg(long, value_name = "DIR", help_heading = "Known")]
+    /// Folder of predictions by other tools: VIEW_albedo.png or .exr, of which only ratios within a
+    /// photo are used, and VIEW_normal.png (0 to 255 for -1 to 1) or .exr; VIEW is the name of a
+    /// photo without its suffix
+    #[arg(long, value_name = "DIR", help_heading = "Known quantities")]
     pub prior_images: Option<PathBuf>,
 
     /// Axes of the normals in --prior-images
-    #[arg(long, value_enum, default_value_t, help_heading = "Known")]
+    #[arg(long, value_enum, default_value_t, help_heading = "Known quantities")]
     pub prior_normal_frame: NormalFrame,
 }
 

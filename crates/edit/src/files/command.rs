@@ -9,11 +9,22 @@ use motes_formats::edit_plan::EditPlanDocument;
 use motes_stage::{CommonArgs, Context, HasCommon};
 use serde::Serialize;
 
-/// Edit a splat or a decomposed scene by a plan or by flags
+const EXAMPLES: &str = "\
+Examples:
+  Remove the selected object and fill the ground behind it:
+    edit --scene scene/ --capture capture/capture.json --selection selection.json --delete -o without/
+  Another material for the selected object, with pictures before and after:
+    edit --scene scene/ --selection selection.json --set-material brass --thumbnails thumbnails/ -o brass/
+  Move and turn the selection of a plain splat:
+    edit --gaussians gaussians.ply --selection selection.json --translate 0.2,0,0 --rotate-axis 0,0,1,30 -o moved.ply
+  All operations of a plan:
+    edit --scene scene/ --plan plan.json -o edited/";
+
+/// Edit a splat or a decomposed scene with a plan or flags
 #[derive(Parser, Debug, Serialize)]
-#[command(name = "edit")]
+#[command(name = "edit", after_help = EXAMPLES)]
 pub struct Args {
-    /// Scene folder, as decompose makes it
+    /// Scene folder written by decompose, relight or edit
     #[arg(
         long,
         value_name = "DIR",
@@ -26,11 +37,11 @@ pub struct Args {
     #[arg(long, value_name = "FILE")]
     gaussians: Option<PathBuf>,
 
-    /// Plan of operations; operations of flags follow it
+    /// Edit plan; operations given as flags follow it
     #[arg(long, value_name = "FILE")]
     plan: Option<PathBuf>,
 
-    /// Capture with cameras and photos, for views and for --stylize
+    /// Capture with cameras and photos, for views, refits and --stylize
     #[arg(long, value_name = "FILE")]
     capture: Option<PathBuf>,
 
@@ -38,7 +49,7 @@ pub struct Args {
     #[arg(short, long, value_name = "PATH")]
     output: PathBuf,
 
-    /// Folder for pictures: before.png, after.png and those that the plan asks for
+    /// Folder for images: before.png, after.png and the previews of the plan
     #[arg(long, value_name = "DIR")]
     thumbnails: Option<PathBuf>,
 

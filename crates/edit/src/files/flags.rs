@@ -52,35 +52,35 @@ macro_rules! flags {
 }
 
 flags! {
-    "selection" => "select", Short::SelectionFile, "FILE", "Select what a selection.json of these Gaussians says";
-    "select" => "select", Short::Step, "STEP", "Select: [COMBINE:]KIND[=VALUES] as segment-select takes it, or JSON";
-    "translate" => "transform", Short::Numbers("translate", 3), "X,Y,Z", "Move, world units";
+    "selection" => "select", Short::SelectionFile, "FILE", "Select the Gaussians of a selection.json";
+    "select" => "select", Short::Step, "STEP", "Select with a step of segment-select, [COMBINE:]KIND[=VALUES], or JSON";
+    "translate" => "transform", Short::Numbers("translate", 3), "X,Y,Z", "Translate, world units";
     "rotate-axis" => "transform", Short::AxisAngle, "X,Y,Z,DEG", "Rotate about an axis through the pivot";
     "rotate-euler" => "transform", Short::Numbers("rotate_euler_deg", 3), "X,Y,Z", "Rotate about x, then y, then z, degrees";
     "rotate-quaternion" => "transform", Short::Numbers("rotate_quaternion", 4), "W,X,Y,Z", "Rotate by a quaternion";
     "scale" => "transform", Short::Number("scale"), "FACTOR", "Scale about the pivot";
-    "transform" => "transform", Short::Nothing, "JSON", "Move, rotate and scale at once";
-    "duplicate" => "duplicate", Short::Numbers("translate", 3), "X,Y,Z", "Copy, shifted";
-    "delete" => "delete", Short::Nothing, "JSON", "Take the selection away";
-    "extract" => "extract", Short::Nothing, "JSON", "Keep the selection alone";
-    "insert" => "insert", Short::Text("file"), "FILE", "Add a splat, a scene folder or a mesh, standing on the ground";
-    "merge" => "insert", Short::Text("file"), "FILE", "Add a splat, a scene folder or a mesh at its own coordinates";
-    "swap" => "swap", Short::Text("file"), "FILE", "Put a splat, a scene folder or a mesh where the selection is";
-    "recolor" => "recolor", Short::Numbers("rgb_linear", 3), "R,G,B", "Color the selection, linear 0 to 1";
-    "set-material" => "set_material", Short::Text("name"), "NAME", "Make the selection of a material, such as brass";
-    "set-environment" => "set_environment", Short::Text("file"), "FILE", "Light a decomposed scene with another map";
-    "shadow-catcher" => "shadow_catcher", Short::Nothing, "JSON", "Mark the ground as what shadows fall on";
-    "crop" => "crop", Short::Box, "X0,Y0,Z0,X1,Y1,Z1", "Keep what is inside a box";
-    "remove-floaters" => "remove_floaters", Short::Nothing, "JSON", "Remove Gaussians that hang far from all others";
-    "keep-largest" => "keep_largest", Short::Nothing, "JSON", "Keep the largest cluster";
-    "drop-nan" => "drop_nan", Short::Nothing, "JSON", "Remove Gaussians with values that are not numbers";
-    "decimate" => "decimate", Short::Number("count"), "COUNT", "Merge neighbors until so many are left";
-    "order" => "order", Short::Text("by"), "morton", "Sort along a Z curve";
-    "sh-reduce" => "sh_reduce", Short::Number("degree"), "DEGREE", "Drop bands of spherical harmonics above a degree";
-    "measure" => "measure", Short::Nothing, "JSON", "Report where the selection is and how large";
-    "preview" => "render", Short::Text("file"), "NAME.png", "Write a picture into the folder of thumbnails";
-    "stylize" => "stylize", Short::Text("prompt"), "PROMPT", "Edit pictures with --editor and fit to them";
-    "undo" => "undo", Short::Number("steps"), "STEPS", "Take back operations before this one";
+    "transform" => "transform", Short::Nothing, "JSON", "Translate, rotate and scale at once";
+    "duplicate" => "duplicate", Short::Numbers("translate", 3), "X,Y,Z", "Duplicate with an offset, world units";
+    "delete" => "delete", Short::Nothing, "JSON", "Delete the selection and fill the hole";
+    "extract" => "extract", Short::Nothing, "JSON", "Delete everything but the selection";
+    "insert" => "insert", Short::Text("file"), "FILE", "Insert a splat, a scene folder or a mesh, standing on the ground";
+    "merge" => "insert", Short::Text("file"), "FILE", "Insert a splat, a scene folder or a mesh at its own coordinates";
+    "swap" => "swap", Short::Text("file"), "FILE", "Replace the selection with a splat, a scene folder or a mesh";
+    "recolor" => "recolor", Short::Numbers("rgb_linear", 3), "R,G,B", "Change the color of the selection, linear 0 to 1";
+    "set-material" => "set_material", Short::Text("name"), "NAME", "Set the material of the selection, such as brass";
+    "set-environment" => "set_environment", Short::Text("file"), "FILE", "Light a decomposed scene with another environment map";
+    "shadow-catcher" => "shadow_catcher", Short::Nothing, "JSON", "Mark the ground as a shadow catcher";
+    "crop" => "crop", Short::Box, "X0,Y0,Z0,X1,Y1,Z1", "Keep Gaussians inside a box";
+    "remove-floaters" => "remove_floaters", Short::Nothing, "JSON", "Remove isolated Gaussians";
+    "keep-largest" => "keep_largest", Short::Nothing, "JSON", "Keep the largest connected cluster";
+    "drop-nan" => "drop_nan", Short::Nothing, "JSON", "Remove Gaussians with NaN or infinite values";
+    "decimate" => "decimate", Short::Number("count"), "COUNT", "Merge neighbors down to this number of Gaussians";
+    "order" => "order", Short::Text("by"), "morton", "Sort along a Morton curve";
+    "sh-reduce" => "sh_reduce", Short::Number("degree"), "DEGREE", "Drop spherical harmonics above a degree";
+    "measure" => "measure", Short::Nothing, "JSON", "Report position and size of the selection";
+    "preview" => "render", Short::Text("file"), "NAME.png", "Render an image into the folder of --thumbnails";
+    "stylize" => "stylize", Short::Text("prompt"), "PROMPT", "Edit views with the program of --editor and fit the scene to them";
+    "undo" => "undo", Short::Number("steps"), "STEPS", "Undo this many operations";
 }
 
 /// Values for `--pivot` and `--fill`, and the operations that know them.
@@ -116,7 +116,7 @@ impl Serialize for OpFlags {
 
 impl Args for OpFlags {
     fn augment_args(command: Command) -> Command {
-        let heading = "Operations, in the order of the command line";
+        let heading = "Operations (applied in command-line order)";
         let mut command = command.next_help_heading(heading);
         for flag in FLAGS {
             let optional = matches!(flag.short, Short::Nothing)
@@ -137,23 +137,23 @@ impl Args for OpFlags {
         };
         command
             .arg(
-                one("op", "JSON", "An operation of a plan, with all its keys")
+                one("op", "JSON", "An operation of a plan, as JSON with all its keys")
                     .action(ArgAction::Append),
             )
             .arg(one(
                 "pivot",
                 "PIVOT",
-                "What rotation and scale leave in place: origin, centroid (default), base or X,Y,Z",
+                "Fixed point of rotation and scale: origin, centroid (default), base or X,Y,Z",
             ))
             .arg(one(
                 "fill",
                 "FILL",
-                "What fills the place that becomes visible: plane (default), patch or none",
+                "How to fill uncovered ground: plane (default), patch or none",
             ))
             .arg(one(
                 "editor",
                 "COMMAND",
-                "Command line of --stylize: {input}, {output} and {prompt} are replaced; a plan starts this one only",
+                "Command line for --stylize, with {input}, {output} and {prompt}; the only program that a plan starts",
             ))
     }
 

@@ -38,11 +38,11 @@ const THUMBNAIL: usize = 480;
 #[derive(Args, Clone, Debug, Serialize)]
 #[command(next_help_heading = "Light")]
 pub struct ReshadeFlags {
-    /// Leave shadows and light of a decomposed scene as they were
+    /// Do not update shadows and light of a decomposed scene
     #[arg(long)]
     pub no_reshade: bool,
 
-    /// Shadows on a plain splat: none (they stay), or ratio (they go with what moves, roughly)
+    /// Shadows of a plain splat: none, or ratio (approximate shadows that move with the object)
     /// [default: the plan's]
     #[arg(long, value_enum, value_name = "HOW", conflicts_with = "scene")]
     pub shadow: Option<ShadowMode>,
@@ -52,8 +52,8 @@ pub struct ReshadeFlags {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=i64::from(MAX_FIT_STEPS)))]
     pub refit_steps: Option<u32>,
 
-    /// Directions toward the light per Gaussian that light is traced along, 1 to 65536 [default: the plan's, else 64]
-    #[arg(long, value_name = "N", conflicts_with = "no_reshade",
+    /// Light samples per Gaussian for updating the light, 1 to 65536 [default: the plan's, else 64]
+    #[arg(long, value_name = "N", conflicts_with = "no_reshade", help_heading = "Sampling (expert)",
         value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_RESHADE_SAMPLES)))]
     pub reshade_samples: Option<u32>,
 }

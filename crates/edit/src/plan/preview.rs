@@ -99,7 +99,10 @@ impl Run<'_> {
                     EditError::plan(format!("{at}/view"), format!("there is no view \"{name}\""))
                 })?;
                 let full = capture.cameras[view.camera].as_pinhole().ok_or_else(|| {
-                    EditError::plan(format!("{at}/view"), "the camera of this view is not a pinhole")
+                    EditError::plan(
+                        format!("{at}/view"),
+                        "the camera of this view is not a pinhole",
+                    )
                 })?;
                 let factor = size as f64 / full.width.max(full.height) as f64;
                 let side = |n: usize| ((n as f64 * factor).round() as usize).max(1);

@@ -19,26 +19,36 @@ use motes_scene::View;
 use motes_stage::{CommonArgs, Context, HasCommon, OrBadInput as _, StageError};
 use serde::Serialize;
 
+const EXAMPLES: &str = "\
+Examples:
+  Scores of the held-out views, as text and as a page with error maps:
+    evaluate --capture capture/capture.json --gaussians gaussians.ply
+    evaluate --capture capture/capture.json --gaussians gaussians.ply --metrics scores.json --report scores.html
+  Images of another program, with the same protocol:
+    evaluate --capture capture/capture.json --renders other-program/test
+  A gate for continuous integration (exit code 4 when it is not met):
+    evaluate --capture capture/capture.json --gaussians gaussians.ply --require 'psnr>=25'";
+
 /// A photo, its render, and the planes of the scores.
 const VIEW_BYTES_PER_PIXEL: u64 = 120;
 
 /// Score Gaussians, or the renders of any program, against the photos of a capture
 #[derive(Parser, Debug, Serialize)]
-#[command(name = "evaluate")]
+#[command(name = "evaluate", after_help = EXAMPLES)]
 pub struct Args {
     /// Capture with the photos
     #[arg(long, value_name = "FILE")]
     capture: PathBuf,
 
-    /// Gaussians to render and score (PLY); may repeat, for example for several seeds
+    /// Gaussians to render and score (PLY); repeatable, for example for several seeds
     #[arg(long, value_name = "FILE", required_unless_present = "renders")]
     gaussians: Vec<PathBuf>,
 
-    /// Folder of renders of any program, named after the views; may repeat
+    /// Folder of images rendered by any program, named after the views; repeatable
     #[arg(long, value_name = "DIR", conflicts_with = "gaussians")]
     renders: Vec<PathBuf>,
 
-    /// Folders of renders to score beside the Gaussians; may repeat
+    /// Folder of images to score beside the Gaussians; repeatable
     #[arg(long, value_name = "DIR")]
     also_renders: Vec<PathBuf>,
 

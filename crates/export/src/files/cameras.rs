@@ -25,7 +25,7 @@ pub enum CameraFormat {
 #[derive(Args, Clone, Debug, Serialize)]
 #[command(next_help_heading = "Cameras")]
 pub struct CameraOptions {
-    /// Capture: its cameras are written, or, with --verify, used; a page shows its photos
+    /// Capture whose cameras are written, or used by --verify; an HTML page shows its photos
     #[arg(long, value_name = "FILE")]
     pub capture: Option<PathBuf>,
 

@@ -11,19 +11,30 @@ use motes_codecs::SplatFormat;
 use motes_stage::{CommonArgs, Context, HasCommon};
 use serde::Serialize;
 
-/// Export Gaussians and cameras to the formats of other programs
+const EXAMPLES: &str = "\
+Examples:
+  A small file for web viewers, verified by rendering it again:
+    export gaussians.ply -o gaussians.spz --verify --min-psnr 40
+  One HTML page that shows the splat and compares it with photos:
+    export gaussians.ply --capture capture/capture.json -o viewer.html
+  A relightable mesh for Blender, with its environment map:
+    export --scene scene/ --format mesh --target blender -o mesh.glb
+  Cameras for COLMAP:
+    export --capture capture/capture.json --format colmap -o model/";
+
+/// Export Gaussians, meshes and cameras to the formats of other programs
 #[derive(Parser, Debug, Serialize)]
-#[command(name = "export")]
+#[command(name = "export", after_help = EXAMPLES)]
 pub struct Args {
     #[command(flatten)]
     #[serde(flatten)]
     input: InputOptions,
 
-    /// File or folder to write; the suffix chooses the format
+    /// File or folder to write; the suffix determines the format
     #[arg(short, long, value_name = "PATH")]
     output: PathBuf,
 
-    /// What to write, whatever the suffix says
+    /// Format to write, whatever the suffix
     #[arg(long, value_enum, value_name = "FORMAT")]
     format: Option<ExportFormat>,
 

@@ -41,11 +41,11 @@ pub enum ExportFormat {
     ColmapText,
     /// glTF cameras of --capture or --path
     GltfCameras,
-    /// One page that shows the Gaussians anywhere
+    /// One HTML page with a viewer
     Html,
-    /// Relightable mesh (.glb) of a scene folder, with its light beside it
+    /// Relightable mesh (.glb) of a scene folder, with its environment map
     Mesh,
-    /// What the objects of a scene folder shade, as a plane (.glb) and a picture
+    /// Shadow of a scene folder's objects as a textured plane (.glb) and an image
     ShadowPlane,
 }
 

@@ -12,7 +12,7 @@ use serde::Serialize;
 
 use super::Source;
 
-/// Dials of the formats.
+/// Parameters of the formats.
 #[derive(Args, Clone, Debug, Serialize)]
 #[command(next_help_heading = "Splat formats")]
 pub struct SplatOptions {
@@ -20,31 +20,40 @@ pub struct SplatOptions {
     #[arg(long, value_enum, value_name = "LAYOUT", default_value_t)]
     pub layout: PlyLayout,
 
-    /// Version of an spz file; every reader knows 2 and 3
+    /// Version of an spz file; every reader supports 2 and 3
     #[arg(long, value_name = "VERSION", default_value_t = 3, value_parser = clap::value_parser!(u8).range(2..=4))]
     pub spz_version: u8,
 
-    /// Bits of a coordinate of an spz file after the binary point [default: 12, more in small scenes]
-    #[arg(long, value_name = "BITS", value_parser = clap::value_parser!(u8).range(0..=23))]
+    /// Fractional bits of a coordinate in an spz file [default: 12, more in small scenes]
+    #[arg(long, value_name = "BITS", value_parser = clap::value_parser!(u8).range(0..=23),
+        help_heading = "Splat compression (expert)")]
     pub spz_fractional_bits: Option<u8>,
 
-    /// Bits of harmonics of degree 1 and of the others in an spz file
-    #[arg(long, value_name = "BITS", num_args = 2, default_values_t = [5, 4], value_parser = clap::value_parser!(u8).range(1..=8))]
+    /// Bits of a coefficient of degree 1, and of higher degrees, in an spz file
+    #[arg(long, value_name = "BITS", num_args = 2, default_values_t = [5, 4], value_parser = clap::value_parser!(u8).range(1..=8),
+        help_heading = "Splat compression (expert)")]
     pub spz_sh_bits: Vec<u8>,
 
-    /// Rounds of k-means for the palette of harmonics of a SOG
-    #[arg(long, value_name = "N", default_value_t = 6)]
+    /// Iterations of k-means for the codebook of spherical harmonics of a SOG file
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 6,
+        help_heading = "Splat compression (expert)"
+    )]
     pub sog_iterations: u32,
 
-    /// Groups of the palette that each Gaussian looks through
-    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=256))]
+    /// Groups of the codebook searched per Gaussian
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=256),
+        help_heading = "Splat compression (expert)")]
     pub sog_probes: u32,
 
-    /// Entries of the palette of a SOG, at most 65536 [default: as other writers]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65536))]
+    /// Entries of the codebook of a SOG file, at most 65536 [default: as other writers]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65536),
+        help_heading = "Splat compression (expert)")]
     pub sog_palette: Option<u32>,
 
-    /// Seed of the palette and of the shadow
+    /// Seed of the random numbers (SOG codebook, shadow plane)
     #[arg(long, value_name = "SEED", default_value_t = 0)]
     pub seed: u64,
 }

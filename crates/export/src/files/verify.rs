@@ -24,11 +24,11 @@ const ORBIT_DEVIATIONS: f64 = 2.0;
 #[derive(Args, Clone, Debug, Serialize)]
 #[command(next_help_heading = "Verification")]
 pub struct VerifyOptions {
-    /// Read the product again and compare its pictures with those of the source
+    /// Read the product again and compare its renderings with those of the source
     #[arg(long)]
     pub verify: bool,
 
-    /// Pictures that are compared
+    /// Number of views to compare
     #[arg(long, value_name = "N", default_value_t = 6, value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub verify_views: u32,
 

@@ -7,16 +7,16 @@ use serde::Serialize;
 #[derive(Args, Clone, Copy, Debug, PartialEq, Serialize)]
 #[command(next_help_heading = "Mesh")]
 pub struct MeshOptions {
-    /// Triangles that the surface is reduced to; 0 keeps all
+    /// Number of triangles after simplification; 0 keeps all
     #[arg(long, value_name = "N", default_value_t = 40_000)]
     pub triangles: usize,
 
-    /// Side of the square textures, pixels, 64 to 8192
+    /// Side of the square textures in pixels, 64 to 8192
     #[arg(long, value_name = "PX", default_value_t = 2048,
         value_parser = clap::value_parser!(u32).range(64..=8192))]
     pub texture_size: u32,
 
-    /// Colors at the vertices and one material per kind of matter, instead of textures
+    /// Vertex colors and one material per material class, instead of textures
     #[arg(long)]
     pub no_atlas: bool,
 }

@@ -170,8 +170,9 @@ pub(super) fn parse_points(bytes: &[u8], path: &Path) -> Result<Vec<ColmapPoint>
         let error = known_error(fields.parse("the reprojection error")?);
         let mut track = Vec::new();
         while let Some(word) = fields.words.next() {
-            let image =
-                word.parse().map_err(|_| fields.error("an image id of the track is not a number"))?;
+            let image = word
+                .parse()
+                .map_err(|_| fields.error("an image id of the track is not a number"))?;
             fields.parse::<u32>("the keypoint index of a track entry")?;
             track.push(image);
         }

@@ -41,7 +41,9 @@ fn versions_follow_the_rule() {
     for version in ["1", "\"one\"", "\"1\"", "null", "\"-1.0\"", "\"1.0.0\""] {
         assert!(fault("\"1.0\"", version).contains("must be like \"1.0\""), "{version}");
     }
-    assert!(fault("motes/camera-path", "motes/capture").contains("not a motes/camera-path document"));
+    assert!(
+        fault("motes/camera-path", "motes/capture").contains("not a motes/camera-path document")
+    );
     assert!(fault("\"format\"", "\"formet\"").contains("\"format\" is missing"));
 }
 

@@ -15,7 +15,7 @@ use serde::Serialize;
 
 const EXAMPLES: &str = include_str!("examples.txt");
 
-/// Turn photos, a COLMAP model or a transforms.json into an undistorted capture
+/// Import photos, a COLMAP model or a transforms.json as an undistorted capture
 #[derive(clap::Parser, Serialize)]
 #[command(name = "import-colmap", after_help = EXAMPLES)]
 pub struct Args {
@@ -24,7 +24,7 @@ pub struct Args {
     #[arg(required_unless_present_any = ["photos", "model"])]
     input: Option<PathBuf>,
 
-    /// Find camera poses for these photos first (without DIR: for those in INPUT)
+    /// Photos without poses; COLMAP estimates them (without DIR: the photos in INPUT)
     #[arg(long, value_name = "DIR", num_args = 0..=1, default_missing_value = "",
           value_parser = |text: &str| Ok::<PathBuf, Infallible>(text.into()), conflicts_with_all = ["model", "images"])]
     photos: Option<PathBuf>,
@@ -37,7 +37,7 @@ pub struct Args {
     #[arg(long, value_name = "DIR")]
     images: Option<PathBuf>,
 
-    /// Folder to write; the product is capture.json in it
+    /// Folder to write, with capture.json in it
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
 

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum SfmTool {
-    /// pycolmap when a Python has it, else the colmap command
+    /// pycolmap where a Python has it, else the colmap command
     #[default]
     Auto,
     /// The Python package pycolmap
@@ -48,17 +48,17 @@ pub enum Matcher {
 /// How poses are found for photos without poses.
 #[derive(Clone, Debug, PartialEq, clap::Args, Serialize, Deserialize)]
 #[serde(default)]
-#[command(next_help_heading = "Structure from motion (with --photos)")]
+#[command(next_help_heading = "Structure from motion")]
 pub struct SfmOptions {
-    /// Program that finds the camera poses
+    /// Program that estimates the camera poses, with --photos
     #[arg(long, value_enum, default_value_t, value_name = "TOOL")]
     pub sfm: SfmTool,
 
-    /// Focal length in pixels of the photos as given, if EXIF does not know it or is wrong
+    /// Focal length in pixels of the given photos, where EXIF lacks it or is wrong
     #[arg(long, value_name = "PIXELS", value_parser = positive)]
     pub focal: Option<f64>,
 
-    /// COLMAP's name of the lens model to solve for
+    /// COLMAP's name of the camera model to solve for
     #[arg(long, value_name = "NAME", default_value = "SIMPLE_RADIAL")]
     pub camera_model: String,
 
@@ -66,7 +66,7 @@ pub struct SfmOptions {
     #[arg(long, value_enum, default_value_t, value_name = "HOW")]
     pub share_camera: CameraSharing,
 
-    /// Which photos are compared with each other
+    /// Which pairs of photos are matched
     #[arg(long, value_enum, default_value_t, value_name = "HOW")]
     pub matcher: Matcher,
 
@@ -79,11 +79,11 @@ pub struct SfmOptions {
     #[arg(long, value_name = "FILE", env = "MOTES_PYTHON")]
     pub python: Option<PathBuf>,
 
-    /// Seed of the solver's random numbers
+    /// Seed of the random numbers
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub seed: u32,
 
-    /// Keep the solver's database and models in this folder (default: a temporary one)
+    /// Folder that keeps the database and models of the solver [default: a temporary one]
     #[arg(long, value_name = "DIR")]
     pub sfm_workspace: Option<PathBuf>,
 }

@@ -17,11 +17,22 @@ use serde::Serialize;
 /// The G-buffer, the planes of light, their noise and what a picture is made of.
 const PICTURE_BYTES_PER_PIXEL: u64 = 256;
 
+const EXAMPLES: &str = "\
+Examples:
+  The held-out views under a low sun and the sky:
+    relight --scene scene/ --capture capture/capture.json --split test --sun azimuth=90,elevation=8 --sky -o morning/
+  A turntable of the light of an environment map, from one view:
+    relight --scene scene/ --capture capture/capture.json --view p03 --environment studio.exr --turntable 48 -o turntable/
+  A relit splat for any viewer:
+    relight --scene scene/ --environment studio.exr -o relit.ply
+  Views that another program relit, lifted to 3D:
+    relight --from-images relit/ --gaussians gaussians.ply --capture capture/capture.json -o relit.ply";
+
 /// Relight a decomposed scene, or lift relit views to 3D
 #[derive(Parser, Debug, Serialize)]
-#[command(name = "relight", mut_group("FrameSelection", |group| group.required(false)))]
+#[command(name = "relight", after_help = EXAMPLES, mut_group("FrameSelection", |group| group.required(false)))]
 pub struct Args {
-    /// Scene folder, as decompose makes it
+    /// Scene folder written by decompose, relight or edit
     #[arg(long, value_name = "DIR", required_unless_present = "from_images")]
     scene: Option<PathBuf>,
 
@@ -29,21 +40,25 @@ pub struct Args {
     #[arg(long, value_name = "FILE")]
     capture: Option<PathBuf>,
 
-    /// Gaussians to lift relit views onto (PLY)
+    /// Gaussians that relit views are lifted to (PLY)
     #[arg(long, value_name = "FILE", requires = "from_images")]
     gaussians: Option<PathBuf>,
 
-    /// Folder of relit pictures, named after the views
+    /// Folder of relit images, named after the views
     #[arg(long, value_name = "DIR", requires_all = ["gaussians", "capture"], conflicts_with = "scene")]
     from_images: Option<PathBuf>,
 
-    /// Folder for the pictures; a file NAME.ply for a splat
+    /// Folder of the images, or a file NAME.ply for a splat
     #[arg(short, long, value_name = "PATH")]
     output: PathBuf,
 
-    /// What to make [default: a splat when the output ends in .ply, pictures otherwise]
+    /// Product to write [default: a splat when the output ends in .ply, else pictures]
     #[arg(long = "as", value_enum, value_name = "PRODUCT", conflicts_with = "from_images")]
     product: Option<Product>,
+
+    /// Seed of the random numbers
+    #[arg(long, value_name = "SEED", default_value_t = 0)]
+    seed: u64,
 
     #[command(flatten)]
     #[serde(flatten)]
@@ -57,12 +72,13 @@ pub struct Args {
     #[serde(flatten)]
     poses: PoseOptions,
 
-    /// Behind the scene: transparent, environment, captured, black, white or r,g,b from 0 to 1
-    #[arg(long, value_name = "BACKGROUND", default_value = "environment")]
+    /// Background: transparent, environment, captured, black, white or r,g,b from 0 to 1
+    #[arg(long, value_name = "BACKGROUND", default_value = "environment", help_heading = "Image")]
     background: Background,
 
-    /// 8-bit sRGB PNG, multi-channel linear EXR with all components, or both
-    #[arg(long, value_enum, value_name = "FORMAT", default_value_t = PictureFormat::Png)]
+    /// PNG (8-bit sRGB), EXR (linear, with all components), or both
+    #[arg(long, value_enum, value_name = "FORMAT", default_value_t = PictureFormat::Png,
+        help_heading = "Outputs")]
     format: PictureFormat,
 
     #[command(flatten)]
@@ -72,10 +88,6 @@ pub struct Args {
     #[command(flatten)]
     #[serde(flatten)]
     lift: LiftOptions,
-
-    /// Seed of the random numbers
-    #[arg(long, value_name = "SEED", default_value_t = 0)]
-    seed: u64,
 
     #[command(flatten)]
     #[serde(flatten)]

@@ -29,8 +29,9 @@ pub struct PoseOptions {
     #[serde(flatten)]
     pub size: FrameSize,
 
-    /// Turn the light once round over N numbered pictures
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    /// Rotate the light once around over N numbered images
+    #[arg(long, value_name = "N", help_heading = "Light",
+        value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub turntable: Option<u32>,
 }
 

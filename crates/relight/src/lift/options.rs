@@ -7,10 +7,10 @@ use serde::Serialize;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum LiftMethod {
-    /// Vote on smooth ratios of light
+    /// Robust mean over the views of the smoothed ratio of relit to captured color
     #[default]
     Bake,
-    /// Vote, then fit the colors to the views
+    /// The same, then a fit of the colors to the views
     Refit,
 }
 
@@ -18,37 +18,43 @@ pub enum LiftMethod {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Agreement {
-    /// A majority: gains per view, weighted medians, weights by agreement
+    /// Gains per view, weighted medians, and weights by agreement
     #[default]
     Robust,
-    /// The plain mean
+    /// Mean
     Mean,
 }
 
-/// Dials of lifting.
+/// Parameters of lifting.
 #[derive(Args, Clone, Copy, Debug, Serialize)]
 #[command(next_help_heading = "Lifting relit views")]
 pub struct LiftOptions {
-    /// How relit views become a splat
+    /// Method of lifting
     #[arg(long, value_enum, value_name = "METHOD", default_value_t)]
     pub lift: LiftMethod,
 
-    /// How views that disagree are brought together
-    #[arg(long, value_enum, value_name = "HOW", default_value_t)]
+    /// How views that disagree are combined
+    #[arg(
+        long,
+        value_enum,
+        value_name = "HOW",
+        default_value_t,
+        help_heading = "Lifting relit views (expert)"
+    )]
     pub agreement: Agreement,
 
-    /// How far the ratio of light is smoothed, as a share of the picture's width, 0 to 0.5
-    #[arg(long, value_name = "SHARE", default_value_t = 0.03, value_parser = parse_share)]
+    /// Radius of the smoothing of that ratio, as a fraction of the image width, 0 to 0.5
+    #[arg(long, value_name = "SHARE", default_value_t = 0.03, value_parser = parse_share, help_heading = "Lifting relit views (expert)")]
     pub lift_radius: f32,
 
-    /// Steps of the fit after the vote, with "refit"
+    /// Steps of the fit with --lift refit
     #[arg(long, value_name = "N", default_value_t = 15,
-        value_parser = clap::value_parser!(u32).range(1..=1000))]
+        value_parser = clap::value_parser!(u32).range(1..=1000), help_heading = "Lifting relit views (expert)")]
     pub refit_steps: u32,
 
-    /// Degree of the spherical harmonics that are fitted, 0 to 3, with "refit"
+    /// Degree of the spherical harmonics fitted with --lift refit, 0 to 3
     #[arg(long, value_name = "DEGREE", default_value_t = 1,
-        value_parser = clap::value_parser!(u8).range(0..=3))]
+        value_parser = clap::value_parser!(u8).range(0..=3), help_heading = "Lifting relit views (expert)")]
     pub refit_degree: u8,
 }
 

@@ -14,9 +14,18 @@ use clap::Parser;
 use motes_stage::{CommonArgs, Context, HasCommon, StageError};
 use serde::Serialize;
 
-/// Render Gaussians as pictures: views of a capture, poses between them, orbits, camera paths
+const EXAMPLES: &str = "\
+Examples:
+  The held-out views of a capture:
+    render --gaussians gaussians.ply --capture capture/capture.json --split test -o test/
+  One view with depth, normals and alpha as linear EXR:
+    render --gaussians gaussians.ply --capture capture/capture.json --view p03 --format exr -o aovs/
+  A video of an orbit around the object (needs ffmpeg):
+    render --gaussians gaussians.ply --capture capture/capture.json --orbit 120 --video orbit.mp4 -o frames/";
+
+/// Render Gaussians from the views of a capture, poses between them, orbits or camera paths
 #[derive(Parser, Debug, Serialize)]
-#[command(name = "render")]
+#[command(name = "render", after_help = EXAMPLES)]
 pub struct Args {
     #[command(flatten)]
     #[serde(flatten)]
@@ -26,7 +35,7 @@ pub struct Args {
     #[arg(long, value_name = "FILE", required_unless_present = "path")]
     capture: Option<PathBuf>,
 
-    /// Folder for the pictures
+    /// Folder of the images to write
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
 

@@ -24,11 +24,11 @@ pub struct MaskFlags {
     #[arg(long = "selection", value_name = "FILE")]
     pub selections: Vec<PathBuf>,
 
-    /// Write the coverage of the selection as 8-bit gray PNG, and nothing else
+    /// Write only the alpha of the selection, as 8-bit gray PNG
     #[arg(long, requires = "selections", conflicts_with_all = ["format", "aov", "object_ids"])]
     pub mask: bool,
 
-    /// Column of labels whose values become mattes in EXR files; 0 is not an object
+    /// Column of labels that become mattes in EXR files; label 0 is the background
     #[arg(long, value_name = "COLUMN", num_args = 0..=1, default_missing_value = "object_id")]
     pub object_ids: Option<String>,
 }

@@ -22,9 +22,15 @@ use motes_formats::images::write_png;
 use motes_stage::{CommonArgs, Context, HasCommon};
 use serde::Serialize;
 
-/// Put the runs of the lab on one page and one contact sheet
+/// Report the runs of the lab as an HTML page and a contact sheet
 #[derive(Parser, Debug, Serialize)]
-#[command(name = "report lab")]
+#[command(
+    name = "report lab",
+    after_help = "Examples:\n  \
+    The runs of `make lab` with 24 and 6 photos:\n    \
+    report lab out/lab/n24 out/lab/n6 -o lab.html\n    \
+    report lab out/lab/n24 out/lab/n6 -o lab.html --contact-sheet contact-sheet.png"
+)]
 pub struct Args {
     /// Folders of the runs, most training photos first
     #[arg(required = true, value_name = "RUN")]
@@ -38,24 +44,24 @@ pub struct Args {
     #[arg(long, value_name = "FILE.png")]
     contact_sheet: Option<PathBuf>,
 
-    /// Width of a picture on the contact sheet, pixels
+    /// Width of an image on the contact sheet in pixels
     #[arg(long, value_name = "PIXELS", default_value_t = 360,
         value_parser = clap::value_parser!(u32).range(32..=2048))]
     cell_width: u32,
 
-    /// Name of the made-up viewpoint that `halfway/` of every run shows
+    /// Name of the interpolated view in `halfway/` of every run
     #[arg(long, value_name = "NAME")]
     halfway: Option<String>,
 
-    /// What scripts/sfm-pose-error.py printed
+    /// Pose errors as scripts/sfm-pose-error.py prints them
     #[arg(long, value_name = "FILE.json")]
     pose_error: Option<PathBuf>,
 
-    /// A file that the page leads to, such as the model as an interactive page; may repeat
+    /// File that the page links to, such as an interactive page of the model; repeatable
     #[arg(long, value_name = "NAME=FILE")]
     link: Vec<String>,
 
-    /// A line for the end of the page, NAME=VALUE; may repeat
+    /// Line for the end of the page; repeatable
     #[arg(long, value_name = "NAME=VALUE")]
     note: Vec<String>,
 

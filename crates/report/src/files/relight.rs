@@ -21,11 +21,18 @@ use motes_formats::images::write_png;
 use motes_stage::{CommonArgs, Context, HasCommon};
 use serde::Serialize;
 
-/// Put a relit scene on one page: before and after, components, what was left out, what it cost
+/// Report a relit scene as an HTML page: before and after, components, model selection, times
 #[derive(Parser, Debug, Serialize)]
-#[command(name = "report relight")]
+#[command(
+    name = "report relight",
+    after_help = "Examples:\n  \
+    A scene under its capture illumination and at sunrise:\n    \
+    report relight --scene scene --capture capture/capture.json --own captured --light sunrise=sunrise -o relight.html\n  \
+    With the times of the programs and a contact sheet:\n    \
+    report relight --scene scene --capture capture/capture.json --own captured --run scene.run.json -o relight.html --contact-sheet sheet.png"
+)]
 pub struct Args {
-    /// Scene folder, as decompose makes it
+    /// Scene folder written by decompose
     #[arg(long, value_name = "DIR")]
     scene: PathBuf,
 
@@ -33,15 +40,16 @@ pub struct Args {
     #[arg(long, value_name = "FILE")]
     capture: PathBuf,
 
-    /// Pictures of the held-out views under the scene's own light; EXR files beside them give components
+    /// Images of the held-out views under the capture illumination; EXR files beside them hold the
+    /// components
     #[arg(long, value_name = "DIR")]
     own: PathBuf,
 
-    /// Pictures of the held-out views under another light; may repeat
+    /// Images of the held-out views under another light; repeatable
     #[arg(long, value_name = "NAME=DIR")]
     light: Vec<NamedFolder>,
 
-    /// Run record of a program whose cost the page tells; may repeat
+    /// Run record of a program, for its times; repeatable
     #[arg(long, value_name = "FILE.run.json")]
     run: Vec<PathBuf>,
 
@@ -53,16 +61,16 @@ pub struct Args {
     #[arg(long, value_name = "FILE.png")]
     contact_sheet: Option<PathBuf>,
 
-    /// Width of a picture on the contact sheet, pixels
+    /// Width of an image on the contact sheet in pixels
     #[arg(long, value_name = "PIXELS", default_value_t = 300,
         value_parser = clap::value_parser!(u32).range(32..=2048))]
     cell_width: u32,
 
-    /// A file that the page leads to, such as the model as an interactive page; may repeat
+    /// File that the page links to, such as an interactive page of the model; repeatable
     #[arg(long, value_name = "NAME=FILE")]
     link: Vec<String>,
 
-    /// A line for the end of the page, NAME=VALUE; may repeat
+    /// Line for the end of the page; repeatable
     #[arg(long, value_name = "NAME=VALUE")]
     note: Vec<String>,
 

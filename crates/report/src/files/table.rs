@@ -26,7 +26,7 @@ use crate::scores::{Sample, ScoreTable, to_csv, to_latex, to_markdown};
 #[derive(Parser, Debug, Serialize)]
 #[command(
     name = "report table",
-    after_long_help = "Examples:\n  \
+    after_help = "Examples:\n  \
     A table for a page, a paper and a spreadsheet:\n    \
     report table runs/*/metrics.json\n    \
     report table runs/*/metrics.json -o table.tex\n    \

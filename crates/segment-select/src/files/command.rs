@@ -7,23 +7,32 @@ use clap::Parser;
 use motes_stage::{CommonArgs, Context, HasCommon, OrBadInput as _};
 use serde::Serialize;
 
+const EXAMPLES: &str = "\
+Examples:
+  The object under a click in one view, drawn over the views:
+    segment-select --gaussians gaussians.ply --capture capture/capture.json --click p03,210,140 --overlay overlay/ -o selection.json
+  The same without what a second click points at:
+    segment-select --gaussians gaussians.ply --capture capture/capture.json --click p03,210,140 --click p03,90,60,- -o selection.json
+  Gaussians in a sphere, less the ground:
+    segment-select --gaussians gaussians.ply --select sphere=0,0,1,0.5 --select subtract:ground -o selection.json";
+
 /// Select Gaussians by clicks, boxes, masks, shapes, colors and properties
 #[derive(Parser, Debug, Serialize)]
-#[command(name = "segment-select")]
+#[command(name = "segment-select", after_help = EXAMPLES)]
 pub struct Args {
     /// Gaussians to select from (PLY)
     #[arg(long, value_name = "FILE", required_unless_present = "scene")]
     gaussians: Option<PathBuf>,
 
-    /// Scene folder to select from, in place of --gaussians
+    /// Scene folder to select from, instead of --gaussians
     #[arg(long, value_name = "DIR", conflicts_with = "gaussians")]
     scene: Option<PathBuf>,
 
-    /// Capture that gives views, for prompts in pixels
+    /// Capture with the views, for prompts in pixels
     #[arg(long, value_name = "FILE")]
     capture: Option<PathBuf>,
 
-    /// Selection to write
+    /// Selection to write (JSON)
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
 

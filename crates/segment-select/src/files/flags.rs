@@ -12,33 +12,33 @@ use serde::Serialize;
 /// What to select. Clicks, boxes and scribbles together point at one object; --select steps follow in
 /// their order.
 #[derive(Args, Clone, Debug, Serialize)]
-#[command(next_help_heading = "Prompt")]
+#[command(next_help_heading = "Prompts")]
 pub struct PromptFlags {
-    /// A pixel of a view on the object, or with ",-" beside it; repeatable
+    /// Click on a pixel of a view on the object, or, with ",-", off it; repeatable
     #[arg(long, value_name = "VIEW,X,Y[,-]", value_parser = |text: &str| {
         parse_click(text).map(|_| text.to_owned())
     })]
     pub click: Vec<String>,
 
-    /// A rectangle of a view around the object; repeatable
+    /// Rectangle around the object in a view; repeatable
     #[arg(long = "box", value_name = "VIEW,X0,Y0,X1,Y1", value_parser = |text: &str| {
         parse_box(text).map(|_| text.to_owned())
     })]
     pub boxes: Vec<String>,
 
-    /// A stroke in a view over the object, or with ",-" beside it; repeatable
+    /// Stroke over the object in a view, or, with ",-", off it; repeatable
     #[arg(long, value_name = "VIEW,X,Y,X,Y,..[,-]", value_parser = |text: &str| {
         parse_scribble(text).map(|_| text.to_owned())
     })]
     pub scribble: Vec<String>,
 
-    /// A mask image of a view, white on the object, gray where unsure; repeatable
+    /// Mask image of a view: white on the object, gray where uncertain; repeatable
     #[arg(long, value_name = "VIEW=FILE", value_parser = |text: &str| {
         parse_mask(text).map(|_| text.to_owned())
     })]
     pub mask: Vec<String>,
 
-    /// A step: [set:|add:|subtract:|intersect:]KIND=VALUES, or invert, grow=D, shrink=D; repeatable.
+    /// Selection step: [set:|add:|subtract:|intersect:]KIND=VALUES, or invert, grow=D, shrink=D; repeatable.
     /// KIND is sphere, box, oriented-box, half-space, ground, color, eyedropper, connected, property,
     /// ids, label, file, rectangle, polygon, brush, click, mask or all
     #[arg(long, value_name = "STEP", value_parser = |text: &str| {
@@ -46,13 +46,14 @@ pub struct PromptFlags {
     })]
     pub select: Vec<String>,
 
-    /// Which of the nested answers to a prompt: whole, part or subpart
+    /// Which of the nested candidates to select: whole, part or subpart
     #[arg(long, value_name = "NAME", default_value = "whole", value_parser = |text: &str| {
         parse_candidate(text).map(|_| text.to_owned())
     })]
     pub candidate: String,
 
-    /// Answers to write: 2 adds the part, 3 the subpart, beside the output with their scores
+    /// Number of candidates to write: 2 adds the part, 3 the subpart, beside the output and with
+    /// scores
     #[arg(long, value_name = "COUNT", default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=3))]
     pub candidates: u8,
 }

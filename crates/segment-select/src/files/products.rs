@@ -21,22 +21,22 @@ const MADE_BY: &str = concat!("motes segment-select ", env!("CARGO_PKG_VERSION")
 
 /// What is written beside the selection.
 #[derive(Args, Clone, Debug, Serialize)]
-#[command(next_help_heading = "Products")]
+#[command(next_help_heading = "Outputs")]
 pub struct ExtraProducts {
-    /// Folder for pictures of the prepared views with the selection drawn over them
+    /// Folder for images of the prepared views with the selection drawn over them
     #[arg(long, value_name = "DIR")]
     pub overlay: Option<PathBuf>,
 
-    /// Folder that keeps prepared views, so that the next prompt is answered at once [default: motes/views in the user's folder
-    /// of caches]
+    /// Folder that keeps prepared views for the next prompt [default: motes/views in the user's
+    /// cache folder]
     #[arg(long, value_name = "DIR")]
     pub cache: Option<PathBuf>,
 
-    /// Keep no prepared views
+    /// Do not keep prepared views
     #[arg(long, conflicts_with = "cache")]
     pub no_cache: bool,
 
-    /// Column of labels in the labeled PLY; other rows keep the label that they have
+    /// Column of labels in the labeled PLY; Gaussians outside the selection keep their labels
     #[arg(long, value_name = "NAME", default_value = "object_id")]
     pub label_column: String,
 
@@ -44,8 +44,8 @@ pub struct ExtraProducts {
     #[arg(long, value_name = "LABEL", default_value_t = 1)]
     pub label: u32,
 
-    /// Gaussians with those at the edge of the selection split in two (PLY); the selection is then one of
-    /// this file
+    /// Gaussians with those on the boundary of the selection split in two (PLY); the selection then
+    /// belongs to this file
     #[arg(long, value_name = "FILE", conflicts_with_all = ["labeled", "candidates"])]
     pub split_boundary: Option<PathBuf>,
 

@@ -37,19 +37,19 @@ pub struct Args {
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
 
-    /// Seed of every random choice
+    /// Seed of the random numbers
     #[arg(long, default_value_t = 0)]
     seed: u64,
 
-    /// Start from these Gaussians instead of from the capture's points (step 0)
-    #[arg(long, value_name = "FILE", conflicts_with = "resume", help_heading = "Start")]
+    /// Start from these Gaussians instead of the capture's points
+    #[arg(long, value_name = "FILE", conflicts_with = "resume", help_heading = "Initialization")]
     init_ply: Option<PathBuf>,
 
-    /// Continue a checkpoint; options and seed are those it was made with
-    #[arg(long, value_name = "FILE", help_heading = "Start")]
+    /// Continue from a checkpoint, with its options and seed
+    #[arg(long, value_name = "FILE", help_heading = "Initialization")]
     resume: Option<PathBuf>,
 
-    /// Where checkpoints go [default: the output with the suffix .checkpoint.safetensors]
+    /// Checkpoint to write [default: the output with the suffix .checkpoint.safetensors]
     #[arg(long, value_name = "FILE", help_heading = "Schedule")]
     checkpoint: Option<PathBuf>,
 
@@ -61,17 +61,17 @@ pub struct Args {
     #[arg(long, value_name = "STEPS", help_heading = "Schedule")]
     eval_every: Option<u32>,
 
-    /// Take this long from start to end, scoring and writing included, with the settings that the
-    /// measured front holds best for the time; such a run depends on the machine
+    /// Duration of the run, scoring and writing included; the settings are the best measured ones
+    /// for this time. The result then depends on the machine
     #[arg(long, value_name = "SECONDS", conflicts_with_all = ["iterations", "resume"], help_heading = "Schedule", value_parser = parse_seconds)]
     time_budget: Option<f64>,
 
-    /// Stop when the held-out photos reach this, for example psnr=25; without test photos every
-    /// eighth training photo is set aside for it
+    /// Stop when the held-out photos reach this, for example psnr=25; without test photos, every
+    /// eighth training photo is held out for it
     #[arg(long, value_name = "psnr=DB", help_heading = "Schedule")]
     target: Option<Target>,
 
-    /// Write the report (curve, scores, times, plan) as JSON
+    /// Write the report (loss curve, scores, times, settings) as JSON
     #[arg(long, value_name = "FILE.json")]
     metrics: Option<PathBuf>,
 

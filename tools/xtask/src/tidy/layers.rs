@@ -51,7 +51,11 @@ pub(super) fn check(architecture: &str, metadata: &Value) -> Vec<Problem> {
         }
     }
     for name in table.keys().filter(|name| !ours.contains(name)) {
-        problems.push(Problem::error(FILE, 0, format!("has a row for {name}, which is not a crate")));
+        problems.push(Problem::error(
+            FILE,
+            0,
+            format!("has a row for {name}, which is not a crate"),
+        ));
     }
     problems
 }

@@ -28,17 +28,18 @@ use sections::Section;
 /// Which steps are run, and where they are kept.
 #[derive(Clone, Debug, Args, Serialize)]
 pub struct StepArgs {
-    /// Folder that keeps what every step found: a folder per step with PLY, EXR, JSON and safetensors files
-    #[arg(long, value_name = "DIR", help_heading = "Steps")]
+    /// Folder that keeps the results of every step: a folder per step with PLY, EXR, JSON and
+    /// safetensors files
+    #[arg(long, value_name = "DIR", help_heading = "Pipeline")]
     pub work: Option<PathBuf>,
 
-    /// Stop after this step; nothing but the work folder is written
+    /// Stop after this step; only the work folder is written
     #[arg(long, value_name = "STEP", requires = "work", conflicts_with = "output",
-        value_parser = names(), help_heading = "Steps")]
+        value_parser = names(), help_heading = "Pipeline")]
     pub until: Option<String>,
 
-    /// Go on from this step, with what the steps before it left in the work folder
-    #[arg(long, value_name = "STEP", requires = "work", value_parser = names(), help_heading = "Steps")]
+    /// Continue from this step, with the results of the steps before it in the work folder
+    #[arg(long, value_name = "STEP", requires = "work", value_parser = names(), help_heading = "Pipeline")]
     pub from: Option<String>,
 }
 

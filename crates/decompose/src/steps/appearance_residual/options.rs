@@ -8,13 +8,13 @@ use serde::{Deserialize, Serialize};
 #[serde(default)]
 #[group(skip)]
 pub struct Options {
-    /// Steps, one photo each, that put what the model leaves unexplained onto the Gaussians, as a factor that depends on the
-    /// direction of view. 0 leaves it out
-    #[arg(long, default_value_t = 400, value_name = "COUNT", help_heading = "Fit")]
+    /// Steps, one photo each, that fit the appearance residual: a view-dependent factor per
+    /// Gaussian for what the model leaves unexplained; 0 disables it
+    #[arg(long, default_value_t = 400, value_name = "COUNT", help_heading = "Fit (expert)")]
     pub residual_steps: u32,
 
-    /// Degree of the spherical harmonics of that factor
-    #[arg(long, default_value_t = 3, value_name = "DEGREE", help_heading = "Fit",
+    /// Degree of the spherical harmonics of the appearance residual
+    #[arg(long, default_value_t = 3, value_name = "DEGREE", help_heading = "Fit (expert)",
         value_parser = clap::value_parser!(u8).range(0..=4))]
     pub residual_degree: u8,
 }

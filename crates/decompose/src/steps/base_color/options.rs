@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize};
 #[serde(default)]
 #[group(skip)]
 pub struct Options {
-    /// Passes over the photos that bring base colors into the Gaussians
-    #[arg(long, default_value_t = 12, value_name = "COUNT", help_heading = "Fit")]
+    /// Passes over the photos that transfer base colors to the Gaussians
+    #[arg(long, default_value_t = 12, value_name = "COUNT", help_heading = "Fit (expert)")]
     pub color_passes: u32,
 }
 

@@ -8,16 +8,16 @@ use serde::{Deserialize, Serialize};
 #[serde(default)]
 #[group(skip)]
 pub struct Options {
-    /// Rays per point and direction of view where materials are compared; two thirds toward the light
-    #[arg(long, default_value_t = 96, value_name = "COUNT", help_heading = "Fit")]
+    /// Rays per point and viewing direction for comparing materials; two thirds sample the light
+    #[arg(long, default_value_t = 96, value_name = "COUNT", help_heading = "Fit (expert)")]
     pub material_rays: u32,
 
-    /// What one more part of a roughness of its own costs (smooth roughness)
-    #[arg(long, default_value_t = 20.0, value_name = "PRICE", help_heading = "Priors")]
+    /// Label cost of one more material segment with a roughness of its own
+    #[arg(long, default_value_t = 20.0, value_name = "PRICE", help_heading = "Priors (expert)")]
     pub weight_smooth_roughness: f32,
 
-    /// What calling a part metal costs (sparse metal)
-    #[arg(long, default_value_t = 10.0, value_name = "PRICE", help_heading = "Priors")]
+    /// Label cost of calling a material segment metal
+    #[arg(long, default_value_t = 10.0, value_name = "PRICE", help_heading = "Priors (expert)")]
     pub weight_sparse_metal: f32,
 }
 

@@ -8,9 +8,10 @@ use serde::{Deserialize, Serialize};
 #[serde(default)]
 #[group(skip)]
 pub struct Options {
-    /// Steps, one photo each, that fit shapes, opacities and base colors of the Gaussians to the photos through the shading that
-    /// was found, and the captured colors with them. 0 leaves shapes and captured colors as they are
-    #[arg(long, default_value_t = 600, value_name = "COUNT", help_heading = "Fit")]
+    /// Steps, one photo each, that refine shapes, opacities and base colors of the Gaussians
+    /// through the fitted shading, and the captured colors with them; 0 leaves shapes and captured
+    /// colors unchanged
+    #[arg(long, default_value_t = 600, value_name = "COUNT", help_heading = "Fit (expert)")]
     pub photo_steps: u32,
 }
 

@@ -8,13 +8,13 @@ use serde::{Deserialize, Serialize};
 #[serde(default)]
 #[group(skip)]
 pub struct Options {
-    /// Rounds that fit the light to what glossy things and metals reflect, as long as materials then explain the photos better; 0
-    /// leaves it as shading tells
-    #[arg(long, default_value_t = 2, value_name = "COUNT", help_heading = "Fit")]
+    /// Rounds that refine the light from reflections on glossy and metallic surfaces, while
+    /// materials then explain the photos better; 0 keeps the light from shading
+    #[arg(long, default_value_t = 2, value_name = "COUNT", help_heading = "Fit (expert)")]
     pub reflected_light_rounds: u32,
 
-    /// Weight: the light is what glossy things and metals reflect (--reflected-light-rounds)
-    #[arg(long, default_value_t = 1.0, value_name = "WEIGHT", help_heading = "Priors")]
+    /// Weight of those reflections (--reflected-light-rounds)
+    #[arg(long, default_value_t = 1.0, value_name = "WEIGHT", help_heading = "Priors (expert)")]
     pub weight_reflected_light: f32,
 }
 

@@ -8,12 +8,12 @@ use serde::{Deserialize, Serialize};
 #[serde(default)]
 #[group(skip)]
 pub struct Options {
-    /// Points of the surface that light and material are fitted to
-    #[arg(long, default_value_t = 8000, value_name = "COUNT", help_heading = "Fit")]
+    /// Surface points that light and material are fitted to
+    #[arg(long, default_value_t = 8000, value_name = "COUNT", help_heading = "Fit (expert)")]
     pub samples: usize,
 
-    /// How far predicted normals (--prior-images) replace the surface's own, 0 to 1
-    #[arg(long, default_value_t = 1.0, value_name = "WEIGHT", help_heading = "Priors")]
+    /// How far predicted normals (--prior-images) replace those of the surface, 0 to 1
+    #[arg(long, default_value_t = 1.0, value_name = "WEIGHT", help_heading = "Priors (expert)")]
     pub weight_prior_normals: f32,
 }
 

@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize};
 #[serde(default)]
 #[group(skip)]
 pub struct Options {
-    /// Rays per pixel of the photos where base color is read off
-    #[arg(long, default_value_t = 48, value_name = "COUNT", help_heading = "Fit")]
+    /// Rays per pixel of the photos for estimating base color
+    #[arg(long, default_value_t = 48, value_name = "COUNT", help_heading = "Fit (expert)")]
     pub pixel_rays: u32,
 }
 

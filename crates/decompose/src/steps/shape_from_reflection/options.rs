@@ -8,18 +8,19 @@ use serde::{Deserialize, Serialize};
 #[serde(default)]
 #[group(skip)]
 pub struct Options {
-    /// Rounds of shape from reflection, which turns the surface of metals to what they mirror; 0 leaves it as it was extracted
+    /// Rounds of shape from reflection, which corrects normals of metallic surfaces; 0 keeps the
+    /// extracted surface
     #[arg(
         long,
         alias = "mirror-rounds",
         default_value_t = 1,
         value_name = "COUNT",
-        help_heading = "Fit"
+        help_heading = "Fit (expert)"
     )]
     pub shape_from_reflection_rounds: u32,
 
-    /// Weight: normals of metals are smooth, where they are told by what is mirrored
-    #[arg(long, default_value_t = 8.0, value_name = "WEIGHT", help_heading = "Priors")]
+    /// Weight of the prior that normals from reflection are smooth
+    #[arg(long, default_value_t = 8.0, value_name = "WEIGHT", help_heading = "Priors (expert)")]
     pub weight_smooth_normals: f32,
 }
 

@@ -8,23 +8,24 @@ use serde::{Deserialize, Serialize};
 #[serde(default)]
 #[group(skip)]
 pub struct Options {
-    /// Rounds of shape from shading, which moves the surface of what is not metal; 0 leaves it as it was extracted
+    /// Rounds of shape from shading, which displaces non-metallic surfaces; 0 keeps the extracted
+    /// surface
     #[arg(
         long,
         alias = "relief-rounds",
         default_value_t = 3,
         value_name = "COUNT",
-        help_heading = "Fit"
+        help_heading = "Fit (expert)"
     )]
     pub shape_from_shading_rounds: u32,
 
-    /// Weight: the displacement by shape from shading is smooth
+    /// Weight of the prior that displacements from shading are smooth
     #[arg(
         long,
         alias = "weight-smooth-relief",
         default_value_t = 5.0,
         value_name = "WEIGHT",
-        help_heading = "Priors"
+        help_heading = "Priors (expert)"
     )]
     pub weight_smooth_displacement: f32,
 }

@@ -7,61 +7,64 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Args, Serialize, Deserialize)]
 #[serde(default, rename_all = "kebab-case")]
 #[group(skip)]
+#[command(next_help_heading = "Surface reconstruction (expert)")]
 pub struct Options {
     /// Edge of a voxel in pixels at the median depth of the photos; smaller is finer and slower
-    #[arg(long, help_heading = "Geometry", default_value_t = 1.5, value_name = "PIXELS")]
+    #[arg(long, default_value_t = 1.5, value_name = "PIXELS")]
     pub voxel_pixels: f32,
-    /// Blocks of 8x8x8 voxels (4 KiB each) at most; more make the voxels larger
-    #[arg(long, help_heading = "Geometry", default_value_t = 100_000, value_name = "COUNT")]
+    /// Maximum number of blocks of 8x8x8 voxels (4 KiB each); larger scenes get larger voxels
+    #[arg(long, default_value_t = 100_000, value_name = "COUNT")]
     pub max_blocks: usize,
-    /// Pieces of surface smaller than the square of this many voxels are dropped
-    #[arg(long, help_heading = "Geometry", default_value_t = 20.0, value_name = "VOXELS")]
+    /// Connected components smaller than the square of this many voxels are removed
+    #[arg(long, default_value_t = 20.0, value_name = "VOXELS")]
     pub min_component: f32,
-    /// Views that must have seen a piece of surface; fewer photos lower it
-    #[arg(long, help_heading = "Geometry", default_value_t = 3, value_name = "COUNT")]
+    /// Views that must have seen a part of the surface; few photos lower it
+    #[arg(long, default_value_t = 3, value_name = "COUNT")]
     pub min_views: u8,
-    /// Share of the surface from which a plane is taken for one (a table, a floor); above 1: never
-    #[arg(long, help_heading = "Geometry", default_value_t = 0.15, value_name = "SHARE")]
+    /// Smallest fraction of the surface that counts as a plane (a table, a floor); above 1 disables
+    /// planes
+    #[arg(long, default_value_t = 0.15, value_name = "SHARE")]
     pub plane_share: f32,
-    /// Distance from a plane up to which the surface is put onto it
-    #[arg(long, help_heading = "Geometry", default_value_t = 2.5, value_name = "VOXELS")]
+    /// Surface closer to a plane than this is projected onto it
+    #[arg(long, default_value_t = 2.5, value_name = "VOXELS")]
     pub plane_tolerance: f32,
-    /// Flat faces of things at least this wide are put onto their planes; larger than any: never
-    #[arg(long, help_heading = "Geometry", default_value_t = 20.0, value_name = "VOXELS")]
+    /// Planar faces of objects at least this wide are projected onto their planes
+    #[arg(long, default_value_t = 20.0, value_name = "VOXELS")]
     pub facet_width: f32,
-    /// Stiffness of the surface against the noise of the Gaussians' depth; 0 leaves it as fused
-    #[arg(long, help_heading = "Geometry", default_value_t = 100.0, value_name = "WEIGHT")]
+    /// Stiffness of the surface against noise in the Gaussians' depth; 0 keeps the fused surface
+    #[arg(long, default_value_t = 100.0, value_name = "WEIGHT")]
     pub stiffness: f32,
-    /// Times that the normal of every vertex is averaged with its neighbors' in the end
-    #[arg(long, help_heading = "Geometry", default_value_t = 0, value_name = "COUNT")]
+    /// Final smoothing iterations of the vertex normals
+    #[arg(long, default_value_t = 0, value_name = "COUNT")]
     pub smooth_normals: usize,
-    /// Weight of a view that looks through a place against one that sees surface there
-    #[arg(long, help_heading = "Geometry", default_value_t = 0.25, value_name = "WEIGHT")]
+    /// Weight of a view that sees through a voxel, against one that sees surface there
+    #[arg(long, default_value_t = 0.25, value_name = "WEIGHT")]
     pub carve_weight: f32,
-    /// Averages that make the rest curvature
-    #[arg(long, help_heading = "Geometry", default_value_t = 30, value_name = "COUNT")]
+    /// Smoothing iterations that define the rest curvature
+    #[arg(long, default_value_t = 30, value_name = "COUNT")]
     pub rest_passes: usize,
-    /// Depth is read where the transmittance to this power passes 1/2: 1 is the median, more is nearer the front
-    #[arg(long, help_heading = "Geometry", default_value_t = 10.0, value_name = "FACTOR")]
+    /// Depth is read where the transmittance to this power passes 1/2: 1 is the median, larger
+    /// values are closer to the front
+    #[arg(long, default_value_t = 10.0, value_name = "FACTOR")]
     pub front_power: f32,
-    /// Rounds of moving the surface to where the photos agree; 0 leaves it where the Gaussians put it
-    #[arg(long, help_heading = "Geometry", default_value_t = 3, value_name = "COUNT")]
+    /// Rounds of photo-consistent refinement of the surface; 0 keeps the surface of the Gaussians
+    #[arg(long, default_value_t = 3, value_name = "COUNT")]
     pub refine_rounds: usize,
-    /// Farthest that the first round moves the surface; each later one 0.6 of the one before
-    #[arg(long, help_heading = "Geometry", default_value_t = 5.0, value_name = "VOXELS")]
+    /// Search range of the first refinement round; each later one has 0.6 of the previous
+    #[arg(long, default_value_t = 5.0, value_name = "VOXELS")]
     pub refine_range: f32,
-    /// Stiffness of the surface while the photos move it
-    #[arg(long, help_heading = "Geometry", default_value_t = 300.0, value_name = "WEIGHT")]
+    /// Stiffness of the surface during refinement
+    #[arg(long, default_value_t = 300.0, value_name = "WEIGHT")]
     pub refine_stiffness: f32,
-    /// Distance of the samples of a patch that photos are compared by
-    #[arg(long, help_heading = "Geometry", default_value_t = 1.0, value_name = "VOXELS")]
+    /// Distance between the samples of a photo-consistency patch
+    #[arg(long, default_value_t = 1.0, value_name = "VOXELS")]
     pub patch_spacing: f32,
-    /// Weight of the outlines of things in the photos against their agreement; 0 leaves outlines out
-    #[arg(long, help_heading = "Geometry", default_value_t = 0.5, value_name = "WEIGHT")]
+    /// Weight of silhouettes against photo-consistency; 0 disables them
+    #[arg(long, default_value_t = 0.5, value_name = "WEIGHT")]
     pub outline_weight: f32,
-    /// Difference of brightness between photos (0 to 1, as it is seen) from which a piece of surface counts as one that mirrors, about
-    /// whose place the photos' agreement tells nothing; 0 leaves this out
-    #[arg(long, help_heading = "Geometry", default_value_t = 0.08, value_name = "BRIGHTNESS")]
+    /// Brightness difference between photos (0 to 1, sRGB-encoded) from which a part of the surface
+    /// counts as mirror-like, where photo-consistency is ignored; 0 disables it
+    #[arg(long, default_value_t = 0.08, value_name = "BRIGHTNESS")]
     pub mirror_spread: f32,
 }
 

@@ -41,11 +41,11 @@ pub struct EvaluationOptions {
     #[arg(long, value_enum, value_name = "EXPOSURE", default_value_t)]
     pub view_exposure: ViewExposure,
 
-    /// SSIM windows over the image border: zero-padded (INRIA) or left out (torchmetrics)
+    /// SSIM windows across the image border: zero-padded (INRIA) or left out (torchmetrics)
     #[arg(long, value_enum, value_name = "BORDER", default_value_t = SsimBorder::Same)]
     pub ssim_border: SsimBorder,
 
-    /// Weights for LPIPS (scripts/export-lpips.py writes them); without, LPIPS is null
+    /// Weights for LPIPS, as scripts/export-lpips.py writes them; without them LPIPS is null
     #[arg(long, value_name = "FILE.safetensors")]
     pub lpips_weights: Option<PathBuf>,
 
@@ -53,11 +53,11 @@ pub struct EvaluationOptions {
     #[arg(long, value_enum, value_name = "NET", default_value_t = LpipsNet::Alex)]
     pub lpips_net: LpipsNet,
 
-    /// Range of RGB that LPIPS is fed
+    /// Range of the RGB values given to LPIPS
     #[arg(long, value_enum, value_name = "RANGE", default_value_t = LpipsRange::Symmetric)]
     pub lpips_range: LpipsRange,
 
-    /// Bound such as psnr>=25 or lpips<=0.2: exit code 4 when missed; may repeat
+    /// Gate such as psnr>=25 or lpips<=0.2: exit code 4 when it is not met; repeatable
     #[arg(long, value_name = "METRIC>=NUMBER")]
     #[serde(serialize_with = "as_texts")]
     pub require: Vec<Gate>,

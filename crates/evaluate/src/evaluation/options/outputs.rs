@@ -17,11 +17,11 @@ pub struct EvaluationOutputs {
     #[arg(long, value_name = "FILE.html")]
     pub report: Option<PathBuf>,
 
-    /// Views whose pictures go into the page at most, evenly spread
+    /// Maximum number of views shown on the page, evenly spread
     #[arg(long, value_name = "N", default_value_t = 24)]
     pub report_views: usize,
 
-    /// Report that train-splat --metrics wrote, for the curves of the page
+    /// Report of train-splat --metrics, for the training curves of the page
     #[arg(long, value_name = "FILE.json", requires = "report")]
     pub training: Option<PathBuf>,
 

@@ -26,8 +26,8 @@ pub enum Asset {
 /// The flags.
 #[derive(Args, Clone, Debug, Serialize)]
 pub struct AssetOptions {
-    /// One HTML file that shows the Gaussians anywhere, the same as --format html
-    #[arg(long, conflicts_with = "format")]
+    /// Write one HTML file with a viewer, the same as --format html
+    #[arg(long, conflicts_with = "format", help_heading = "HTML page")]
     pub html: bool,
 
     /// Of a page.
@@ -35,7 +35,7 @@ pub struct AssetOptions {
     #[serde(flatten)]
     pub page: PageOptions,
 
-    /// Who opens the mesh: axes of the environment map beside it
+    /// Program that opens the mesh; sets the axes of the environment map beside it
     #[arg(long, value_enum, value_name = "PROGRAM", default_value_t = Target::Blender,
         help_heading = "Mesh")]
     pub target: Target,
@@ -69,20 +69,20 @@ pub struct PageOptions {
     #[arg(long, value_name = "TEXT")]
     pub title: Option<String>,
 
-    /// Held-out photos of --capture to compare with, at most
+    /// Maximum number of held-out photos of --capture to compare with
     #[arg(long, value_name = "N", default_value_t = 8)]
     pub photos: usize,
 
-    /// Longer side of embedded photos, pixels, at most
+    /// Longer side of embedded photos in pixels
     #[arg(long, value_name = "PX", default_value_t = 960,
         value_parser = clap::value_parser!(u32).range(16..=16384))]
     pub photo_size: u32,
 
-    /// Gaussians to compare with, in any format that can be read
+    /// Gaussians to compare with, in any format that export reads
     #[arg(long, value_name = "FILE")]
     pub compare_with: Option<PathBuf>,
 
-    /// Behind the Gaussians: black, white or r,g,b from 0 to 1
+    /// Background color: black, white or r,g,b from 0 to 1
     #[arg(long, value_name = "COLOR", default_value = "black", value_parser = parse_background)]
     pub background: Background,
 

@@ -44,7 +44,10 @@ fn faults_are_named_with_their_line() {
         ("ply\nproperty float x\n", "a property before the first element"),
         ("ply\nelement vertex -1\n", "the number of rows is \"-1\""),
         ("ply\nelement vertex 99999999999999999999\n", "the number of rows is"),
-        ("ply\nelement vertex 1\nproperty quad x\n", "\"quad\" is not a PLY type (ply header line 3)"),
+        (
+            "ply\nelement vertex 1\nproperty quad x\n",
+            "\"quad\" is not a PLY type (ply header line 3)",
+        ),
         ("ply\nelement v 1\nproperty list float int x\n", "must be of an integer type"),
         ("ply\nelement v 1\nproperty int a\nproperty int a\n", "already declared on line 3"),
         ("ply\nelement v 1\nelement v 1\n", "a second element \"v\""),

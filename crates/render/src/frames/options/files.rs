@@ -5,18 +5,18 @@ use serde::Serialize;
 
 /// What is written of each frame.
 #[derive(Args, Clone, Debug, Serialize)]
-#[command(next_help_heading = "Files")]
+#[command(next_help_heading = "Outputs")]
 pub struct FrameFormat {
-    /// 8-bit sRGB PNG, multi-channel linear EXR with all AOVs, or both
+    /// PNG (8-bit sRGB), EXR (linear, with all AOVs), or both
     #[arg(long, value_enum, value_name = "FORMAT", default_value_t = PictureFormat::Png)]
     pub format: PictureFormat,
 
-    /// Also write a PNG preview of these, separated by commas
+    /// Also write a PNG preview of these AOVs, separated by commas
     #[arg(long, value_enum, value_name = "AOV", value_delimiter = ',')]
     pub aov: Vec<PreviewAov>,
 
-    /// Depths at the two ends of the colors of the depth preview, world units
-    /// [default: percentiles of the first picture]
+    /// Depths at the ends of the color map of the depth preview, world units [default: percentiles
+    /// of the first image]
     #[arg(long, value_name = "NEAR,FAR", value_parser = parse_depth_range)]
     pub depth_range: Option<DepthRange>,
 }
@@ -47,11 +47,11 @@ fn parse_depth_range(text: &str) -> Result<DepthRange, String> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum PreviewAov {
-    /// Expected depth through a color map, near is bright
+    /// Expected depth with a color map; near is bright
     Depth,
-    /// World normal, -1 to 1 as 0 to 255 in R, G, B
+    /// World normal; -1 to 1 maps to 0 to 255 in R, G, B
     Normal,
-    /// Coverage, 0 to 255
+    /// Alpha, 0 to 255
     Alpha,
 }
 

@@ -8,9 +8,9 @@ use crate::options::{AntialiasChoice, ViewExposure};
 
 /// How the world is seen.
 #[derive(Args, Clone, Debug, Serialize)]
-#[command(next_help_heading = "Look")]
+#[command(next_help_heading = "Image")]
 pub struct FrameLook {
-    /// How the world is projected
+    /// Camera projection
     #[arg(long, value_enum, value_name = "PROJECTION", default_value_t = Projection::Pinhole)]
     pub projection: Projection,
 
@@ -18,15 +18,15 @@ pub struct FrameLook {
     #[arg(long, value_name = "COLOR", default_value = "black", value_parser = parse_background)]
     pub background: Background,
 
-    /// Use spherical harmonics up to this degree only
+    /// Highest degree of spherical harmonics to use
     #[arg(long, value_name = "DEGREE", value_parser = clap::value_parser!(u8).range(0..=4))]
     pub sh_degree_limit: Option<u8>,
 
-    /// Pixel footprint of the Gaussians
+    /// Pixel filter of the Gaussians
     #[arg(long, value_enum, value_name = "MODE", default_value_t = AntialiasChoice::Auto)]
     pub antialias: AntialiasChoice,
 
-    /// Brightness of pictures of the capture's views
+    /// Exposure of images of the capture's views
     #[arg(long, value_enum, value_name = "EXPOSURE", default_value_t)]
     pub view_exposure: ViewExposure,
 
@@ -42,7 +42,7 @@ pub struct FrameLook {
 pub enum Projection {
     /// The cameras' own pinhole projection
     Pinhole,
-    /// Full panoramas around the camera centers, 2:1
+    /// Full panoramas around the camera centers, aspect ratio 2:1
     Equirect,
 }
 

@@ -19,42 +19,42 @@ pub use video::VideoOptions;
 /// Which poses to render; exactly one of these.
 #[derive(Args, Clone, Debug, Default, Serialize)]
 #[group(required = true, multiple = false)]
-#[command(next_help_heading = "What to render (one of)")]
+#[command(next_help_heading = "Cameras")]
 pub struct FrameSelection {
-    /// The views of one split of the capture
+    /// Views of one split of the capture
     #[arg(long, value_enum, value_name = "SPLIT")]
     pub split: Option<SplitChoice>,
 
-    /// One view of the capture, by name; may repeat
+    /// One view of the capture, by name; repeatable
     #[arg(long, value_name = "NAME")]
     pub view: Vec<String>,
 
-    /// Between two views of the capture: one picture at --t, or --frames N from A to B
+    /// Interpolate between two views: one image at --t, or --frames N from A to B
     #[arg(long, num_args = 2, value_names = ["A", "B"])]
     pub between: Vec<String>,
 
-    /// N pictures on a circle around what the training cameras look at
+    /// N images on a circle around the point that the training cameras look at
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub orbit: Option<u32>,
 
-    /// N pictures on a spiral in front of what the training cameras look at
+    /// N images on a spiral in front of the point that the training cameras look at
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub spiral: Option<u32>,
 
-    /// The cameras of a motes/camera-path document; needs no capture
+    /// Cameras of a motes/camera-path document; needs no capture
     #[arg(long, value_name = "FILE")]
     pub path: Option<PathBuf>,
 }
 
 /// Where between the two views of `--between`.
 #[derive(Args, Clone, Debug, Default, Serialize)]
-#[command(next_help_heading = "With --between")]
+#[command(next_help_heading = "Cameras")]
 pub struct BetweenOptions {
-    /// Fraction of the way from A to B [default: 0.5]
+    /// Position between A and B, 0 to 1, with --between [default: 0.5]
     #[arg(long, value_name = "FRACTION", value_parser = parse_fraction)]
     pub t: Option<f64>,
 
-    /// Pictures from A to B, both included, instead of one at --t
+    /// Number of images from A to B, both included, with --between
     #[arg(long, conflicts_with = "t", value_name = "N",
         value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub frames: Option<u32>,
@@ -98,13 +98,13 @@ impl FrameSelection {
 
 /// Size of the pictures; without any of these, as the cameras say.
 #[derive(Args, Clone, Debug, Default, Serialize)]
-#[command(next_help_heading = "Size")]
+#[command(next_help_heading = "Image")]
 pub struct FrameSize {
-    /// Width in pixels; the height follows unless given
+    /// Width in pixels; the height keeps the aspect ratio unless given
     #[arg(long, value_name = "PIXELS", value_parser = clap::value_parser!(u32).range(1..=32_768))]
     pub width: Option<u32>,
 
-    /// Height in pixels; the width follows unless given
+    /// Height in pixels; the width keeps the aspect ratio unless given
     #[arg(long, value_name = "PIXELS", value_parser = clap::value_parser!(u32).range(1..=32_768))]
     pub height: Option<u32>,
 

@@ -9,15 +9,15 @@ use serde::Serialize;
 #[derive(Args, Clone, Debug, Serialize)]
 #[command(next_help_heading = "Video")]
 pub struct VideoOptions {
-    /// Number the pictures frame_0000, frame_0001, ... instead of naming them after views
+    /// Number the images frame_0000, frame_0001, ... instead of naming them after views
     #[arg(long)]
     pub video_frames: bool,
 
-    /// Also make a video of the PNG files with ffmpeg; implies --video-frames
+    /// Encode the PNG files as a video with ffmpeg; implies --video-frames
     #[arg(long, value_name = "FILE")]
     pub video: Option<PathBuf>,
 
-    /// Pictures per second of the video
+    /// Frames per second of the video
     #[arg(long, value_name = "N", default_value_t = 30,
         value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub fps: u32,
