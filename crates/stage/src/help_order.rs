@@ -1,5 +1,6 @@
 //! Order of the groups of flags in `--help`: those for experts come last.
 
+use clap::builder::StyledStr;
 use clap::{Arg, Command};
 
 /// The heading of a group of expert flags ends in this.
@@ -14,14 +15,21 @@ pub(crate) fn experts_last(command: Command) -> Command {
     if experts.is_empty() {
         return command;
     }
-    Command::new(command.get_name().to_owned())
-        .about(command.get_about().cloned())
-        .long_about(command.get_long_about().cloned())
-        .after_help(command.get_after_help().cloned())
-        .after_long_help(command.get_after_long_help().cloned())
-        .args(others)
-        .args(experts)
-        .groups(command.get_groups().cloned())
+    // clap keeps names for the life of the process; there is one command in it.
+    let name: &'static str = Box::leak(command.get_name().to_owned().into_boxed_str());
+    let mut sorted =
+        Command::new(name).args(others).args(experts).groups(command.get_groups().cloned());
+    for (text, set) in [
+        (command.get_about(), Command::about as fn(Command, StyledStr) -> Command),
+        (command.get_long_about(), Command::long_about),
+        (command.get_after_help(), Command::after_help),
+        (command.get_after_long_help(), Command::after_long_help),
+    ] {
+        if let Some(text) = text {
+            sorted = set(sorted, text.clone());
+        }
+    }
+    sorted
 }
 
 fn is_expert(argument: &Arg) -> bool {
