@@ -51,7 +51,7 @@ doc:
 
 unit: setup-consumers
 	$(CARGO) test --workspace --release $(LOCKED)
-	$(CARGO) run --quiet --release $(LOCKED) -p xtask -- manuals
+	$(CARGO) run --quiet --release $(LOCKED) -p xtask -- manuals help-words
 
 fuzz: build ## hostile files, kills and rivals for the stages, two minutes long
 	$(CARGO) run --quiet --release $(LOCKED) -p motes-fuzz -- --minutes 2

@@ -14,7 +14,7 @@ use crate::residual::ResidualShare;
 #[derive(Args, Clone, Debug, Default, Serialize)]
 #[command(next_help_heading = "Light")]
 pub struct LightOptions {
-    /// Lat-long environment map (.exr, .hdr), linear [default: the scene's own light]
+    /// Lat-long environment map (.exr, .hdr), linear [default: the capture illumination]
     #[arg(long, value_name = "FILE", conflicts_with = "sun")]
     pub environment: Option<PathBuf>,
 
@@ -28,7 +28,7 @@ pub struct LightOptions {
     pub env_rotate: f64,
 
     /// Factor on the light: a number, or "auto": a white sheet on the ground as bright as under
-    /// the scene's own light [default: 1 for maps, auto for the sun and the sky]
+    /// the capture illumination [default: 1 for maps, auto for the sun and the sky]
     #[arg(long, value_name = "FACTOR")]
     pub env_exposure: Option<Exposure>,
 
@@ -45,7 +45,7 @@ pub struct LightOptions {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Exposure {
-    /// A white sheet on the ground is as bright as under the scene's own light.
+    /// A white sheet on the ground is as bright as under the capture illumination.
     Auto,
     /// Linear photo value of radiance 1.
     #[serde(untagged)]

@@ -12,7 +12,7 @@ pub struct ModelInput {
     #[arg(long, value_name = "FILE", required_unless_present = "scene")]
     pub gaussians: Option<PathBuf>,
 
-    /// Scene folder of decompose, relight or edit: its Gaussians show it under its own light
+    /// Scene folder of decompose, relight or edit, rendered under its captured or last light
     #[arg(long, value_name = "DIR", conflicts_with = "gaussians")]
     pub scene: Option<PathBuf>,
 }

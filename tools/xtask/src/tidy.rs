@@ -1,6 +1,7 @@
 //! Rules that no compiler checks. One file per rule; each takes text and returns problems, so
 //! that its tests can show it failing.
 
+mod circles;
 mod contents;
 mod functions;
 mod layers;
@@ -78,6 +79,7 @@ pub(crate) fn run(root: &Path) -> anyhow::Result<()> {
     }
     problems.extend(versions::stale(&sources));
     problems.extend(contents::check(&sources));
+    problems.extend(circles::check(&sources));
     problems.extend(mirrors::check(&sources));
     let glossary = sources.iter().find(|s| s.path == vocabulary::FILE);
     let words = vocabulary::rules(glossary.map_or("", |s| &s.text)).unwrap_or_else(|problem| {

@@ -61,7 +61,7 @@ pub struct RelightReport {
     pub denoise: f32,
     /// Surfaces that indirect light comes over.
     pub bounces: u32,
-    /// How much of what the model left unexplained under the scene's own light counts under this one, 0 to 1.
+    /// How much of what the model left unexplained under the capture illumination applies under this light, 0 to 1.
     pub residual_share: f32,
     /// Gaussians of the scene.
     pub gaussians: usize,

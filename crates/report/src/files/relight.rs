@@ -120,7 +120,12 @@ pub struct Report {
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let psnr = self.own_psnr_db.map_or("-".into(), |db| format!("{db:.2}"));
-        writeln!(f, "{} views under {}; own light {psnr} dB", self.views, self.lights.join(", "))?;
+        writeln!(
+            f,
+            "{} views under {}; capture illumination {psnr} dB",
+            self.views,
+            self.lights.join(", ")
+        )?;
         if !self.left_out.is_empty() {
             writeln!(f, "left out: {}", self.left_out.join(", "))?;
         }

@@ -26,7 +26,7 @@ pub(super) struct RelightFiles {
     pub(super) scene: PathBuf,
     /// Capture whose held-out views were drawn.
     pub(super) capture: PathBuf,
-    /// Pictures under the scene's own light; with EXR files beside them, components too.
+    /// Pictures under the capture illumination; with EXR files beside them, components too.
     pub(super) own: PathBuf,
     /// Names and pictures of other lights.
     pub(super) lights: Vec<(String, PathBuf)>,

@@ -74,7 +74,7 @@ pub struct RelightPage {
 }
 
 impl RelightPage {
-    /// Mean PSNR of the pictures under the scene's own light, dB.
+    /// Mean PSNR of the pictures under the capture illumination, dB.
     pub fn own_psnr_db(&self) -> Option<f64> {
         let all: Vec<f64> = self.views.iter().filter_map(|v| v.own_psnr_db).collect();
         (!all.is_empty()).then(|| all.iter().sum::<f64>() / all.len() as f64)
@@ -125,9 +125,9 @@ impl RelightPage {
         page.finish()
     }
 
-    /// Photo, the scene's own light, and every other light: a row per view.
+    /// Photo, the capture illumination, and every other light: a row per view.
     pub fn to_contact_sheet(&self) -> ContactSheet {
-        let columns = ["photo", "own light"].map(str::to_owned).into_iter();
+        let columns = ["photo", "captured"].map(str::to_owned).into_iter();
         let row = |view: &RelightView| {
             let cell = |image: &Option<ImageU8>, caption: String| {
                 image.clone().map(|image| ContactCell { image, caption })
@@ -144,7 +144,9 @@ impl RelightPage {
             title: "The same scene in another light".into(),
             columns: columns.chain(self.lights.iter().cloned()).collect(),
             rows: self.views.iter().map(row).collect(),
-            notes: vec!["dB: PSNR of the scene under its own light against the photo.".into()],
+            notes: vec![
+                "dB: PSNR of the scene under the capture illumination against the photo.".into(),
+            ],
         }
     }
 
@@ -172,7 +174,7 @@ impl RelightPage {
     fn lead(&self) -> String {
         let own = self.own_psnr_db().map_or_else(String::new, |db| {
             format!(
-                " Under its own light the scene repeats photos that it never saw at {db:.1} dB."
+                " Under the capture illumination the scene reproduces held-out photos at {db:.1} dB."
             )
         });
         format!(
@@ -194,7 +196,7 @@ impl RelightPage {
         let relit = self.lights.iter().zip(&view.relit);
         layers.extend(relit.filter_map(|(name, image)| Some(layer(name, image.as_ref()?))));
         let caption = view.own_psnr_db.map_or_else(String::new, |db| {
-            format!("under its own light {db:.2} dB against the photo")
+            format!("under the capture illumination {db:.2} dB against the photo")
         });
         let selected = layers.len().saturating_sub(1).min(2);
         Comparison { name: view.name.clone(), caption, layers, selected }

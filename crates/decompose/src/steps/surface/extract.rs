@@ -152,7 +152,7 @@ fn surface_of(
         report.agreement.push(agreement);
     }
     report.pieces_dropped += clean(&mut mesh, views, &sheets, voxel, options);
-    let facets = creases::flatten(&mut mesh, voxel, options.facet_width);
+    let facets = creases::flatten(&mut mesh, voxel, options.planar_face_width);
     report.facets = facets.len();
     seams::skirts(&mut mesh, &sheets, |mesh, up| {
         creases::reach_down(&facets, mesh, up, SKIRT * voxel)

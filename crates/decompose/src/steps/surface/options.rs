@@ -29,8 +29,9 @@ pub struct Options {
     #[arg(long, default_value_t = 2.5, value_name = "VOXELS")]
     pub plane_tolerance: f32,
     /// Planar faces of objects at least this wide are projected onto their planes
-    #[arg(long, default_value_t = 20.0, value_name = "VOXELS")]
-    pub facet_width: f32,
+    #[arg(long, alias = "facet-width", default_value_t = 20.0, value_name = "VOXELS")]
+    #[serde(alias = "facet-width")]
+    pub planar_face_width: f32,
     /// Stiffness of the surface against noise in the Gaussians' depth; 0 keeps the fused surface
     #[arg(long, default_value_t = 100.0, value_name = "WEIGHT")]
     pub stiffness: f32,
