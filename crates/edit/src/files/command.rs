@@ -12,11 +12,11 @@ use serde::Serialize;
 const EXAMPLES: &str = "\
 Examples:
   Remove the selected object and fill the ground behind it:
-    edit --scene scene/ --capture capture/capture.json --selection selection.json --delete -o without/
+    edit --scene scene/ --capture c.json --selection selection.json --delete -o without/
   Another material for the selected object, with pictures before and after:
-    edit --scene scene/ --selection selection.json --set-material brass --thumbnails thumbnails/ -o brass/
-  Move and turn the selection of a plain splat:
-    edit --gaussians gaussians.ply --selection selection.json --translate 0.2,0,0 --rotate-axis 0,0,1,30 -o moved.ply
+    edit --scene scene/ --selection selection.json --set-material brass --thumbnails views/ -o new/
+  Move the selection of a plain splat:
+    edit --gaussians gaussians.ply --selection selection.json --translate 0.2,0,0 -o moved.ply
   All operations of a plan:
     edit --scene scene/ --plan plan.json -o edited/";
 

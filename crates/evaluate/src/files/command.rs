@@ -22,12 +22,12 @@ use serde::Serialize;
 const EXAMPLES: &str = "\
 Examples:
   Scores of the held-out views, as text and as a page with error maps:
-    evaluate --capture capture/capture.json --gaussians gaussians.ply
-    evaluate --capture capture/capture.json --gaussians gaussians.ply --metrics scores.json --report scores.html
+    evaluate --capture capture.json --gaussians gaussians.ply
+    evaluate --capture capture.json --gaussians gaussians.ply --metrics m.json --report scores.html
   Images of another program, with the same protocol:
-    evaluate --capture capture/capture.json --renders other-program/test
+    evaluate --capture capture.json --renders other-program/test
   A gate for continuous integration (exit code 4 when it is not met):
-    evaluate --capture capture/capture.json --gaussians gaussians.ply --require 'psnr>=25'";
+    evaluate --capture capture.json --gaussians gaussians.ply --require 'psnr>=25'";
 
 /// A photo, its render, and the planes of the scores.
 const VIEW_BYTES_PER_PIXEL: u64 = 120;

@@ -20,13 +20,13 @@ const PICTURE_BYTES_PER_PIXEL: u64 = 256;
 const EXAMPLES: &str = "\
 Examples:
   The held-out views under a low sun and the sky:
-    relight --scene scene/ --capture capture/capture.json --split test --sun azimuth=90,elevation=8 --sky -o morning/
+    relight --scene scene/ --capture c.json --split test --sun azimuth=90,elevation=8 --sky -o am/
   A turntable of the light of an environment map, from one view:
-    relight --scene scene/ --capture capture/capture.json --view p03 --environment studio.exr --turntable 48 -o turntable/
+    relight --scene scene/ --capture c.json --view a --environment map.exr --turntable 48 -o turn/
   A relit splat for any viewer:
-    relight --scene scene/ --environment studio.exr -o relit.ply
+    relight --scene scene/ --environment map.exr -o relit.ply
   Views that another program relit, lifted to 3D:
-    relight --from-images relit/ --gaussians gaussians.ply --capture capture/capture.json -o relit.ply";
+    relight --from-images relit/ --gaussians gaussians.ply --capture c.json -o relit.ply";
 
 /// Relight a decomposed scene, or lift relit views to 3D
 #[derive(Parser, Debug, Serialize)]

@@ -17,11 +17,11 @@ use serde::Serialize;
 const EXAMPLES: &str = "\
 Examples:
   The held-out views of a capture:
-    render --gaussians gaussians.ply --capture capture/capture.json --split test -o test/
+    render --gaussians gaussians.ply --capture capture.json --split test -o test/
   One view with depth, normals and alpha as linear EXR:
-    render --gaussians gaussians.ply --capture capture/capture.json --view p03 --format exr -o aovs/
+    render --gaussians gaussians.ply --capture capture.json --view p03 --format exr -o aovs/
   A video of an orbit around the object (needs ffmpeg):
-    render --gaussians gaussians.ply --capture capture/capture.json --orbit 120 --video orbit.mp4 -o frames/";
+    render --gaussians gaussians.ply --capture capture.json --orbit 120 --video orbit.mp4 -o out/";
 
 /// Render Gaussians from the views of a capture, poses between them, orbits or camera paths
 #[derive(Parser, Debug, Serialize)]

@@ -27,9 +27,9 @@ use serde::Serialize;
     name = "report relight",
     after_help = "Examples:\n  \
     A scene under its capture illumination and at sunrise:\n    \
-    report relight --scene scene --capture capture/capture.json --own captured --light sunrise=sunrise -o relight.html\n  \
-    With the times of the programs and a contact sheet:\n    \
-    report relight --scene scene --capture capture/capture.json --own captured --run scene.run.json -o relight.html --contact-sheet sheet.png"
+    report relight --scene scene --capture c.json --own own --light sunrise=dawn -o relight.html\n  \
+    With a contact sheet:\n    \
+    report relight --scene scene --capture c.json --own own -o relight.html --contact-sheet s.png"
 )]
 pub struct Args {
     /// Scene folder written by decompose

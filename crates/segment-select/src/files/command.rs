@@ -9,12 +9,12 @@ use serde::Serialize;
 
 const EXAMPLES: &str = "\
 Examples:
-  The object under a click in one view, drawn over the views:
-    segment-select --gaussians gaussians.ply --capture capture/capture.json --click p03,210,140 --overlay overlay/ -o selection.json
+  The object under a click in view a, drawn over the views:
+    segment-select --gaussians g.ply --capture c.json --click a,210,140 --overlay views/ -o s.json
   The same without what a second click points at:
-    segment-select --gaussians gaussians.ply --capture capture/capture.json --click p03,210,140 --click p03,90,60,- -o selection.json
+    segment-select --gaussians g.ply --capture c.json --click a,210,140 --click a,90,60,- -o s.json
   Gaussians in a sphere, less the ground:
-    segment-select --gaussians gaussians.ply --select sphere=0,0,1,0.5 --select subtract:ground -o selection.json";
+    segment-select --gaussians g.ply --select sphere=0,0,1,0.5 --select subtract:ground -o s.json";
 
 /// Select Gaussians by clicks, boxes, masks, shapes, colors and properties
 #[derive(Parser, Debug, Serialize)]
