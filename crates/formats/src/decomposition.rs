@@ -176,12 +176,12 @@ impl DecompositionDocument {
         let environment = file("/environment", &self.environment)?;
         let length = self.up_in_world.iter().map(|v| v * v).sum::<f64>().sqrt();
         if !((length - 1.0).abs() <= UNIT_TOLERANCE) {
-            let cause = format!("{:?} is no unit vector", self.up_in_world);
+            let cause = format!("{:?} is not a unit vector", self.up_in_world);
             return Err(FormatError::invalid(path, "/up_in_world", cause));
         }
         self.up_in_world = self.up_in_world.map(|v| v / length);
         if !self.scale_anchor.factor_rgb.iter().all(|f| *f > 0.0 && f.is_finite()) {
-            let cause = format!("{:?} are no factors", self.scale_anchor.factor_rgb);
+            let cause = format!("{:?} are not factors", self.scale_anchor.factor_rgb);
             return Err(FormatError::invalid(path, "/scale_anchor/factor_rgb", cause));
         }
         Ok(Decomposition { document: self, gaussians, surface, environment, warnings: Vec::new() })

@@ -234,7 +234,7 @@ impl SelectionDocument {
         });
         if !plane_ok || !self.object_box.is_none_or(|b| finite(&b.min) && finite(&b.max)) {
             let place = if plane_ok { "/object_box" } else { "/support_plane" };
-            let cause = "its numbers are not finite or its normal is no unit vector";
+            let cause = "its numbers are not finite or its normal is not a unit vector";
             return Err(FormatError::invalid(path, place, cause));
         }
         let notes = SelectionNotes {

@@ -136,7 +136,7 @@ pub fn check_opening<T: Document>(
 ) -> Result<u32> {
     if format.and_then(Value::as_str) != Some(T::FORMAT) {
         let found = format.map_or("is missing".into(), |found| format!("is {}", short(found)));
-        let cause = format!("the key \"format\" {found}, this is no {} document", T::FORMAT);
+        let cause = format!("the key \"format\" {found}, this is not a {} document", T::FORMAT);
         return Err(FormatError::invalid(name, "/format", cause));
     }
     check_version::<T>(version, name)
@@ -196,7 +196,7 @@ pub fn check_ranges<T: Document>(document: &T, name: &Path) -> Result<()> {
     }
 }
 
-/// The error of bytes that are no JSON: place as a JSON pointer with line and column.
+/// The error of bytes that are not JSON: place as a JSON pointer with line and column.
 pub fn syntax_error(bytes: &[u8], path: &Path, error: &serde_json::Error) -> FormatError {
     let at = offset(bytes, error.line(), error.column());
     let place = place_of(&pointer_at(bytes, at.saturating_sub(1)), error);
