@@ -12,15 +12,27 @@ use rayon::prelude::*;
 
 use super::bytes::f32_at;
 use super::quantize::{color_byte, dc_of_color, logit_of_byte, sigmoid, unit, unorm8};
+use super::registry::{Codec, Input};
 use super::rows::{with_room, write_blocks};
 use super::write::SplatWriteOptions;
 use motes_formats::atomic::write_error;
 use motes_formats::error::{FormatError, Result};
 use motes_formats::ply::GaussianFile;
 
+pub(super) static CODEC: Codec = Codec {
+    name: "splat",
+    about: "antimatter15 .splat",
+    suffixes: &[".splat"],
+    max_sh_degree: 0,
+    loses: "quantized; harmonics; other columns; the order of rows",
+    read: Input::Bytes(read),
+    write: Some(write),
+    ..Codec::DEFAULT
+};
+
 const ROW_BYTES: usize = 32;
 
-pub(super) fn read(data: &[u8], path: &Path) -> Result<GaussianFile> {
+fn read(data: &[u8], path: &Path) -> Result<GaussianFile> {
     if data.is_empty() || !data.len().is_multiple_of(ROW_BYTES) {
         let cause = format!(
             "a .splat file has {ROW_BYTES} bytes per Gaussian, this one has {}",
@@ -48,7 +60,7 @@ pub(super) fn read(data: &[u8], path: &Path) -> Result<GaussianFile> {
     Ok(GaussianFile::new(gaussians, Vec::new()))
 }
 
-pub(super) fn write(
+fn write(
     writer: &mut dyn Write,
     gaussians: &Gaussians,
     _: &SplatWriteOptions,

@@ -12,6 +12,7 @@ use motes_scene::Gaussians;
 use super::bytes::{Bytes, f32_at, u16_at, u32_at};
 use super::merge::merge_gaussians;
 use super::quantize::{dc_of_color, logit_of_byte};
+use super::registry::{Codec, Input};
 use super::rows::with_room;
 use motes_formats::error::{FormatError, Result};
 use motes_formats::ply::GaussianFile;
@@ -85,7 +86,15 @@ impl Section {
     }
 }
 
-pub(super) fn read(data: &[u8], path: &Path) -> Result<GaussianFile> {
+pub(super) static CODEC: Codec = Codec {
+    name: "ksplat",
+    about: "mkkellogg .ksplat",
+    suffixes: &[".ksplat"],
+    read: Input::Bytes(read),
+    ..Codec::DEFAULT
+};
+
+fn read(data: &[u8], path: &Path) -> Result<GaussianFile> {
     let mut bytes = Bytes::new(data, path);
     let header = bytes.take(HEADER_BYTES, "the header")?;
     let fault = |place: &str, cause: String| FormatError::invalid(path, place, cause);

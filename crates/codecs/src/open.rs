@@ -6,8 +6,8 @@ use std::path::Path;
 
 use motes_scene::Gaussians;
 
-use super::registry::{CODECS, SplatFormat};
-use super::{compressed_ply, gltf, r3dg, sog, spz};
+use super::registry::Input;
+use super::{CODECS, SplatFormat, compressed_ply, r3dg, sog};
 use motes_formats::error::{FormatError, Result};
 use motes_formats::ply::{GaussianFile, PlySource};
 
@@ -69,12 +69,10 @@ pub fn read_gaussians_from(format: SplatFormat, bytes: &[u8], name: &Path) -> Re
 }
 
 fn read_with(format: SplatFormat, bytes: &[u8], path: &Path) -> Result<GaussianFile> {
-    match (format, format.codec().read) {
-        (SplatFormat::Ply | SplatFormat::CompressedPly, _) => {
-            read_ply(PlySource::stream(bytes, path)?)
-        }
-        (_, Some(read)) => read(bytes, path),
-        (_, None) => {
+    match format.codec().read {
+        Input::Ply => read_ply(PlySource::stream(bytes, path)?),
+        Input::Bytes(read) => read(bytes, path),
+        Input::None => {
             let cause = format!("{} is written, but not read", format.codec().name);
             Err(FormatError::not_supported(path, "", cause).with_remedy(readable()))
         }
@@ -96,18 +94,11 @@ fn read_ply(mut source: PlySource<'_>) -> Result<GaussianFile> {
 }
 
 fn format_of(start: &[u8], path: &Path) -> Result<SplatFormat> {
-    let starts = |magic: &[u8]| start.starts_with(magic);
-    if starts(b"ply") || starts(b"\xef\xbb\xbfply") {
-        return Ok(SplatFormat::Ply);
-    }
-    if spz::is_spz(start) {
-        return Ok(SplatFormat::Spz);
-    }
-    if gltf::is_glb(start) {
-        return Ok(SplatFormat::Glb);
+    if let Some(format) = SplatFormat::ALL.iter().find(|format| (format.codec().starts)(start)) {
+        return Ok(*format);
     }
     let is_meta = || path.file_name().is_some_and(|name| name == "meta.json");
-    if sog::is_archive(start) || (starts(b"{") && is_meta()) {
+    if start.starts_with(b"{") && is_meta() {
         return Ok(SplatFormat::Sog);
     }
     match SplatFormat::of_name(path) {

@@ -8,12 +8,36 @@ use std::path::Path;
 use motes_scene::{ColumnValues, Gaussians};
 use rayon::prelude::*;
 
+use super::registry::Codec;
 use super::rows::write_blocks;
 use super::write::SplatWriteOptions;
 use motes_formats::atomic::write_error;
 use motes_formats::documents::{Document as _, to_pretty_json};
 use motes_formats::error::Result;
 use motes_formats::statistics::{ColumnStatistics, StatisticsDocument};
+
+pub(super) static CSV: Codec = Codec {
+    name: "csv",
+    about: "A table with a line per Gaussian",
+    suffixes: &[".csv"],
+    max_sh_degree: 4,
+    lossless: true,
+    keeps_extra_columns: true,
+    loses: "nothing",
+    write: Some(write_csv),
+    ..Codec::DEFAULT
+};
+
+pub(super) static STATISTICS: Codec = Codec {
+    name: "statistics",
+    about: "Statistics of each column as JSON",
+    suffixes: &[".json"],
+    max_sh_degree: 4,
+    keeps_extra_columns: true,
+    loses: "all but the [statistics](statistics.md)",
+    write: Some(write_statistics),
+    ..Codec::DEFAULT
+};
 
 /// A column by name, and its values.
 struct Column<'g> {
@@ -65,7 +89,7 @@ fn columns(gaussians: &Gaussians) -> Vec<Column<'_>> {
 }
 
 /// A header line and a line per Gaussian, each value with the digits that give it back.
-pub(super) fn write_csv(
+fn write_csv(
     writer: &mut dyn Write,
     gaussians: &Gaussians,
     _: &SplatWriteOptions,
@@ -104,7 +128,7 @@ fn is_wide(gaussians: &Gaussians, name: &str) -> bool {
 }
 
 /// The statistics of each column.
-pub(super) fn write_statistics(
+fn write_statistics(
     writer: &mut dyn Write,
     gaussians: &Gaussians,
     _: &SplatWriteOptions,

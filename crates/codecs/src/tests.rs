@@ -333,3 +333,13 @@ fn a_stream_of_zeros_is_no_scene() {
     let error = read_gaussians_from(SplatFormat::Spz, &bytes, Path::new("a.spz")).unwrap_err();
     assert!(error.to_string().contains("cannot hold"), "{error}");
 }
+
+#[test]
+fn the_page_lists_every_codec() {
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/formats/splats.md");
+    let page = std::fs::read_to_string(page).unwrap();
+    for codec in CODECS {
+        let row = codec.manual_row();
+        assert!(page.lines().any(|line| line == row), "docs/formats/splats.md lacks\n{row}");
+    }
+}

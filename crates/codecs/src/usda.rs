@@ -12,12 +12,23 @@ use motes_scene::Gaussians;
 
 use super::axes::Flip;
 use super::quantize::{sigmoid, unit};
+use super::registry::Codec;
 use super::rows::write_blocks;
 use super::write::SplatWriteOptions;
 use motes_formats::atomic::write_error;
 use motes_formats::error::Result;
 
-pub(super) fn write(
+pub(super) static CODEC: Codec = Codec {
+    name: "usda",
+    about: "OpenUSD text with a ParticleField3DGaussianSplat",
+    suffixes: &[".usda"],
+    lossless: true,
+    loses: "rounding; other columns",
+    write: Some(write),
+    ..Codec::DEFAULT
+};
+
+fn write(
     writer: &mut dyn Write,
     gaussians: &Gaussians,
     _: &SplatWriteOptions,

@@ -10,8 +10,7 @@ use common::cases;
 use motes_formats::documents::{Document, parse_document, to_pretty_json};
 use motes_formats::ply::{self, PlyWriteOptions};
 use motes_formats::{
-    camera_path, capture, decomposition, edit_plan, environment, exr_aov, images, metrics,
-    run_record, tensors,
+    camera_path, capture, decomposition, environment, exr_aov, images, metrics, run_record, tensors,
 };
 use motes_scene::Gaussians;
 
@@ -236,7 +235,6 @@ fn json_documents_survive() {
     json_survives::<run_record::RunRecord>("run");
     json_survives::<camera_path::CameraPathDocument>("camera-path");
     json_survives::<decomposition::DecompositionDocument>("decomposition");
-    json_survives::<edit_plan::EditPlanDocument>("edit-plan");
     for path in cases("decomposition", "valid") {
         let read = decomposition::read_decomposition(&path).unwrap();
         assert_eq!(read.gaussians, path.with_file_name("gaussians.ply"));

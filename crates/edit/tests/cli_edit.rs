@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::{Command, Output};
 
-use motes_codecs::{CODECS, SplatWriteOptions, write_gaussians};
+use edit::plan::read_edit_plan;
+use motes_codecs::{SplatFormat, SplatWriteOptions, write_gaussians};
 use motes_formats::decomposition::read_decomposition;
-use motes_formats::edit_plan::read_edit_plan;
 use motes_formats::images::read_image;
 use motes_formats::ply::{read_gaussians, read_surface};
 use motes_formats::selection::{
@@ -329,10 +329,14 @@ fn splats_of_other_codecs_are_edited_and_inserted_but_not_written() {
     let toy = toy_scene();
     let gaussians = read_gaussians(&toy.path("scene/gaussians.ply")).unwrap();
     let n = gaussians.len() as u64;
-    for format in CODECS.iter().filter(|codec| codec.is_readable() && codec.is_writable()) {
-        let name = format!("asset.{}", format.suffixes[0].trim_start_matches('.'));
+    for format in SplatFormat::ALL {
+        let codec = format.codec();
+        if !(codec.is_readable() && codec.is_writable()) {
+            continue;
+        }
+        let name = format!("asset.{}", codec.suffixes[0].trim_start_matches('.'));
         let options = SplatWriteOptions::default();
-        write_gaussians(&toy.path(&name), format.format, &gaussians, &options).unwrap();
+        write_gaussians(&toy.path(&name), *format, &gaussians, &options).unwrap();
         let insert = ["--gaussians", name.as_str(), "--insert", name.as_str(), "-o", "out.ply"];
         let line = [&insert[..], &["--no-provenance", "--json", "-q", "--overwrite"]].concat();
         let said = answer(&edit(&toy, &line));
@@ -461,4 +465,12 @@ fn an_interrupted_edit_ends_its_editor() {
     assert_eq!(status.code(), Some(130));
     assert!(begun.elapsed().as_secs() < 25, "it waits for the editor");
     assert!(!toy.path("a.ply").exists());
+}
+
+#[test]
+fn the_schema_in_the_documentation_is_the_one_that_is_printed() {
+    let page = std::path::Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../../docs/formats/schema/edit-plan-v1.schema.json");
+    let found = std::fs::read_to_string(page).unwrap();
+    assert_eq!(found, edit::files::plan_schema(), "run `cargo xtask schemas`");
 }

@@ -3,7 +3,7 @@
 mod box_on_ground;
 
 use box_on_ground::{BOX, BOX_CELLS, error, ground, photographed, rows_of_box, state, state_of};
-use edit::ops::decimate::decimate;
+use edit::changes::decimate::decimate;
 use edit::reshade::{ReshadeError, ReshadeOptions, ReshadeReport, moved_surface, reshade};
 use edit::{EditState, Fill, Similarity};
 use glam::{DVec3, Vec3};

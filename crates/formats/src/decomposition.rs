@@ -10,12 +10,13 @@ use serde::{Deserialize, Serialize};
 use crate::atomic::FolderDraft;
 use crate::capture::{checked_relative_path, resolve};
 use crate::documents::{Document, Parsed, read_document, write_document};
-use crate::edit_plan::EDIT_LOG_FILE;
 use crate::error::{FormatError, Result};
 use crate::selection::BoundGaussians;
 
 /// The name of the document in a scene folder.
 pub const DECOMPOSITION_FILE: &str = "decomposition.json";
+/// The name of the log in an edited scene folder.
+pub const EDIT_LOG_FILE: &str = "edit-log.json";
 
 /// How far the length of `up_in_world` may be from 1: hand-written vectors with three digits pass.
 const UNIT_TOLERANCE: f64 = 1e-2;

@@ -12,7 +12,6 @@ pub mod capture;
 pub mod colmap;
 pub mod decomposition;
 pub mod documents;
-pub mod edit_plan;
 pub mod environment;
 pub mod error;
 pub mod exr_aov;
@@ -26,6 +25,7 @@ pub mod selection;
 pub mod selectors;
 pub mod statistics;
 pub mod tensors;
+pub mod train_report;
 pub mod transforms;
 
 pub use error::{FormatError, Result};

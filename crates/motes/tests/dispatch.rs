@@ -171,6 +171,20 @@ fn a_swapped_stage_reaches_the_pipelines() {
 }
 
 #[test]
+fn the_stage_of_the_documentation_takes_the_place_of_ours() {
+    let install = Install::new();
+    install.script("bin/train-splat", "echo \"$*\"");
+    let stages = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/extending/stages");
+    let output = Command::new(install.at("bin/motes"))
+        .args(["train-splat", "--capture", "capture.json"])
+        .env("MOTES_STAGE_PATH", stages)
+        .env("MOTES_BIN", install.at("bin"))
+        .output()
+        .unwrap();
+    assert_eq!(text(&output.stdout), "--loss-term edge=0.1 --capture capture.json\n", "{output:?}");
+}
+
+#[test]
 fn completions_of_a_stage_are_completions_of_motes() {
     let install = Install::new();
     install.script(

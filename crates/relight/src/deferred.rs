@@ -5,7 +5,7 @@
 //! over a surface, so filters work on `E`, and the texture passes them untouched.
 
 use glam::Vec3;
-use motes_shading::brdf::{DIELECTRIC_F0, Lobes, Material};
+use motes_shading::brdf::{Material, Model, WithModel, with_model};
 use motes_shading::environment::Environment;
 use motes_shading::integrate::{IntegrationOptions, Shaded, Shader};
 use motes_shading::tracing::{Hit, MeshTracer, Ray};
@@ -39,16 +39,22 @@ pub(crate) struct Lit {
     pub(crate) variance: f32,
 }
 
+/// [`Model::factors`] of a material.
+struct Factors<'a>(&'a Material);
+
+impl WithModel for Factors<'_> {
+    type Output = [Vec3; 2];
+
+    fn run<M: Model>(self) -> [Vec3; 2] {
+        M::factors(self.0)
+    }
+}
+
 impl Parts {
     /// The factors by which the texture enters.
     pub(crate) fn factors(material: &Material) -> Self {
-        let (b, m) = (material.base_color_linear, material.metallic);
         let least = Vec3::splat(LEAST_FACTOR);
-        if material.lobes == Lobes::Lambert {
-            let b = b.max(least);
-            return Self { diffuse: b, specular: least, indirect: b };
-        }
-        let (diffuse, specular) = (b * (1.0 - m), Vec3::splat(DIELECTRIC_F0 as f32).lerp(b, m));
+        let [diffuse, specular] = with_model(material.lobes, Factors(material));
         Self {
             diffuse: diffuse.max(least),
             specular: specular.max(least),

@@ -19,6 +19,9 @@ pub enum Lobes {
     Principled,
     /// The same specular lobes over Burley's diffuse lobe, as Blender, Mitsuba and engines have it.
     Burley,
+    /// The specular lobes of `principled` over rough diffuse reflection: the energy-preserving Oren–Nayar model.
+    #[serde(rename = "oren-nayar")]
+    OrenNayar,
 }
 
 /// Material of `N` Gaussians, as `decompose` finds it.

@@ -80,11 +80,6 @@ fn main() {
     println!("BRDF preparation     {prepare:7.1}");
     let brdf = Brdf::new(&material, Vec3::Z, to_viewer);
     println!("BRDF eval and pdf    {:7.1}", nanoseconds(N, |i| brdf.eval_pdf(d(i))));
-    let prepare = nanoseconds(N, |i| Brdf::new(&material, Vec3::Z, d(i)).differentiable());
-    println!("  with derivatives   {prepare:7.1}");
-    let differentiable = brdf.differentiable();
-    let derivatives = nanoseconds(N, |i| differentiable.eval(d(i)));
-    println!("BRDF with derivatives{derivatives:7.1}");
     let u: Vec<[f32; 3]> =
         (0..1024u32).map(|i| points.point(i).map(motes_shading::sampling::unit_f32)).collect();
     let draw = nanoseconds(N, |i| brdf.sample(u[(i & 1023) as usize]));

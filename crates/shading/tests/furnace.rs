@@ -1,8 +1,8 @@
-//! The books of the BRDF: what comes in goes out, and not more; both ways the same.
+//! Energy and reciprocity of every BRDF in the list.
 
 use glam::DVec3;
 use motes_shading::brdf::reference::Material;
-use motes_shading::brdf::{Brdf, Lobes};
+use motes_shading::brdf::{Brdf, LOBES, Lobes, Model, WithModel, with_model};
 
 const ROUGHNESSES: [f64; 8] = [0.0, 0.02, 0.07, 0.2, 0.45, 0.63, 0.85, 1.0];
 const COSINES: [f64; 6] = [0.004, 0.03, 0.13, 0.4, 0.77, 1.0];
@@ -42,19 +42,35 @@ fn albedo(m: &Material, mu: f64, n: u32) -> DVec3 {
     sum / f64::from(n)
 }
 
+/// What a model promises of the white furnace.
+struct FurnaceError;
+
+impl WithModel for FurnaceError {
+    type Output = f64;
+
+    fn run<M: Model>(self) -> f64 {
+        M::FURNACE_ERROR
+    }
+}
+
 #[test]
 fn a_white_furnace_stays_white() {
-    let mut worst: f64 = 0.0;
-    for metallic in [0.0, 1.0] {
-        for roughness in ROUGHNESSES {
-            for mu in COSINES {
-                let error = (albedo(&material(1.0, roughness, metallic), mu, 60_000).x - 1.0).abs();
-                worst = worst.max(error);
+    for &lobes in LOBES {
+        let allowed = with_model(lobes, FurnaceError);
+        let mut worst: f64 = 0.0;
+        for metallic in [0.0, 1.0] {
+            for roughness in ROUGHNESSES {
+                for mu in COSINES {
+                    let m = Material { lobes, ..material(1.0, roughness, metallic) };
+                    let albedo = albedo(&m, mu, 60_000).x;
+                    assert!(albedo.is_finite() && albedo > 0.0, "{lobes:?}: {albedo}");
+                    worst = worst.max((albedo - 1.0).abs());
+                }
             }
         }
+        println!("{lobes:?}: largest furnace error {worst:.5}");
+        assert!(worst < allowed, "{lobes:?}: furnace off by {worst}");
     }
-    println!("largest furnace error {worst:.5}");
-    assert!(worst < 0.006, "furnace off by {worst}");
 }
 
 #[test]
@@ -85,13 +101,36 @@ fn burleys_diffuse_lobe_has_its_own_albedo() {
 
 #[test]
 fn no_material_reflects_more_than_it_gets() {
-    for (base, metallic) in [(0.0, 0.0), (0.0, 1.0), (0.5, 0.5), (1.0, 0.5), (0.8, 0.0), (0.9, 1.0)]
-    {
-        for roughness in ROUGHNESSES {
-            for mu in COSINES {
-                let a = albedo(&material(base, roughness, metallic), mu, 8_000).x;
-                assert!((0.0..1.02).contains(&a), "{base} {metallic} {roughness} {mu}: {a}");
+    let conserving = LOBES.iter().filter(|lobes| with_model(**lobes, FurnaceError) < 0.02);
+    for &lobes in conserving {
+        for (base, metallic) in
+            [(0.0, 0.0), (0.0, 1.0), (0.5, 0.5), (1.0, 0.5), (0.8, 0.0), (0.9, 1.0)]
+        {
+            for roughness in ROUGHNESSES {
+                for mu in COSINES {
+                    let m = Material { lobes, ..material(base, roughness, metallic) };
+                    let a = albedo(&m, mu, 8_000).x;
+                    assert!((0.0..1.02).contains(&a), "{m:?} {mu}: {a}");
+                }
             }
+        }
+    }
+}
+
+/// `decompose` solves for base color in closed form.
+#[test]
+fn the_diffuse_part_is_proportional_to_base_color_and_the_coat_does_not_know_it() {
+    for &lobes in LOBES {
+        for i in 0..40 {
+            let (a, b) = (direction(2 * i), direction(2 * i + 1));
+            let of = |base| {
+                let m = Material { lobes, ..material(base, 0.4, 0.0) };
+                m.eval(DVec3::Z, a, b)
+            };
+            let (dark, half, white) = (of(0.0), of(0.5), of(1.0));
+            assert_eq!(dark.diffuse, DVec3::ZERO, "{lobes:?}");
+            assert!((2.0 * half.diffuse - white.diffuse).abs().max_element() < 1e-12, "{lobes:?}");
+            assert_eq!(dark.specular, white.specular, "{lobes:?}");
         }
     }
 }
@@ -101,13 +140,14 @@ fn light_and_viewer_may_swap() {
     let n = DVec3::new(0.36, -0.48, 0.8);
     for roughness in ROUGHNESSES {
         for metallic in [0.0, 0.4, 1.0] {
-            let lobes = if metallic == 0.4 { Lobes::Burley } else { Lobes::Principled };
-            let m = Material { lobes, ..material(0.7, roughness, metallic) };
-            for i in 0..50 {
-                let (a, b) = (direction(2 * i), direction(2 * i + 1));
-                let there = m.eval(n, a, b).total().x;
-                let back = m.eval(n, b, a).total().x;
-                assert!((there - back).abs() <= 1e-9 * there, "{there} {back}");
+            for &lobes in LOBES {
+                let m = Material { lobes, ..material(0.7, roughness, metallic) };
+                for i in 0..50 {
+                    let (a, b) = (direction(2 * i), direction(2 * i + 1));
+                    let there = m.eval(n, a, b).total().x;
+                    let back = m.eval(n, b, a).total().x;
+                    assert!((there - back).abs() <= 1e-9 * there, "{lobes:?}: {there} {back}");
+                }
             }
         }
     }
@@ -126,7 +166,7 @@ fn direction(i: u32) -> DVec3 {
 fn the_fast_path_agrees_with_the_reference() {
     let n = DVec3::new(0.36, -0.48, 0.8).as_vec3().normalize();
     let n64 = n.as_dvec3().normalize();
-    for lobes in [Lobes::Principled, Lobes::Burley, Lobes::Lambert] {
+    for &lobes in LOBES {
         for roughness in [0.1, 0.3, 0.6, 1.0] {
             for metallic in [0.0, 0.5, 1.0] {
                 let m = motes_shading::brdf::Material {
@@ -160,40 +200,39 @@ fn the_fast_path_agrees_with_the_reference() {
 
 #[test]
 fn extremes_are_finite_and_not_negative() {
-    let tiny = 1e-6f32;
     for roughness in [0.0, 1.0, f32::NAN] {
         for metallic in [0.0, 1.0] {
             for base in [0.0, 1.0, -3.0, f32::INFINITY] {
-                let m = motes_shading::brdf::Material::principled(
-                    glam::Vec3::splat(base),
-                    roughness,
-                    metallic,
-                );
-                for mu_o in [0.0, tiny, 0.5, 1.0] {
-                    for mu_i in [0.0, tiny, 0.5, 1.0] {
-                        for side in [1.0, -1.0] {
-                            let at = |mu: f32, s: f32| {
-                                glam::Vec3::new(s * (1.0 - mu * mu).sqrt(), 0.0, mu).normalize()
-                            };
-                            let (w_o, w_i) = (at(mu_o, 1.0), at(mu_i, side));
-                            let brdf = Brdf::new(&m, glam::Vec3::Z, w_o);
-                            let (value, pdf) = brdf.eval_pdf(w_i);
-                            let d = brdf.eval_with_derivatives(w_i);
-                            let all = [value.diffuse, value.specular];
-                            assert!(all.iter().all(|v| v.is_finite() && v.min_element() >= 0.0));
-                            assert!(pdf.is_finite() && pdf >= 0.0);
-                            assert!(d.by_base_color.is_finite() && d.by_metallic.is_finite());
-                            assert!(d.by_roughness.is_finite(), "{m:?} {mu_o} {mu_i}");
-                            assert!(
-                                d.by_normal.iter().all(|v| v.is_finite()),
-                                "{m:?} {mu_o} {mu_i}"
-                            );
-                            for u in [0.0, 0.3, 0.999_999_94] {
-                                if let Some(w) = brdf.sample([u, u, u]) {
-                                    assert!((w.length() - 1.0).abs() < 1e-5);
-                                }
-                            }
-                        }
+                for &lobes in LOBES {
+                    let m = motes_shading::brdf::Material::principled(
+                        glam::Vec3::splat(base),
+                        roughness,
+                        metallic,
+                    );
+                    extremes(&motes_shading::brdf::Material { lobes, ..m });
+                }
+            }
+        }
+    }
+}
+
+fn extremes(m: &motes_shading::brdf::Material) {
+    let tiny = 1e-6f32;
+    for mu_o in [0.0, tiny, 0.5, 1.0] {
+        for mu_i in [0.0, tiny, 0.5, 1.0] {
+            for side in [1.0, -1.0] {
+                let at = |mu: f32, s: f32| {
+                    glam::Vec3::new(s * (1.0 - mu * mu).sqrt(), 0.0, mu).normalize()
+                };
+                let (w_o, w_i) = (at(mu_o, 1.0), at(mu_i, side));
+                let brdf = Brdf::new(m, glam::Vec3::Z, w_o);
+                let (value, pdf) = brdf.eval_pdf(w_i);
+                let all = [value.diffuse, value.specular];
+                assert!(all.iter().all(|v| v.is_finite() && v.min_element() >= 0.0));
+                assert!(pdf.is_finite() && pdf >= 0.0);
+                for u in [0.0, 0.3, 0.999_999_94] {
+                    if let Some(w) = brdf.sample([u, u, u]) {
+                        assert!((w.length() - 1.0).abs() < 1e-5);
                     }
                 }
             }

@@ -6,6 +6,7 @@ use motes_scene::Switch;
 use serde::{Deserialize, Serialize};
 
 use crate::auto::{BackgroundModel, ExposureModel, ModelChoice};
+use crate::loss::WeightedTerm;
 use crate::start::StartFrom;
 
 /// A point on the measured front of time against quality.
@@ -162,13 +163,12 @@ pub struct FitOptions {
     /// Weight of 1 - SSIM; the absolute difference has the rest
     #[arg(long, visible_aliases = ["ssim-lambda"], help_heading = "Loss (expert)", default_value_t = 0.2, value_name = "WEIGHT")]
     pub ssim_weight: f32,
-    /// Weight of the mean opacity, a penalty that removes Gaussians no view needs
-    #[arg(
-        long,
-        visible_alias = "opacity-reg",
-        help_heading = "Loss (expert)",
-        value_name = "WEIGHT"
-    )]
+    /// Terms of the image loss beside the default; the help lists them.
+    #[arg(long = "loss-term", help = WeightedTerm::help(), help_heading = "Loss", value_name = "NAME=WEIGHT")]
+    #[serde(rename = "loss-term", skip_serializing_if = "Vec::is_empty")]
+    pub loss_terms: Vec<WeightedTerm>,
+    /// Weight of the mean opacity, which removes what no view needs
+    #[arg(long, visible_alias = "opacity-reg", help_heading = "Loss", value_name = "WEIGHT")]
     pub opacity_weight: Option<f32>,
     /// Weight of the mean scale relative to the camera extent
     #[arg(

@@ -7,6 +7,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
+use motes_formats::documents::read_document;
+use motes_formats::train_report::TrainReportDocument;
 use motes_testkit::made_photos::{self, MadePhoto};
 use serde_json::Value;
 
@@ -69,6 +71,10 @@ fn the_chain_reaches_a_useful_score() {
     let report: Value =
         serde_json::from_slice(&fs::read(folder.path().join("train.json")).unwrap()).unwrap();
     assert_eq!(report["format"], "motes/train-report");
+    // What the writer says is what the format says, key by key.
+    let read = read_document::<TrainReportDocument>(&folder.path().join("train.json")).unwrap();
+    assert!(read.warnings.is_empty(), "{:?}", read.warnings);
+    assert_eq!(serde_json::to_value(&read.document).unwrap(), report);
     // Two programs, one protocol: the trainer's own score is the evaluator's.
     assert!((report["psnr_test"].as_f64().unwrap() - psnr).abs() < 1e-6);
     assert!(!report["history"].as_array().unwrap().is_empty());

@@ -4,6 +4,7 @@ mod generate;
 mod licenses;
 mod manuals;
 mod metadata;
+mod recipes;
 mod schemas;
 mod site;
 mod tidy;
@@ -25,6 +26,7 @@ cargo xtask TASK
   completions  write the shell completions of the built stages to target/completions/
   manuals      check that the flags in docs/stages are those of the built stages
   help-words   check that the help of the built stages has no word that the glossary refuses
+  recipes      apply the patches of docs/extending/ to a checkout and run their tests
   site         check the links of the site that `make docs` rendered
 ";
 
@@ -45,6 +47,7 @@ fn main() -> ExitCode {
             "licenses" | "licences" => licenses::run(&root),
             "man" => generate::man(&root),
             "completions" => generate::completions(&root),
+            "recipes" => recipes::run(&root),
             "site" => site::run(&root),
             "manuals" => manuals::run(&root),
             "help-words" => manuals::help_words(&root),

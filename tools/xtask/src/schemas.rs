@@ -1,19 +1,26 @@
-//! JSON Schemas in `docs/formats/schema/`, generated from the types of `motes-formats`.
+//! JSON Schemas in `docs/formats/schema/`, generated from the types of `motes-formats` and printed by the stages that have a
+//! document of their own.
 
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::process::{Command, Stdio};
 
-use anyhow::Context as _;
+use anyhow::{Context as _, ensure};
 use motes_formats::documents;
 
 use crate::tidy::Problem;
 
 const FOLDER: &str = "docs/formats/schema";
+/// Schemas that a stage prints, and the stage. Its own tests compare them: `tidy` builds no stage.
+const PRINTED: [(&str, &str); 1] = [("edit-plan-v1.schema.json", "edit")];
 
 pub(crate) fn write(root: &Path) -> anyhow::Result<()> {
     let folder = root.join(FOLDER);
     std::fs::create_dir_all(&folder)?;
-    let schemas = generated();
+    let mut schemas = generated();
+    for (name, stage) in PRINTED {
+        schemas.insert(name.into(), printed(root, stage)?);
+    }
     for name in on_disk(&folder) {
         if !schemas.contains_key(&name) {
             std::fs::remove_file(folder.join(name))?;
@@ -39,6 +46,18 @@ fn generated() -> BTreeMap<String, String> {
         .collect()
 }
 
+/// What `STAGE --print-schema` says.
+fn printed(root: &Path, stage: &str) -> anyhow::Result<String> {
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let output = Command::new(cargo)
+        .args(["run", "--quiet", "--release", "--package", stage, "--", "--print-schema"])
+        .current_dir(root)
+        .stderr(Stdio::inherit())
+        .output()?;
+    ensure!(output.status.success(), "{stage} --print-schema failed");
+    Ok(String::from_utf8(output.stdout)?)
+}
+
 fn differences(schemas: &BTreeMap<String, String>, folder: &Path) -> Vec<Problem> {
     let remedy = "run `cargo xtask schemas`";
     let mut problems = Vec::new();
@@ -50,7 +69,10 @@ fn differences(schemas: &BTreeMap<String, String>, folder: &Path) -> Vec<Problem
             Err(_) => problems.push(Problem::error(file, 0, format!("is missing: {remedy}"))),
         }
     }
-    for name in on_disk(folder).into_iter().filter(|name| !schemas.contains_key(name)) {
+    let known = |name: &String| {
+        schemas.contains_key(name) || PRINTED.iter().any(|(printed, _)| printed == name)
+    };
+    for name in on_disk(folder).into_iter().filter(|name| !known(name)) {
         let file = format!("{FOLDER}/{name}");
         problems.push(Problem::error(file, 0, format!("belongs to no document: {remedy}")));
     }

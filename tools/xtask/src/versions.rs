@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use motes_formats::documents;
+use serde_json::Value;
 
 use crate::tidy::{Problem, Source, sources};
 
@@ -87,7 +88,10 @@ fn marks(line: &str) -> Vec<(&str, &str, usize)> {
 /// Name of a document to its version.
 fn known(sources: &[Source]) -> BTreeMap<String, String> {
     let mut known = BTreeMap::new();
-    for (_, schema) in documents::all_schemas() {
+    let printed = sources.iter().filter(|s| s.path.ends_with(".schema.json"));
+    let printed = printed.filter_map(|s| serde_json::from_str::<Value>(&s.text).ok());
+    // Those of the stages come from their pages, those that the code here knows from the code.
+    for schema in printed.chain(documents::all_schemas().into_iter().map(|(_, schema)| schema)) {
         let format = schema["properties"]["format"]["const"].as_str().unwrap_or_default();
         let version = schema["properties"]["version"]["examples"][0].as_str().unwrap_or_default();
         known.insert(format.trim_start_matches("motes/").to_owned(), version.to_owned());

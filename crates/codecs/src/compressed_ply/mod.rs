@@ -7,7 +7,18 @@ mod read;
 mod write;
 
 pub(crate) use read::{is_compressed, read_compressed};
-pub(super) use write::write;
+use super::registry::{Codec, Input};
+
+pub(super) static CODEC: Codec = Codec {
+    name: "compressed-ply",
+    about: "PlayCanvas compressed PLY",
+    suffixes: &[".compressed.ply"],
+    loses: "quantized; other columns; the order of rows",
+    // Told from other PLY files by its header.
+    read: Input::Ply,
+    write: Some(write::write),
+    ..Codec::DEFAULT
+};
 
 /// Gaussians that share bounds.
 const CHUNK: usize = 256;

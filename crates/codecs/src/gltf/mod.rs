@@ -11,8 +11,30 @@ mod glb;
 mod read;
 mod write;
 
-pub(super) use read::read;
-pub(super) use write::write;
+use super::registry::{Codec, Input};
+
+pub(super) static GLB: Codec = Codec {
+    name: "glb",
+    about: "Binary glTF with KHR_gaussian_splatting",
+    suffixes: &[".glb"],
+    max_sh_degree: MAX_DEGREE,
+    lossless: true,
+    keeps_extra_columns: true,
+    loses: "rounding; columns of 32-bit integers and doubles",
+    starts: is_glb,
+    read: Input::Bytes(read::read),
+    write: Some(write::write),
+    ..Codec::DEFAULT
+};
+
+pub(super) static GLTF: Codec = Codec {
+    name: "gltf",
+    about: "glTF with KHR_gaussian_splatting, its buffers inside or beside it",
+    suffixes: &[".gltf"],
+    starts: |_| false,
+    write: None,
+    ..GLB
+};
 
 /// The extension and the prefix of its attributes.
 const EXTENSION: &str = "KHR_gaussian_splatting";
@@ -27,6 +49,6 @@ fn harmonic_names(degree: u8) -> impl Iterator<Item = String> {
 }
 
 /// Whether a file that starts so is a binary glTF.
-pub(super) fn is_glb(start: &[u8]) -> bool {
+fn is_glb(start: &[u8]) -> bool {
     start.starts_with(MAGIC)
 }

@@ -13,8 +13,20 @@ mod write;
 
 use motes_formats::error::FormatError;
 
-pub(super) use read::{read, read_folder};
-pub(super) use write::write;
+use super::registry::{Codec, Input};
+pub(super) use read::read_folder;
+
+pub(super) static CODEC: Codec = Codec {
+    name: "sog",
+    about: "PlayCanvas SOG",
+    suffixes: &[".sog"],
+    loses: "quantized; other columns; the order of rows",
+    versions: ["version 2, also `meta.json`", "version 2"],
+    starts: is_archive,
+    read: Input::Bytes(read::read),
+    write: Some(write::write),
+    ..Codec::DEFAULT
+};
 
 /// Values of a codebook, and colors of a palette per row of its image.
 const CODEBOOK: usize = 256;

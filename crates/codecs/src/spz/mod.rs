@@ -14,10 +14,25 @@ use std::path::Path;
 
 use motes_scene::Gaussians;
 
+use super::registry::{Codec, Input};
 use super::write::SplatWriteOptions;
 use motes_formats::atomic::write_error;
 use motes_formats::error::{FormatError, Result};
 use motes_formats::ply::{GaussianFile, RenderMode};
+
+pub(super) static CODEC: Codec = Codec {
+    name: "spz",
+    about: "Niantic .spz, see --spz-version",
+    suffixes: &[".spz"],
+    // 3 before version 4.
+    max_sh_degree: 4,
+    loses: "quantized; other columns; before version 4, harmonics of degree 4",
+    versions: ["versions 1 to 4", "versions 2 to 4"],
+    starts: |start| start.starts_with(&MAGIC.to_le_bytes()) || start.starts_with(&[0x1f, 0x8b]),
+    read: Input::Bytes(read),
+    write: Some(write),
+    ..Codec::DEFAULT
+};
 
 /// `NGSP`.
 const MAGIC: u32 = 0x5053_474e;
@@ -68,12 +83,7 @@ fn stride(version: u32, sh_degree: u8) -> [usize; 6] {
     [if version == 1 { 6 } else { 9 }, 1, 3, 3, if version >= 3 { 4 } else { 3 }, harmonics]
 }
 
-/// Whether a file that starts so is one.
-pub(super) fn is_spz(start: &[u8]) -> bool {
-    start.starts_with(&MAGIC.to_le_bytes()) || start.starts_with(&[0x1f, 0x8b])
-}
-
-pub(super) fn read(data: &[u8], path: &Path) -> Result<GaussianFile> {
+fn read(data: &[u8], path: &Path) -> Result<GaussianFile> {
     let packed = container::read(data, path)?;
     let gaussians = unpack::unpack(&packed);
     let antialiased = packed.flags & FLAG_ANTIALIASED != 0;
@@ -81,7 +91,7 @@ pub(super) fn read(data: &[u8], path: &Path) -> Result<GaussianFile> {
     Ok(GaussianFile { render_mode, ..GaussianFile::new(gaussians, Vec::new()) })
 }
 
-pub(super) fn write(
+fn write(
     writer: &mut dyn Write,
     gaussians: &Gaussians,
     options: &SplatWriteOptions,

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 
 use motes_formats::documents::{Document, read_document};
 use motes_formats::{
-    FormatError, camera_path, capture, decomposition, edit_plan, environment, exr_aov, images,
-    metrics, ply, run_record, tensors,
+    FormatError, camera_path, capture, decomposition, environment, exr_aov, images, metrics, ply,
+    run_record, tensors,
 };
 
 /// A folder of the corpus and the reader that it tests.
@@ -16,7 +16,7 @@ pub(crate) struct Reader {
     pub(crate) read: fn(&Path) -> Result<(), FormatError>,
 }
 
-pub(crate) const READERS: [Reader; 19] = [
+pub(crate) const READERS: [Reader; 18] = [
     Reader { document: "camera-path", read: |p| camera_path::read_camera_path(p).map(drop) },
     Reader { document: "capture", read: |p| capture::read_capture(p).map(drop) },
     Reader { document: "compressed-ply", read: |p| motes_codecs::read_gaussians(p).map(drop) },
@@ -26,7 +26,6 @@ pub(crate) const READERS: [Reader; 19] = [
     Reader { document: "gaussians-ply", read: |p| ply::read_gaussians(p).map(drop) },
     Reader { document: "gltf", read: |p| motes_codecs::read_gaussians(p).map(drop) },
     Reader { document: "images", read: |p| images::read_image_upright(p).map(drop) },
-    Reader { document: "edit-plan", read: |p| edit_plan::read_edit_plan(p).map(drop) },
     Reader { document: "ksplat", read: |p| motes_codecs::read_gaussians(p).map(drop) },
     Reader { document: "metrics", read: json::<metrics::MetricsDocument> },
     Reader { document: "points-ply", read: |p| ply::read_points(p).map(drop) },

@@ -3,9 +3,9 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+use crate::plan::{EditRecord, SkipRecord, StepRecord};
 use crate::refit::RefitReport;
 use crate::reshade::ReshadeReport;
-use motes_formats::edit_plan::{EditRecord, SkipRecord, StepRecord};
 use serde::Serialize;
 
 /// What an edit answers: also of a dry run, which writes nothing.

@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use super::{EditAnswer, EditJob, OpFlags, ReshadeFlags, run_edit};
+use crate::plan::EditPlanDocument;
 use clap::{ArgAction, Parser};
 use motes_formats::documents::{schema, to_pretty_json};
-use motes_formats::edit_plan::EditPlanDocument;
 use motes_stage::{CommonArgs, Context, HasCommon};
 use serde::Serialize;
 

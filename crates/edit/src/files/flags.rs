@@ -7,85 +7,14 @@
 use std::path::Path;
 
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
-use motes_formats::edit_plan::{OpDocument, parse_op};
 use motes_formats::selectors::parse_step;
 use motes_stage::Context;
 use serde::ser::SerializeMap as _;
 use serde::{Serialize, Serializer};
 use serde_json::{Map, Value, json};
 
-/// What the value of a flag is when it is not a JSON object.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Short {
-    /// Text for a key.
-    Text(&'static str),
-    /// A number for a key.
-    Number(&'static str),
-    /// Numbers for a key, separated by commas.
-    Numbers(&'static str, usize),
-    /// `X,Y,Z,DEG` for `rotate_axis`.
-    AxisAngle,
-    /// A step of a selection.
-    Step,
-    /// A `selection.json`.
-    SelectionFile,
-    /// `X0,Y0,Z0,X1,Y1,Z1` for `box`.
-    Box,
-    /// None: the flag stands alone, or has a JSON object.
-    Nothing,
-}
-
-struct OpFlag {
-    flag: &'static str,
-    op: &'static str,
-    short: Short,
-    value_name: &'static str,
-    help: &'static str,
-}
-
-macro_rules! flags {
-    ($($flag:literal => $op:literal, $short:expr, $value:literal, $help:literal;)*) => {
-        const FLAGS: &[OpFlag] = &[
-            $(OpFlag { flag: $flag, op: $op, short: $short, value_name: $value, help: $help },)*
-        ];
-    };
-}
-
-flags! {
-    "selection" => "select", Short::SelectionFile, "FILE", "Select the Gaussians of a selection.json";
-    "select" => "select", Short::Step, "STEP", "Select with a step of segment-select, [COMBINE:]KIND[=VALUES], or JSON";
-    "translate" => "transform", Short::Numbers("translate", 3), "X,Y,Z", "Translate, world units";
-    "rotate-axis" => "transform", Short::AxisAngle, "X,Y,Z,DEG", "Rotate about an axis through the pivot";
-    "rotate-euler" => "transform", Short::Numbers("rotate_euler_deg", 3), "X,Y,Z", "Rotate about x, then y, then z, degrees";
-    "rotate-quaternion" => "transform", Short::Numbers("rotate_quaternion", 4), "W,X,Y,Z", "Rotate by a quaternion";
-    "scale" => "transform", Short::Number("scale"), "FACTOR", "Scale about the pivot";
-    "transform" => "transform", Short::Nothing, "JSON", "Translate, rotate and scale at once";
-    "duplicate" => "duplicate", Short::Numbers("translate", 3), "X,Y,Z", "Duplicate with an offset, world units";
-    "delete" => "delete", Short::Nothing, "JSON", "Delete the selection and fill the hole";
-    "extract" => "extract", Short::Nothing, "JSON", "Delete everything but the selection";
-    "insert" => "insert", Short::Text("file"), "FILE", "Insert a splat, a scene folder or a mesh, standing on the ground";
-    "merge" => "insert", Short::Text("file"), "FILE", "Insert a splat, a scene folder or a mesh at its own coordinates";
-    "swap" => "swap", Short::Text("file"), "FILE", "Replace the selection with a splat, a scene folder or a mesh";
-    "recolor" => "recolor", Short::Numbers("rgb_linear", 3), "R,G,B", "Change the color of the selection, linear 0 to 1";
-    "set-material" => "set_material", Short::Text("name"), "NAME", "Set the material of the selection, such as brass";
-    "set-environment" => "set_environment", Short::Text("file"), "FILE", "Light a decomposed scene with another environment map";
-    "shadow-catcher" => "shadow_catcher", Short::Nothing, "JSON", "Mark the ground as a shadow catcher";
-    "crop" => "crop", Short::Box, "X0,Y0,Z0,X1,Y1,Z1", "Keep Gaussians inside a box";
-    "remove-floaters" => "remove_floaters", Short::Nothing, "JSON", "Remove isolated Gaussians";
-    "keep-largest" => "keep_largest", Short::Nothing, "JSON", "Keep the largest connected cluster";
-    "drop-nan" => "drop_nan", Short::Nothing, "JSON", "Remove Gaussians with NaN or infinite values";
-    "decimate" => "decimate", Short::Number("count"), "COUNT", "Merge neighbors down to this number of Gaussians";
-    "order" => "order", Short::Text("by"), "morton", "Sort along a Morton curve";
-    "sh-reduce" => "sh_reduce", Short::Number("degree"), "DEGREE", "Drop spherical harmonics above a degree";
-    "measure" => "measure", Short::Nothing, "JSON", "Report position and size of the selection";
-    "preview" => "render", Short::Text("file"), "NAME.png", "Render an image into the folder of --thumbnails";
-    "stylize" => "stylize", Short::Text("prompt"), "PROMPT", "Edit views with the program of --editor and fit the scene to them";
-    "undo" => "undo", Short::Number("steps"), "STEPS", "Undo this many operations";
-}
-
-/// Values for `--pivot` and `--fill`, and the operations that know them.
-const PIVOT_OPS: &[&str] = &["transform"];
-const FILL_OPS: &[&str] = &["delete", "transform", "swap"];
+use crate::ops::{Flag, OP_FLAGS, OpDocument, Short};
+use crate::plan::parse_op;
 
 /// The operations of a command line.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -118,16 +47,14 @@ impl Args for OpFlags {
     fn augment_args(command: Command) -> Command {
         let heading = "Operations (applied in command-line order)";
         let mut command = command.next_help_heading(heading);
-        for flag in FLAGS {
-            let optional = matches!(flag.short, Short::Nothing)
-                || matches!(flag.flag, "order" | "undo" | "preview");
-            let mut arg = Arg::new(flag.flag)
-                .long(flag.flag)
+        for flag in OP_FLAGS.iter().flat_map(|(_, flags, _)| *flags) {
+            let mut arg = Arg::new(flag.name)
+                .long(flag.name)
                 .value_name(flag.value_name)
                 .help(flag.help)
                 .action(ArgAction::Append)
-                .allow_hyphen_values(!optional);
-            if optional {
+                .allow_hyphen_values(!flag.alone);
+            if flag.alone {
                 arg = arg.num_args(0..=1).default_missing_value("");
             }
             command = command.arg(arg);
@@ -182,27 +109,27 @@ impl FromArgMatches for OpFlags {
             editors.extend(command.map(|command| (flag, command.to_owned())));
         };
         let mut found: Vec<(usize, Value)> = Vec::new();
-        for flag in FLAGS {
-            for (at, text) in occurrences(matches, flag.flag) {
+        let all = OP_FLAGS
+            .iter()
+            .flat_map(|(op, flags, shared)| flags.iter().map(move |flag| (*op, flag, *shared)));
+        for (op, flag, shared) in all {
+            for (at, text) in occurrences(matches, flag.name) {
                 let mut keys = keys_of(flag, text).map_err(invalid)?;
-                note_editor(flag.flag, &Value::Object(keys.clone()));
-                for (key, value, ops) in [
-                    ("pivot", &pivot, PIVOT_OPS),
-                    ("fill", &fill, FILL_OPS),
-                    ("editor", &editor, &["stylize"]),
-                ] {
+                note_editor(flag.name, &Value::Object(keys.clone()));
+                for (key, value) in [("pivot", &pivot), ("fill", &fill), ("editor", &editor)] {
                     if let Some(value) = value
-                        && ops.contains(&flag.op)
+                        && shared.contains(&key)
                     {
                         keys.entry(key).or_insert_with(|| value.clone());
                     }
                 }
-                if flag.op == "stylize" && !keys.contains_key("editor") {
-                    return Err(invalid(
-                        "--stylize needs the program that edits pictures: give --editor".into(),
-                    ));
+                if shared.contains(&"editor") && !keys.contains_key("editor") {
+                    return Err(invalid(format!(
+                        "--{} needs the program that edits pictures: give --editor",
+                        flag.name
+                    )));
                 }
-                keys.insert("op".into(), json!(flag.op));
+                keys.insert("op".into(), json!(op));
                 found.push((at, Value::Object(keys)));
             }
         }
@@ -233,8 +160,8 @@ fn occurrences<'m>(matches: &'m ArgMatches, flag: &str) -> Vec<(usize, &'m str)>
     indices.zip(values.map(String::as_str)).collect()
 }
 
-fn keys_of(flag: &OpFlag, text: &str) -> Result<Map<String, Value>, String> {
-    let name = format!("--{}", flag.flag);
+fn keys_of(flag: &Flag, text: &str) -> Result<Map<String, Value>, String> {
+    let name = format!("--{}", flag.name);
     let mut keys = Map::new();
     if text.trim_start().starts_with('{') {
         let value: Value = serde_json::from_str(text)
@@ -269,8 +196,8 @@ fn keys_of(flag: &OpFlag, text: &str) -> Result<Map<String, Value>, String> {
         };
         keys.insert(key.into(), value);
     }
-    if flag.flag == "merge" {
-        keys.entry("align").or_insert_with(|| json!("none"));
+    if let Some((key, value)) = flag.sets {
+        keys.entry(key).or_insert_with(|| json!(value));
     }
     Ok(keys)
 }
@@ -291,7 +218,6 @@ fn numbers(flag: &str, text: &str, n: usize) -> Result<Vec<f64>, String> {
 #[cfg(test)]
 mod tests {
     use clap::Parser;
-    use motes_formats::edit_plan::OP_NAMES;
 
     use super::*;
 
@@ -336,8 +262,8 @@ mod tests {
 
     #[test]
     fn every_operation_has_a_flag_and_mistakes_are_named() {
-        for op in OP_NAMES {
-            assert!(FLAGS.iter().any(|flag| flag.op == *op), "{op}");
+        for (op, flags, _) in OP_FLAGS {
+            assert!(!flags.is_empty(), "{op}");
         }
         for (text, says) in [
             ("--scale NaN", "is not a finite number"),

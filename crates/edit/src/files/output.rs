@@ -2,13 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::plan::Preview;
+use crate::plan::EditPlanDocument;
+use crate::run::Preview;
 use crate::{EditState, SceneParts};
+use motes_formats::decomposition::EDIT_LOG_FILE;
 use motes_formats::decomposition::{
     DecompositionCounts, DecompositionDocument, scene_draft, write_decomposition,
 };
 use motes_formats::documents::write_document;
-use motes_formats::edit_plan::{EDIT_LOG_FILE, EditPlanDocument};
 use motes_formats::environment::write_environment;
 use motes_formats::images::write_png;
 use motes_formats::ply::{PlyWriteOptions, write_gaussians, write_surface};

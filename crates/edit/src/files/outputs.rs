@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::plan::EditPlanDocument;
 use motes_formats::decomposition::SCENE_FILES;
-use motes_formats::edit_plan::EditPlanDocument;
 use motes_formats::ply::write_gaussians;
 use motes_scene::Surface;
 use motes_stage::{Context, StageError};

@@ -4,19 +4,19 @@ use std::path::{Path, PathBuf};
 
 use crate::EditState;
 use crate::plan::{
-    EditError, Edited, Editors, Preview, Resources, orbit_camera, picture, prepare, run_plan,
-    whole_extent,
+    EditPlanDocument, EditRecord, Edited, MAX_RESHADE_SAMPLES, SkipRecord, check_plan, prepare,
+    read_edit_plan, run_plan,
 };
 use crate::refit::{Fills, RefitOptions, RefitReport, Refitted, refit};
 use crate::reshade::{ReshadeOptions, ReshadeReport, moved_surface, reshade};
+use crate::run::{
+    EditError, Editors, MAX_FIT_STEPS, Preview, Resources, ShadowMode, orbit_camera, picture,
+    whole_extent,
+};
 use clap::Args;
 use motes_formats::FormatError;
 use motes_formats::capture::read_capture;
 use motes_formats::documents::Document as _;
-use motes_formats::edit_plan::{
-    EditPlanDocument, EditRecord, MAX_FIT_STEPS, MAX_RESHADE_SAMPLES, ShadowMode, SkipRecord,
-    check_plan, read_edit_plan,
-};
 use motes_scene::{Capture, Pinhole, Pose, Split, Surface, View};
 use motes_stage::{Context, OrBadInput as _, StageError};
 use serde::Serialize;

@@ -1,58 +1,49 @@
-//! Taking Gaussians away, or keeping them alone.
+//! Taking Gaussians away.
 
-use glam::DVec3;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
-use crate::{EditState, Fill};
+use crate::EditState;
+use crate::changes::delete::delete;
+use crate::run::{EditError, Fill, Outcome, Run, applied, rows_of};
+use super::operation::{Flag, Operation};
 
-/// Removes the Gaussians of `rows`, ascending; what becomes visible is to be filled.
-pub fn delete(state: &mut EditState, rows: &[u32], fill: Fill) {
-    state.remove(rows, fill);
+/// Take away, and fill what becomes visible.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DeleteOp {
+    /// What goes: a selection, never left out before the first selection.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub target: Option<String>,
+    /// What fills the place; the plane it stood on when nothing is said.
+    #[serde(default)]
+    pub fill: Fill,
 }
 
-/// Keeps the Gaussians of `rows`, ascending, alone.
-pub fn extract(state: &mut EditState, rows: &[u32]) {
-    state.gather(rows);
-}
+impl Operation for DeleteOp {
+    const FLAGS: &'static [Flag] = &[
+        Flag::switch("delete", "Delete the selection and fill the hole"),
+    ];
+    const SHARED: &'static [&'static str] = &["fill"];
 
-/// Rows with centers in a box along the axes, bounds included.
-pub fn rows_in_box(state: &EditState, min: DVec3, max: DVec3) -> Vec<u32> {
-    rows_where(state, |p| p.cmpge(min).all() && p.cmple(max).all())
-}
+    fn refers_to(&self) -> Option<(&'static str, &str)> {
+        self.target.as_deref().map(|target| ("target", target))
+    }
 
-/// Rows with centers in a ball.
-pub fn rows_in_sphere(state: &EditState, center: DVec3, radius: f64) -> Vec<u32> {
-    rows_where(state, |p| p.distance(center) <= radius)
-}
-
-fn rows_where(state: &EditState, inside: impl Fn(DVec3) -> bool) -> Vec<u32> {
-    let means = &state.gaussians.means;
-    let inside = |i: &u32| inside(DVec3::from_array(means[*i as usize].map(f64::from)));
-    (0..state.len() as u32).filter(inside).collect()
-}
-
-/// The rows that are not in `rows`, both ascending.
-pub fn other_rows(rows: &[u32], n: usize) -> Vec<u32> {
-    let mut inside = rows.iter().copied().peekable();
-    (0..n as u32).filter(|row| inside.next_if_eq(row).is_none()).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn regions_split_the_rows() {
-        let gaussians = motes_testkit::random_gaussians(3, 200, 0);
-        let mut state = EditState::new("t", gaussians, None, None, DVec3::Z);
-        let ball = rows_in_sphere(&state, DVec3::ZERO, 0.7);
-        let others = other_rows(&ball, 200);
-        assert!(!ball.is_empty() && !others.is_empty());
-        assert_eq!(ball.len() + others.len(), 200);
-        let in_box = rows_in_box(&state, DVec3::splat(-9.0), DVec3::splat(9.0));
-        assert_eq!(in_box.len(), 200);
-        extract(&mut state, &ball);
-        assert_eq!(rows_in_sphere(&state, DVec3::ZERO, 0.7).len(), state.len());
-        delete(&mut state, &[0], Fill::None);
-        assert_eq!(state.len(), ball.len() - 1);
+    fn apply(
+        &self,
+        run: &mut Run<'_>,
+        state: &mut EditState,
+        at: &str,
+    ) -> Result<Outcome, EditError> {
+        if self.target.is_none() && state.current.is_none() {
+            return Err(EditError::plan(format!("{at}/target"), "nothing was selected")
+                .remedy("select first: a whole scene is not deleted by leaving something out"));
+        }
+        let rows = rows_of(state, self.target.as_deref(), at)?;
+        run.lift_shadow(state, &rows, at);
+        delete(state, &rows, self.fill);
+        run.unlit(state, at, "the place that was uncovered stays open and keeps its old light");
+        applied(rows.len())
     }
 }

@@ -1,45 +1,90 @@
 //! Copies.
 
 use glam::DVec3;
-use motes_scene::Selection;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
-use crate::ops::transform::transform;
-use crate::{EditState, Similarity};
+use crate::EditState;
+use crate::changes::duplicate::duplicate;
+use crate::changes::measure::Bounds;
+use crate::changes::ratio_shadow::RatioShadow;
+use crate::run::{EditError, Fault, Outcome, Run, applied, bounded, finite, keep, rows_of, within_range};
+use super::operation::{Flag, Operation, Short};
 
-/// Appends `count` copies of the Gaussians of `rows`, the k-th shifted by `k * step`, and returns the
-/// selection of all copies.
-pub fn duplicate(state: &mut EditState, rows: &[u32], step: DVec3, count: usize) -> Selection {
-    let first = state.len();
-    let all: Vec<u32> =
-        (0..first as u32).chain((0..count).flat_map(|_| rows.iter().copied())).collect();
-    state.gather(&all);
-    // The copies belong to no selection but their own.
-    for selection in state.selections.values_mut() {
-        selection.confidence[first..].fill(0.0);
-    }
-    for k in 0..count {
-        let start = first + k * rows.len();
-        let copy: Vec<u32> = (start as u32..(start + rows.len()) as u32).collect();
-        transform(state, &copy, &Similarity::translation(step * (k + 1) as f64));
-    }
-    Selection::where_true(state.len(), |i| i >= first)
+/// Copies that one operation may make.
+const MAX_COUNT: u64 = 10_000;
+/// Copies make no more than so many: about 10 GiB of memory with colors of degree 3. Copies of copies would fill any machine.
+const MAX_GAUSSIANS: usize = 20_000_000;
+
+/// Copy, each copy shifted by a step.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DuplicateOp {
+    /// What to copy.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub target: Option<String>,
+    /// Name of the selection of all copies.
+    #[serde(default, rename = "as", skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+    /// Shift from one copy to the next, world units.
+    pub translate: [f64; 3],
+    /// Number of copies.
+    #[serde(default = "one")]
+    #[schemars(range(min = 1, max = 10_000))]
+    pub count: u64,
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+impl Operation for DuplicateOp {
+    const FLAGS: &'static [Flag] = &[
+        Flag::of("duplicate", Short::Numbers("translate", 3), "X,Y,Z", "Duplicate with an offset, world units"),
+    ];
 
-    #[test]
-    fn copies_stand_in_a_row() {
-        let gaussians = motes_testkit::random_gaussians(3, 5, 1);
-        let mut state = EditState::new("t", gaussians, None, None, DVec3::Z);
-        state.selections.insert("a".into(), Selection::all(5));
-        let copies = duplicate(&mut state, &[1, 3], DVec3::X, 3);
-        assert_eq!((state.len(), copies.count()), (11, 6));
-        assert_eq!(state.selections["a"].count(), 5);
-        let shift = state.gaussians.means[10][0] - state.gaussians.means[3][0];
-        assert!((shift - 3.0).abs() < 1e-5, "{shift}");
-        assert_eq!(state.origins[10].row, 3);
-        assert_eq!(state.gaussians.sh_of(10), state.gaussians.sh_of(3));
+    fn check(&self) -> Result<(), Fault> {
+        finite("/translate", &self.translate)?;
+        bounded("/count", self.count, MAX_COUNT)
     }
+
+    fn refers_to(&self) -> Option<(&'static str, &str)> {
+        self.target.as_deref().map(|target| ("target", target))
+    }
+
+    fn defines(&self) -> Option<(&'static str, &str)> {
+        self.name.as_deref().map(|name| ("as", name))
+    }
+
+    fn apply(
+        &self,
+        run: &mut Run<'_>,
+        state: &mut EditState,
+        at: &str,
+    ) -> Result<Outcome, EditError> {
+        let rows = rows_of(state, self.target.as_deref(), at)?;
+        let copies = rows.len().saturating_mul(self.count as usize);
+        if state.len().saturating_add(copies) > MAX_GAUSSIANS {
+            let cause = format!(
+                "{copies} copies and {} are more than {MAX_GAUSSIANS} Gaussians",
+                state.len()
+            );
+            return Err(EditError::plan(format!("{at}/count"), cause)
+                .remedy("copy less, or merge files that are written one by one"));
+        }
+        let step = DVec3::from_array(self.translate);
+        let bounds = Bounds::of(&state.gaussians, rows.iter().copied());
+        within_range(bounds, at, |p| p + step * self.count as f64)?;
+        let shadow = run.ratio_shadow.then(|| RatioShadow::read(state, &rows)).flatten();
+        let selection = duplicate(state, &rows, step, self.count as usize);
+        let copied = selection.rows();
+        for k in 1..=self.count {
+            if let Some(shadow) = &shadow {
+                shadow.apply(&mut state.gaussians, step * k as f64, false, &copied);
+            }
+        }
+        keep(state, self.name.as_deref(), selection);
+        run.unlit(state, at, "the copies cast no shadow");
+        applied(copies)
+    }
+}
+
+fn one() -> u64 {
+    1
 }

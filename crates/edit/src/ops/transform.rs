@@ -1,230 +1,138 @@
-//! Rotation, uniform scale and translation of Gaussians.
-//!
-//! With `p ↦ s R p + t`: centers move, quaternions are multiplied by that of `R`, log scales grow by `ln s`, bands of spherical
-//! harmonics and normals turn with `R`. The opacity of a Gaussian is that of its peak and stays. Covariances transform
-//! exactly, whatever their shape, because `s` is uniform.
+//! Moving, rotating and scaling.
 
-use glam::{DQuat, DVec3};
-use motes_math::sh::sh_coefficients;
-use motes_math::sh_rotation::ShRotation;
-use motes_scene::{ColumnValues, Gaussians, Residual};
-use rayon::prelude::*;
+use glam::{DQuat, DVec3, EulerRot};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
+use crate::changes::measure::Bounds;
+use crate::changes::transform::transform;
+use crate::run::{AxisAngleDocument, EditError, Fault, Fill, Outcome, PivotDocument, PivotName, Run, applied, direction, extent_of, finite, positive, rows_of, skipped, some_place, within_range};
 use crate::{EditState, Similarity};
+use super::operation::{Flag, Operation, Short};
 
-/// Gaussians per task.
-const CHUNK: usize = 4096;
-
-/// Moves the Gaussians of `rows`, and notes it.
-pub fn transform(state: &mut EditState, rows: &[u32], motion: &Similarity) {
-    transform_gaussians(&mut state.gaussians, rows, motion);
-    state.note_motion(rows, motion);
+/// Move, rotate and scale about a pivot.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TransformOp {
+    /// What to move.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub target: Option<String>,
+    /// World units.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub translate: Option<[f64; 3]>,
+    /// Rotation about an axis. At most one rotation per operation.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rotate_axis: Option<AxisAngleDocument>,
+    /// Degrees about the world's x, then y, then z axis.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rotate_euler_deg: Option<[f64; 3]>,
+    /// Quaternion `w, x, y, z` of any length above 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rotate_quaternion: Option<[f64; 4]>,
+    /// Uniform factor above 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub scale: Option<f64>,
+    /// What rotation and scale leave in place: `origin`, `centroid` (default), `base` or `[x, y, z]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pivot: Option<PivotDocument>,
+    /// What fills the place that the target leaves; the plane it stood on when nothing is said.
+    #[serde(default)]
+    pub fill: Fill,
 }
 
-/// Moves the Gaussians of `rows`.
-pub fn transform_gaussians(gaussians: &mut Gaussians, rows: &[u32], motion: &Similarity) {
-    let n = gaussians.len();
-    let chosen = Chosen::new(rows, n);
-    let turned = motion.rotation.w.abs() != 1.0;
-    for_chosen(&mut gaussians.means, &chosen, |mean| {
-        let p = DVec3::from_array(mean.map(f64::from));
-        *mean = motion.point(p).as_vec3().to_array();
-    });
-    if motion.scale != 1.0 {
-        let shift = motion.scale.ln();
-        for_chosen(&mut gaussians.log_scales, &chosen, |scales| {
-            *scales = scales.map(|s| (f64::from(s) + shift) as f32);
-        });
-    }
-    if !turned {
-        return;
-    }
-    for_chosen(&mut gaussians.rotations, &chosen, |q| {
-        let [w, x, y, z] = q.map(f64::from);
-        let turned = motion.rotation * DQuat::from_xyzw(x, y, z, w);
-        *q = [turned.w, turned.x, turned.y, turned.z].map(|v| v as f32);
-    });
-    if gaussians.sh_degree > 0 {
-        let turn = ShRotation::new(motion.rotation_rows());
-        let stride = 3 * gaussians.sh_coefficients();
-        gaussians.sh.par_chunks_mut(stride * CHUNK).enumerate().for_each(|(chunk, values)| {
-            for (i, sh) in values.chunks_exact_mut(stride).enumerate() {
-                if chosen.has(chunk * CHUNK + i) {
-                    turn.apply(sh);
-                }
-            }
-        });
-    }
-    turn_normals(gaussians, rows, motion);
-    turn_residual(gaussians, rows, motion);
-}
+impl Operation for TransformOp {
+    const FLAGS: &'static [Flag] = &[
+        Flag::of("translate", Short::Numbers("translate", 3), "X,Y,Z", "Translate, world units"),
+        Flag::of("rotate-axis", Short::AxisAngle, "X,Y,Z,DEG", "Rotate about an axis through the pivot"),
+        Flag::of("rotate-euler", Short::Numbers("rotate_euler_deg", 3), "X,Y,Z", "Rotate about x, then y, then z, degrees"),
+        Flag::of("rotate-quaternion", Short::Numbers("rotate_quaternion", 4), "W,X,Y,Z", "Rotate by a quaternion"),
+        Flag::of("scale", Short::Number("scale"), "FACTOR", "Scale about the pivot"),
+        Flag::switch("transform", "Translate, rotate and scale at once"),
+    ];
+    const SHARED: &'static [&'static str] = &["pivot", "fill"];
 
-/// Turns the columns `nx ny nz`, when they are floats.
-fn turn_normals(gaussians: &mut Gaussians, rows: &[u32], motion: &Similarity) {
-    let find = |name: &str| {
-        gaussians
-            .extra
-            .iter()
-            .position(|c| c.name == name && matches!(c.values, ColumnValues::F32(_)))
-    };
-    let [Some(x), Some(y), Some(z)] = ["nx", "ny", "nz"].map(find) else { return };
-    let [mut nx, mut ny, mut nz] = [x, y, z].map(|at| take(gaussians, at));
-    for row in rows.iter().map(|r| *r as usize) {
-        let n = DVec3::new(nx[row].into(), ny[row].into(), nz[row].into());
-        let turned = motion.direction(n).as_vec3();
-        (nx[row], ny[row], nz[row]) = turned.into();
-    }
-    for (at, values) in [(x, nx), (y, ny), (z, nz)] {
-        gaussians.extra[at].values = ColumnValues::F32(values);
-    }
-}
-
-/// Turns the columns of the residual, when they belong together.
-fn turn_residual(gaussians: &mut Gaussians, rows: &[u32], motion: &Similarity) {
-    let Ok(Some(mut residual)) = Residual::of(gaussians) else { return };
-    if residual.degree == 0 {
-        return;
-    }
-    let turn = ShRotation::new(motion.rotation_rows());
-    let stride = 3 * sh_coefficients(residual.degree);
-    for row in rows.iter().map(|r| *r as usize) {
-        turn.apply(&mut residual.log_ratio_sh[row * stride..(row + 1) * stride]);
-    }
-    residual.attach(gaussians);
-}
-
-fn take(gaussians: &mut Gaussians, at: usize) -> Vec<f32> {
-    match &mut gaussians.extra[at].values {
-        ColumnValues::F32(values) => std::mem::take(values),
-        _ => Vec::new(),
-    }
-}
-
-/// A set of rows that answers quickly.
-enum Chosen {
-    All,
-    Some(Vec<bool>),
-}
-
-impl Chosen {
-    fn new(rows: &[u32], n: usize) -> Self {
-        if rows.len() == n {
-            return Self::All;
+    fn check(&self) -> Result<(), Fault> {
+        self.translate.as_ref().map_or(Ok(()), |t| finite("/translate", t))?;
+        let rotations = [
+            ("/rotate_axis", self.rotate_axis.is_some()),
+            ("/rotate_euler_deg", self.rotate_euler_deg.is_some()),
+            ("/rotate_quaternion", self.rotate_quaternion.is_some()),
+        ];
+        let mut given = rotations.iter().filter(|(_, given)| *given);
+        if let (Some(_), Some((place, _))) = (given.next(), given.next()) {
+            let cause = "one operation has one rotation".to_owned();
+            return Err(((*place).into(), cause, Some("use two operations".into())));
         }
-        let mut chosen = vec![false; n];
-        rows.iter().for_each(|row| chosen[*row as usize] = true);
-        Self::Some(chosen)
-    }
-
-    fn has(&self, row: usize) -> bool {
-        match self {
-            Self::All => true,
-            Self::Some(chosen) => chosen[row],
+        if let Some(rotation) = &self.rotate_axis {
+            direction("/rotate_axis/axis", &rotation.axis)?;
+            finite("/rotate_axis/deg", &[rotation.deg])?;
+        }
+        self.rotate_euler_deg.as_ref().map_or(Ok(()), |e| finite("/rotate_euler_deg", e))?;
+        self.rotate_quaternion.as_ref().map_or(Ok(()), |q| direction("/rotate_quaternion", q))?;
+        self.scale.map_or(Ok(()), |s| positive("/scale", s))?;
+        match &self.pivot {
+            Some(PivotDocument::Point(p)) => finite("/pivot", p),
+            _ => Ok(()),
         }
     }
+
+    fn refers_to(&self) -> Option<(&'static str, &str)> {
+        self.target.as_deref().map(|target| ("target", target))
+    }
+
+    fn apply(
+        &self,
+        run: &mut Run<'_>,
+        state: &mut EditState,
+        at: &str,
+    ) -> Result<Outcome, EditError> {
+        let rows = rows_of(state, self.target.as_deref(), at)?;
+        let rotation = rotation_of(self);
+        let scale = self.scale.unwrap_or(1.0);
+        let bounds = Bounds::of(&state.gaussians, rows.iter().copied());
+        let about_pivot = rotation != DQuat::IDENTITY || scale != 1.0;
+        let pivot = match self.pivot.unwrap_or_default() {
+            _ if !about_pivot => DVec3::ZERO,
+            PivotDocument::Point(p) => DVec3::from_array(p),
+            PivotDocument::Named(PivotName::Origin) => DVec3::ZERO,
+            PivotDocument::Named(PivotName::Centroid) => some_place(bounds, at)?.centroid,
+            PivotDocument::Named(PivotName::Base) => extent_of(state, &rows, at)?.base(),
+        };
+        let shift = DVec3::from_array(self.translate.unwrap_or_default());
+        let motion = Similarity::about(pivot, rotation, scale, shift);
+        if motion.is_identity() {
+            return skipped("nothing would move");
+        }
+        within_range(bounds, at, |p| motion.point(p))?;
+        let mut shadow = None;
+        let is_part = rows.len() < state.len();
+        let from = if is_part { some_place(bounds, at)?.centroid } else { DVec3::ZERO };
+        if is_part {
+            state.vacate(&rows, self.fill);
+            run.unlit(state, at, "shadows stay where they were");
+            shadow = run.lift_shadow(state, &rows, at);
+        }
+        transform(state, &rows, &motion);
+        if let Some(shadow) = shadow {
+            let moved = motion.point(from) - from;
+            shadow.apply(&mut state.gaussians, moved, false, &rows);
+        }
+        applied(rows.len())
+    }
 }
 
-fn for_chosen<T: Send>(values: &mut [T], chosen: &Chosen, change: impl Fn(&mut T) + Sync) {
-    values.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, values)| {
-        for (i, value) in values.iter_mut().enumerate() {
-            if chosen.has(chunk * CHUNK + i) {
-                change(value);
-            }
-        }
-    });
-}
-
-#[cfg(test)]
-mod tests {
-    use motes_raster::{RenderOptions, render};
-    use motes_scene::{ExtraColumn, Pinhole, Pose};
-
-    use super::*;
-
-    fn psnr(a: &[f32], b: &[f32]) -> f64 {
-        let sum: f64 = a.iter().zip(b).map(|(a, b)| f64::from(a - b).powi(2)).sum();
-        -10.0 * (sum / a.len() as f64).log10()
+fn rotation_of(op: &TransformOp) -> DQuat {
+    if let Some(rotation) = &op.rotate_axis {
+        let axis = DVec3::from_array(rotation.axis).normalize_or(DVec3::Z);
+        return DQuat::from_axis_angle(axis, rotation.deg.to_radians());
     }
-
-    fn picture(gaussians: &Gaussians, camera_from_world: &Pose) -> Vec<f32> {
-        let camera = Pinhole { fx: 80.0, fy: 80.0, cx: 40.0, cy: 30.0, width: 80, height: 60 };
-        render(gaussians, &camera, camera_from_world, &RenderOptions::default()).color.data
+    if let Some([x, y, z]) = op.rotate_euler_deg.map(|e| e.map(f64::to_radians)) {
+        // About the world's x first: the rightmost factor acts first.
+        return DQuat::from_euler(EulerRot::ZYX, z, y, x);
     }
-
-    fn motion() -> Similarity {
-        let turn = DQuat::from_axis_angle(DVec3::new(0.48, -0.6, 0.64), 1.234);
-        Similarity::about(DVec3::new(0.3, 0.1, -0.2), turn, 1.7, DVec3::new(0.5, -1.0, 2.0))
-    }
-
-    fn camera() -> Pose {
-        Pose::look_at(DVec3::new(0.0, -4.0, 1.0), DVec3::ZERO, DVec3::Z).unwrap()
-    }
-
-    fn anisotropic() -> Gaussians {
-        let mut gaussians = motes_testkit::random_gaussians(5, 300, 3);
-        for (i, scales) in gaussians.log_scales.iter_mut().enumerate() {
-            scales[i % 3] += 1.2;
-            scales[(i + 1) % 3] -= 1.5;
-        }
-        gaussians
-    }
-
-    #[test]
-    fn a_motion_and_its_inverse_render_the_same() {
-        let before = anisotropic();
-        let mut after = before.clone();
-        let rows: Vec<u32> = (0..300).collect();
-        transform_gaussians(&mut after, &rows, &motion());
-        let moved = psnr(&picture(&before, &camera()), &picture(&after, &camera()));
-        assert!(moved < 30.0, "it moved: {moved}");
-        transform_gaussians(&mut after, &rows, &motion().inverse());
-        let back = psnr(&picture(&before, &camera()), &picture(&after, &camera()));
-        assert!(back > 60.0, "{back} dB");
-    }
-
-    #[test]
-    fn scene_and_camera_moved_together_show_the_same_picture() {
-        // Tests every part at once: covariances, order, and colors that depend on the direction.
-        let before = anisotropic();
-        let mut after = before.clone();
-        let rows: Vec<u32> = (0..300).collect();
-        let motion = motion();
-        transform_gaussians(&mut after, &rows, &motion);
-        // p_camera scales with the scene, so only the pose's translation does.
-        let pose = camera();
-        let back = motion.inverse();
-        let rotation = pose.rotation * back.rotation;
-        let center = motion.point(pose.center_in_world());
-        let moved = Pose { rotation, translation: -(rotation * center) };
-        let db = psnr(&picture(&before, &pose), &picture(&after, &moved));
-        assert!(db > 60.0, "{db} dB");
-    }
-
-    #[test]
-    fn only_chosen_rows_move_and_normals_turn() {
-        let mut gaussians = motes_testkit::random_gaussians(5, 3, 1);
-        for (name, value) in [("nx", 1.0), ("ny", 0.0), ("nz", 0.0)] {
-            let values = ColumnValues::F32(vec![value; 3]);
-            gaussians.extra.push(ExtraColumn { name: name.into(), values });
-        }
-        let log_ratio_sh = gaussians.sh.clone();
-        Residual { degree: 1, log_ratio_sh }.attach(&mut gaussians);
-        let before = gaussians.clone();
-        let quarter = DQuat::from_rotation_z(std::f64::consts::FRAC_PI_2);
-        let motion = Similarity::about(DVec3::ZERO, quarter, 2.0, DVec3::ZERO);
-        transform_gaussians(&mut gaussians, &[1], &motion);
-        for row in [0, 2] {
-            assert_eq!(gaussians.means[row], before.means[row]);
-            assert_eq!(gaussians.sh_of(row), before.sh_of(row));
-        }
-        let [x, y, z] = before.means[1];
-        for (is, should) in gaussians.means[1].iter().zip([-2.0 * y, 2.0 * x, 2.0 * z]) {
-            assert!((is - should).abs() < 1e-6);
-        }
-        let ColumnValues::F32(ny) = &gaussians.extra[1].values else { panic!() };
-        assert!((ny[1] - 1.0).abs() < 1e-6 && ny[0] == 0.0, "{ny:?}");
-        let residual = Residual::of(&gaussians).unwrap().unwrap();
-        assert_eq!(residual.log_ratio_sh, gaussians.sh, "it turns as colors do");
-        assert!((gaussians.log_scales[1][0] - before.log_scales[1][0] - 2f32.ln()).abs() < 1e-6);
+    match op.rotate_quaternion {
+        Some([w, x, y, z]) => DQuat::from_xyzw(x, y, z, w).normalize(),
+        None => DQuat::IDENTITY,
     }
 }

@@ -1,24 +1,21 @@
-//! A plan, applied to a state.
+//! A plan: its document, what is checked before any Gaussian is read, and how it is applied to a state.
 //!
 //! [`prepare`] checks what needs no Gaussians: files, names, which operations an `undo` takes back. [`run_plan`] applies the rest in
 //! order. Nothing is written here: pictures and the record are returned.
 
-mod appearance;
 mod apply;
-mod asset;
-mod context;
-mod inserting;
-mod light;
-mod moving;
+mod check;
+mod document;
+mod parse;
 mod prepare;
-mod preview;
-mod removing;
-mod select;
-mod shadows;
-mod style;
-mod values;
+mod record;
 
 pub use apply::{Edited, run_plan};
-pub use context::{EditError, Editors, Resources};
+pub use check::{check_plan, op_pointer};
+pub use document::{EditPlanDocument, MAX_OPS, MAX_PLAN_BYTES, MAX_RESHADE_SAMPLES};
+pub use parse::{parse_edit_plan, parse_op, read_edit_plan};
 pub use prepare::{Prepared, prepare};
-pub use preview::{Preview, orbit_camera, picture, whole_extent};
+pub use record::{EditRecord, SkipRecord, StepRecord};
+
+#[cfg(test)]
+mod tests;

@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use motes_formats::edit_plan::{EditPlanDocument, OpDocument, op_pointer};
-use motes_formats::selectors::{SelectStep, Selector};
-
-use super::{EditError, Editors};
-use crate::ops::materials::{material_named, material_names};
+use super::check::op_pointer;
+use super::document::EditPlanDocument;
+use crate::changes::materials::{material_named, material_names};
+use crate::ops::OpDocument;
+use crate::run::{EditError, Editors};
 
 /// Which operations of a plan are applied.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -35,20 +35,20 @@ pub fn prepare(
     let mut undone = Vec::new();
     for (i, op) in plan.ops.iter().enumerate() {
         let at = op_pointer(i);
-        for (key, name) in files_of(op) {
-            if !folder.join(&name).exists() {
-                let cause = format!("no such file or folder: {}", folder.join(&name).display());
+        for (key, name) in op.clone().files() {
+            if !folder.join(&*name).exists() {
+                let cause = format!("no such file or folder: {}", folder.join(&*name).display());
                 return Err(EditError::plan(format!("{at}{key}"), cause)
                     .remedy("files are named relative to the plan"));
             }
-            let full = std::fs::canonicalize(folder.join(&name)).unwrap_or_default();
+            let full = std::fs::canonicalize(folder.join(&*name)).unwrap_or_default();
             if let Some(output) = written.iter().find(|output| full.starts_with(output)) {
                 let cause = format!("it would read what it writes: {}", output.display());
                 return Err(EditError::plan(format!("{at}{key}"), cause)
                     .remedy("write to another place, or run it on a copy"));
             }
         }
-        if let Some((key, name)) = material_of(op)
+        if let Some((key, name)) = op.material()
             && material_named(name).is_none()
         {
             return Err(EditError::plan(
@@ -67,69 +67,9 @@ pub fn prepare(
     }
     undone.sort_unstable();
     for &i in &effective {
-        if let OpDocument::Stylize(op) = &plan.ops[i] {
-            editors.starts(&op.editor, &op_pointer(i))?;
+        if let Some(program) = plan.ops[i].program() {
+            editors.starts(program, &op_pointer(i))?;
         }
     }
     Ok(Prepared { effective, undone })
-}
-
-/// Files that an operation reads, and the rest of the pointer to their names.
-fn files_of(op: &OpDocument) -> Vec<(String, String)> {
-    let of_step = |(i, step): (usize, &SelectStep)| -> Vec<(String, String)> {
-        let SelectStep::Select(step) = step else { return Vec::new() };
-        match &step.selector {
-            Selector::File { path } => vec![(format!("/steps/{i}/path"), path.clone())],
-            Selector::Masks { masks } => {
-                let path = |(k, mask): (usize, &motes_formats::selectors::MaskPrompt)| {
-                    (format!("/steps/{i}/masks/{k}/path"), mask.path.clone())
-                };
-                masks.iter().enumerate().map(path).collect()
-            }
-            _ => Vec::new(),
-        }
-    };
-    match op {
-        OpDocument::Select(op) => op.steps.iter().enumerate().flat_map(of_step).collect(),
-        OpDocument::Insert(op) => vec![("/file".into(), op.file.clone())],
-        OpDocument::Swap(op) => vec![("/file".into(), op.file.clone())],
-        OpDocument::SetEnvironment(op) => vec![("/file".into(), op.file.clone())],
-        _ => Vec::new(),
-    }
-}
-
-fn material_of(op: &OpDocument) -> Option<(&'static str, &str)> {
-    match op {
-        OpDocument::SetMaterial(op) => op.name.as_deref().map(|name| ("name", name)),
-        OpDocument::Insert(op) => op.material.as_deref().map(|name| ("material", name)),
-        OpDocument::Swap(op) => op.material.as_deref().map(|name| ("material", name)),
-        _ => None,
-    }
-}
-
-/// The plan with every file named by its absolute path, so that it means the same from any folder.
-pub(super) fn absolute(op: &OpDocument, folder: &Path) -> OpDocument {
-    let path = |name: &mut String| {
-        let joined = folder.join(&*name);
-        let full = std::fs::canonicalize(&joined).unwrap_or(joined);
-        *name = full.to_string_lossy().into_owned();
-    };
-    let mut op = op.clone();
-    match &mut op {
-        OpDocument::Select(op) => {
-            for step in &mut op.steps {
-                let SelectStep::Select(step) = step else { continue };
-                match &mut step.selector {
-                    Selector::File { path: name } => path(name),
-                    Selector::Masks { masks } => masks.iter_mut().for_each(|m| path(&mut m.path)),
-                    _ => {}
-                }
-            }
-        }
-        OpDocument::Insert(op) => path(&mut op.file),
-        OpDocument::Swap(op) => path(&mut op.file),
-        OpDocument::SetEnvironment(op) => path(&mut op.file),
-        _ => {}
-    }
-    op
 }

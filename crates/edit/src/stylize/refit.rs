@@ -37,7 +37,7 @@ pub(super) fn refit(
         .collect();
     // What cannot be drawn cannot be fitted, and the fit would drop it and shift the rows.
     let invalid = gaussians.invalid_rows();
-    let rows: Vec<u32> = crate::ops::delete::other_rows(&invalid, gaussians.len());
+    let rows: Vec<u32> = crate::changes::delete::other_rows(&invalid, gaussians.len());
     let mut start = Gaussians { extra: Vec::new(), ..gaussians.clone() };
     start.gather(&rows);
     let fit = FitOptions {

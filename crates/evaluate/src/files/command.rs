@@ -114,7 +114,14 @@ pub fn run(args: &Args, context: &Context) -> anyhow::Result<EvaluationReport> {
     let (net, range) = (options.lpips_net, options.lpips_range);
     let load = |path: &PathBuf| Lpips::load(path, net, range);
     let lpips = options.lpips_weights.as_ref().map(load).transpose()?;
-    let training = outputs.training.as_deref().map_or(Ok(Training::default()), read_training)?;
+    let training = match outputs.training.as_deref() {
+        Some(path) => {
+            let parsed = read_training(path)?;
+            parsed.warnings.iter().for_each(|text| context.warn(text));
+            parsed.document
+        }
+        None => Training::default(),
+    };
     context.stop_if_dry_run()?;
 
     let progress = context.progress("scoring", (course.len() * contestants.len()) as u64);

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use super::{
-    AssetJob, AssetOptions, CameraOptions, CameraReport, ExportFormat, ExportReport, InputOptions,
-    Outcome, Product, SplatOptions, VerifyOptions, verify, write_asset, write_splat,
+    Asset, AssetJob, AssetOptions, CameraOptions, CameraReport, ExportFormat, ExportReport,
+    InputOptions, Outcome, SplatOptions, VerifyOptions, verify, write_asset, write_splat,
 };
 use clap::Parser;
 use motes_codecs::SplatFormat;
@@ -83,20 +83,20 @@ impl HasCommon for Args {
 /// Whatever ends it: bad input, a gate that is not met, a product that cannot be written.
 pub fn run(args: &Args, context: &Context) -> anyhow::Result<Outcome> {
     let output = context.output(&args.output)?;
-    let given = args.asset.html.then_some(ExportFormat::Html).or(args.format);
+    let given = args.asset.html.then_some(ExportFormat::Asset(Asset::Html)).or(args.format);
     let format = ExportFormat::choose(given, &output)?;
-    match format.product() {
-        Product::Splat(splat) => {
+    match format {
+        ExportFormat::Splat(splat) => {
             let report = export_splat(args, format, splat, output, context)?;
             Ok(Outcome::Splat(report.into()))
         }
-        Product::Asset(asset) => {
+        ExportFormat::Asset(asset) => {
             let (input, options, seed) = (&args.input, &args.asset, args.splat.seed);
             let capture = args.cameras.capture.as_deref();
             let job = AssetJob { asset, input, capture, options, seed };
             write_asset(&job, &output, context).map(|report| Outcome::Asset(report.into()))
         }
-        Product::Cameras(kind) => {
+        ExportFormat::Cameras(kind) => {
             let cameras = args.cameras.load(context)?;
             context.stop_if_dry_run()?;
             cameras.write(kind, &output, context)?;

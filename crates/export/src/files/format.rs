@@ -1,57 +1,21 @@
-//! Which product a command line asks for: the table from suffixes to makers.
+//! Which product a command line asks for: the formats of Gaussians that can be written, and the table [`OTHERS`].
 
 use std::path::Path;
+use std::sync::LazyLock;
 
 use clap::ValueEnum;
+use clap::builder::PossibleValue;
 use motes_codecs::SplatFormat;
 use motes_formats::colmap::Layout;
 use motes_stage::StageError;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 use super::CameraFormat;
 use super::assets::Asset;
 
 /// What is written.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum ExportFormat {
-    /// Gaussians as PLY, see --layout
-    Ply,
-    /// PlayCanvas compressed PLY
-    CompressedPly,
-    /// antimatter15 .splat
-    Splat,
-    /// Niantic .spz, see --spz-version
-    Spz,
-    /// PlayCanvas SOG
-    Sog,
-    /// Binary glTF with KHR_gaussian_splatting
-    Glb,
-    /// OpenUSD text with a ParticleField3DGaussianSplat
-    Usda,
-    /// A table with a line per Gaussian
-    Csv,
-    /// Statistics of each column as JSON
-    Statistics,
-    /// nerfstudio transforms.json of --capture or --path
-    Transforms,
-    /// Folder with a binary COLMAP model of --capture or --path
-    Colmap,
-    /// Folder with a COLMAP model as text
-    ColmapText,
-    /// glTF cameras of --capture or --path
-    GltfCameras,
-    /// One HTML page with a viewer
-    Html,
-    /// Relightable mesh (.glb) of a scene folder, with its environment map
-    Mesh,
-    /// Shadow of a scene folder's objects as a textured plane (.glb) and an image
-    ShadowPlane,
-}
-
-/// Who makes it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Product {
+pub enum ExportFormat {
     /// Gaussians in a file of this format.
     Splat(SplatFormat),
     /// Cameras and poses.
@@ -60,12 +24,76 @@ pub enum Product {
     Asset(Asset),
 }
 
-/// Formats beside those of Gaussians, with the ends of file names that choose them.
-const OTHERS: [(&str, ExportFormat); 3] = [
-    (".html", ExportFormat::Html),
-    ("transforms.json", ExportFormat::Transforms),
-    (".gltf", ExportFormat::GltfCameras),
+/// A format beside those of Gaussians.
+struct Other {
+    format: ExportFormat,
+    name: &'static str,
+    /// A line for the help.
+    about: &'static str,
+    /// Ends of its names, none for a folder; `--format` does not write under the suffix of another.
+    suffixes: &'static [&'static str],
+    /// The end of a name that chooses it without `--format`.
+    chosen_by: Option<&'static str>,
+}
+
+const OTHERS: [Other; 7] = [
+    Other {
+        format: ExportFormat::Cameras(CameraFormat::Transforms),
+        name: "transforms",
+        about: "nerfstudio transforms.json of --capture or --path",
+        suffixes: &[".json"],
+        chosen_by: Some("transforms.json"),
+    },
+    Other {
+        format: ExportFormat::Cameras(CameraFormat::Colmap(Layout::Binary)),
+        name: "colmap",
+        about: "Folder with a binary COLMAP model of --capture or --path",
+        suffixes: &[],
+        chosen_by: None,
+    },
+    Other {
+        format: ExportFormat::Cameras(CameraFormat::Colmap(Layout::Text)),
+        name: "colmap-text",
+        about: "Folder with a COLMAP model as text",
+        suffixes: &[],
+        chosen_by: None,
+    },
+    Other {
+        format: ExportFormat::Cameras(CameraFormat::Gltf),
+        name: "gltf-cameras",
+        about: "glTF cameras of --capture or --path",
+        suffixes: &[".gltf"],
+        chosen_by: Some(".gltf"),
+    },
+    Other {
+        format: ExportFormat::Asset(Asset::Html),
+        name: "html",
+        about: "One HTML page with a viewer",
+        suffixes: &[".html", ".htm"],
+        chosen_by: Some(".html"),
+    },
+    Other {
+        format: ExportFormat::Asset(Asset::Mesh),
+        name: "mesh",
+        about: "Relightable mesh (.glb) of a scene folder, with its environment map",
+        suffixes: &[".glb"],
+        chosen_by: None,
+    },
+    Other {
+        format: ExportFormat::Asset(Asset::ShadowPlane),
+        name: "shadow-plane",
+        about: "Shadow of a scene folder's objects as a textured plane (.glb) and an image",
+        suffixes: &[".glb"],
+        chosen_by: None,
+    },
 ];
+
+/// All that `--format` takes, in the order of the help.
+static ALL: LazyLock<Vec<ExportFormat>> = LazyLock::new(|| {
+    let splats = SplatFormat::ALL.iter().filter(|format| format.codec().is_writable());
+    let others = OTHERS.iter().map(|other| other.format);
+    splats.map(|format| ExportFormat::Splat(*format)).chain(others).collect()
+});
 
 /// Ends of names that mean an asset of another program which is not written, and what to write.
 const NOT_WRITTEN: [(&str, &str, &str); 3] = [
@@ -77,6 +105,22 @@ const NOT_WRITTEN: [(&str, &str, &str); 3] = [
 /// Endings of files that hold models or pictures of other kinds.
 const FOREIGN: [&str; 12] =
     ["fbx", "obj", "stl", "dae", "blend", "usd", "usdc", "usdz", "abc", "3ds", "ksplat", "x3d"];
+
+impl ValueEnum for ExportFormat {
+    fn value_variants<'a>() -> &'a [Self] {
+        &ALL
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        Some(PossibleValue::new(self.name()).help(self.about()))
+    }
+}
+
+impl Serialize for ExportFormat {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name())
+    }
+}
 
 impl ExportFormat {
     /// The format that `--format` or the end of the file name says.
@@ -94,11 +138,13 @@ impl ExportFormat {
             let help = format!("{remedy}, or --format statistics for statistics of the columns");
             return Err(StageError::usage(text).help(help));
         }
-        if let Some((_, format)) = OTHERS.iter().find(|(suffix, _)| name.ends_with(suffix)) {
-            return Ok(*format);
+        let chosen = |other: &&Other| other.chosen_by.is_some_and(|end| name.ends_with(end));
+        if let Some(other) = OTHERS.iter().find(chosen) {
+            return Ok(other.format);
         }
-        if let Some(format) = SplatFormat::of_name(output).and_then(Self::of_splat) {
-            return Ok(format);
+        let splat = SplatFormat::of_name(output).filter(|format| format.codec().is_writable());
+        if let Some(format) = splat {
+            return Ok(Self::Splat(format));
         }
         let text = format!("the suffix names no format: {}", output.display());
         Err(StageError::usage(text).help(format!("take one of {}, or --format", suffixes())))
@@ -114,48 +160,31 @@ impl ExportFormat {
         if own.is_empty() || is_own || !(of_codec || FOREIGN.contains(&ending)) {
             return Ok(());
         }
-        let named = self.to_possible_value().map(|v| v.get_name().to_owned()).unwrap_or_default();
-        let text = format!("--format {named} does not write .{ending}: {}", output.display());
+        let text =
+            format!("--format {} does not write .{ending}: {}", self.name(), output.display());
         Err(StageError::usage(text).help(format!("end the name in {}", own.join(" or "))))
     }
 
+    /// Its name in flags and reports.
+    pub fn name(self) -> &'static str {
+        self.row().map_or_else(|splat| splat.codec().name, |other| other.name)
+    }
+
+    fn about(self) -> &'static str {
+        self.row().map_or_else(|splat| splat.codec().about, |other| other.about)
+    }
+
     /// Ends of names of this format; none for a folder.
-    fn suffixes(self) -> Vec<&'static str> {
-        match self.product() {
-            Product::Splat(format) => format.codec().suffixes.to_vec(),
-            Product::Cameras(CameraFormat::Colmap(_)) => Vec::new(),
-            Product::Cameras(CameraFormat::Transforms) => vec![".json"],
-            Product::Cameras(CameraFormat::Gltf) => vec![".gltf"],
-            Product::Asset(Asset::Html) => vec![".html", ".htm"],
-            Product::Asset(Asset::Mesh | Asset::ShadowPlane) => vec![".glb"],
+    fn suffixes(self) -> &'static [&'static str] {
+        self.row().map_or_else(|splat| splat.codec().suffixes, |other| other.suffixes)
+    }
+
+    /// Its row of [`OTHERS`], or the format of Gaussians.
+    fn row(self) -> Result<&'static Other, SplatFormat> {
+        match self {
+            Self::Splat(splat) => Err(splat),
+            _ => Ok(OTHERS.iter().find(|other| other.format == self).unwrap_or(&OTHERS[0])),
         }
-    }
-
-    fn of_splat(format: SplatFormat) -> Option<Self> {
-        Self::value_variants().iter().copied().find(|own| own.product() == Product::Splat(format))
-    }
-
-    /// Who makes it.
-    pub fn product(self) -> Product {
-        let splat = match self {
-            Self::Ply => SplatFormat::Ply,
-            Self::CompressedPly => SplatFormat::CompressedPly,
-            Self::Splat => SplatFormat::Splat,
-            Self::Spz => SplatFormat::Spz,
-            Self::Sog => SplatFormat::Sog,
-            Self::Glb => SplatFormat::Glb,
-            Self::Usda => SplatFormat::Usda,
-            Self::Csv => SplatFormat::Csv,
-            Self::Statistics => SplatFormat::Statistics,
-            Self::Transforms => return Product::Cameras(CameraFormat::Transforms),
-            Self::Colmap => return Product::Cameras(CameraFormat::Colmap(Layout::Binary)),
-            Self::ColmapText => return Product::Cameras(CameraFormat::Colmap(Layout::Text)),
-            Self::GltfCameras => return Product::Cameras(CameraFormat::Gltf),
-            Self::Html => return Product::Asset(Asset::Html),
-            Self::Mesh => return Product::Asset(Asset::Mesh),
-            Self::ShadowPlane => return Product::Asset(Asset::ShadowPlane),
-        };
-        Product::Splat(splat)
     }
 }
 
@@ -165,32 +194,34 @@ fn suffixes() -> String {
     written
         .flat_map(|codec| codec.suffixes)
         .copied()
-        .chain(OTHERS.map(|(suffix, _)| suffix))
+        .chain(OTHERS.iter().filter_map(|other| other.chosen_by))
         .collect::<Vec<_>>()
         .join(", ")
 }
 
 #[cfg(test)]
 mod tests {
-    use motes_codecs::CODECS;
-
     use super::*;
 
     #[test]
     fn flags_and_suffixes_reach_every_codec() {
-        for codec in CODECS.iter().filter(|codec| codec.is_writable()) {
-            let format = <ExportFormat as ValueEnum>::from_str(codec.name, false);
-            assert_eq!(format.map(ExportFormat::product), Ok(Product::Splat(codec.format)));
-            for suffix in codec.suffixes {
+        for splat in SplatFormat::ALL.iter().filter(|format| format.codec().is_writable()) {
+            let format = <ExportFormat as ValueEnum>::from_str(splat.codec().name, false);
+            assert_eq!(format, Ok(ExportFormat::Splat(*splat)));
+            for suffix in splat.codec().suffixes {
                 let path = format!("folder/name{suffix}");
                 let chosen = ExportFormat::choose(None, Path::new(&path));
-                assert_eq!(chosen.map(ExportFormat::product), Ok(Product::Splat(codec.format)));
+                assert_eq!(chosen, Ok(ExportFormat::Splat(*splat)));
             }
         }
+        for other in &OTHERS {
+            assert_eq!(ExportFormat::from_str(other.name, false), Ok(other.format));
+            assert_eq!(other.format.name(), other.name);
+        }
         let cameras = ExportFormat::choose(None, Path::new("x/transforms.json"));
-        assert_eq!(cameras, Ok(ExportFormat::Transforms));
-        let page = ExportFormat::choose(None, Path::new("a.HTML")).map(ExportFormat::product);
-        assert_eq!(page, Ok(Product::Asset(Asset::Html)));
+        assert_eq!(cameras, Ok(ExportFormat::Cameras(CameraFormat::Transforms)));
+        let page = ExportFormat::choose(None, Path::new("a.HTML"));
+        assert_eq!(page, Ok(ExportFormat::Asset(Asset::Html)));
         let error = ExportFormat::choose(None, Path::new("a.obj")).unwrap_err().to_string();
         assert!(error.contains("names no format") && error.contains(".splat"), "{error}");
     }
@@ -201,27 +232,24 @@ mod tests {
             let error = ExportFormat::choose(None, Path::new(name)).unwrap_err();
             assert!(error.to_string().contains("not written"), "{name}: {error}");
         }
-        let statistics = ExportFormat::choose(None, Path::new("columns.json"));
-        assert_eq!(statistics, Ok(ExportFormat::Statistics));
-        let asked = Some(ExportFormat::Statistics);
-        assert_eq!(
-            ExportFormat::choose(asked, Path::new("meta.json")),
-            Ok(ExportFormat::Statistics)
-        );
+        let statistics = ExportFormat::Splat(SplatFormat::Statistics);
+        assert_eq!(ExportFormat::choose(None, Path::new("columns.json")), Ok(statistics));
+        assert_eq!(ExportFormat::choose(Some(statistics), Path::new("meta.json")), Ok(statistics));
     }
 
     #[test]
     fn a_format_does_not_go_under_the_suffix_of_another() {
         for (format, name, fits) in [
-            (ExportFormat::Mesh, "mesh.fbx", false),
-            (ExportFormat::Mesh, "mesh.glb", true),
-            (ExportFormat::Ply, "a.spz", false),
-            (ExportFormat::CompressedPly, "a.ply", true),
-            (ExportFormat::Ply, "a.v2", true),
-            (ExportFormat::Ply, "a", true),
-            (ExportFormat::Colmap, "model.ply", true),
-            (ExportFormat::Html, "a.htm", true),
+            ("mesh", "mesh.fbx", false),
+            ("mesh", "mesh.glb", true),
+            ("ply", "a.spz", false),
+            ("compressed-ply", "a.ply", true),
+            ("ply", "a.v2", true),
+            ("ply", "a", true),
+            ("colmap", "model.ply", true),
+            ("html", "a.htm", true),
         ] {
+            let format = ExportFormat::from_str(format, false).unwrap();
             let chosen = ExportFormat::choose(Some(format), Path::new(name));
             assert_eq!(chosen.is_ok(), fits, "{format:?} {name}");
         }

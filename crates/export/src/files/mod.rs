@@ -12,7 +12,7 @@ mod verify;
 pub use assets::{Asset, AssetJob, AssetOptions, AssetReport, write_asset};
 pub use cameras::{CameraFormat, CameraOptions, CameraSource};
 pub use command::{Args, run};
-pub use format::{ExportFormat, Product};
+pub use format::ExportFormat;
 pub use input::{InputOptions, Source};
 pub use report::{CameraReport, ExportReport, Outcome};
 pub use splat::{SplatOptions, write_splat};

@@ -128,7 +128,10 @@ pub fn parse_document<T: Document>(bytes: &[u8], name: &Path) -> Result<Parsed<T
     Ok(Parsed { document, warnings })
 }
 
-/// The minor version, when the two opening keys are those of `T`.
+/// The minor version, when the two opening keys are those of `T`; `name` stands for the file in errors.
+///
+/// # Errors
+/// It is another document or another major version.
 pub fn check_opening<T: Document>(
     format: Option<&Value>,
     version: Option<&Value>,
@@ -241,17 +244,17 @@ fn help<T: Document>() -> String {
     format!("docs/formats/schema/{name}-v{}.schema.json describes every key", T::MAJOR)
 }
 
-/// The JSON Schema of every document, by the name of its schema file: `NAME-vMAJOR`.
+/// The JSON Schema of every document that several programs share, by the name of its schema file: `NAME-vMAJOR`.
 pub fn all_schemas() -> Vec<(String, Value)> {
     vec![
         schema::<crate::capture::CaptureDocument>(),
         schema::<crate::camera_path::CameraPathDocument>(),
         schema::<crate::decomposition::DecompositionDocument>(),
-        schema::<crate::edit_plan::EditPlanDocument>(),
         schema::<crate::metrics::MetricsDocument>(),
         schema::<crate::run_record::RunRecord>(),
         schema::<crate::selection::SelectionDocument>(),
         schema::<crate::statistics::StatisticsDocument>(),
+        schema::<crate::train_report::TrainReportDocument>(),
     ]
 }
 

@@ -31,17 +31,6 @@ pub struct AlbedoTable {
     nodes_f32: Vec<Vec2>,
 }
 
-/// A value and its derivatives with respect to `μ` and roughness.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Sloped<T> {
-    /// The value.
-    pub value: T,
-    /// `∂/∂μ`.
-    pub by_mu: T,
-    /// `∂/∂roughness`.
-    pub by_roughness: T,
-}
-
 /// The table of this process; the first call computes it (about 30 ms).
 pub fn albedo_table() -> &'static AlbedoTable {
     static TABLE: OnceLock<AlbedoTable> = OnceLock::new();
@@ -128,12 +117,6 @@ impl AlbedoTable {
         [0, 1].map(|k| (1.0 - s) * self.averages[i][k] + s * self.averages[i + 1][k])
     }
 
-    /// `∂/∂roughness` of [`Self::averages`].
-    pub(super) fn averages_by_roughness(&self, roughness: f64) -> [f64; 2] {
-        let (i, _) = cell(roughness);
-        [0, 1].map(|k| (self.averages[i + 1][k] - self.averages[i][k]) * INTERVALS as f64)
-    }
-
     /// The two rows of nodes round a roughness, and the weight of the second.
     #[inline]
     pub(super) fn rows(&self, roughness: f32) -> Rows<'_> {
@@ -161,26 +144,6 @@ impl Rows<'_> {
         let low = self.low[j] + (self.low[j + 1] - self.low[j]) * t;
         let high = self.high[j] + (self.high[j + 1] - self.high[j]) * t;
         low + (high - low) * self.weight
-    }
-
-    /// As [`Self::at`], with slopes.
-    #[inline]
-    pub(super) fn sloped(&self, mu: f32) -> Sloped<Vec2> {
-        // √μ has no slope at 0; the value is the one at the first resolvable angle.
-        let root = mu.max(1e-8).sqrt();
-        let x = root * INTERVALS as f32;
-        let j = (x as usize).min(INTERVALS - 1);
-        let t = x - j as f32;
-        let (low_step, high_step) =
-            (self.low[j + 1] - self.low[j], self.high[j + 1] - self.high[j]);
-        let low = self.low[j] + low_step * t;
-        let high = self.high[j] + high_step * t;
-        Sloped {
-            value: low + (high - low) * self.weight,
-            by_mu: (low_step + (high_step - low_step) * self.weight)
-                * (0.5 * INTERVALS as f32 / root),
-            by_roughness: (high - low) * INTERVALS as f32,
-        }
     }
 }
 

@@ -11,22 +11,39 @@
 //!
 //! `E` is the directional albedo of the single-bounce lobe with `F = 1`, `S` that of the whole
 //! specular lobe (single and multiple) of a dielectric. Both couplings are symmetric in `w_i`
-//! and `w_o` and keep the books (with [`Lobes::Principled`]): a white dielectric and a white metal reflect all light, no
-//! material reflects more. [`mod@reference`] is the definition in f64, [`Brdf`] the
-//! f32 path, [`Brdf::differentiable`] what a fit needs.
+//! and `w_o` and conserve energy (with [`Lobes::Principled`]): a white dielectric and a white metal reflect all light, no
+//! material reflects more. [`mod@reference`] is the definition in f64, [`Brdf`] the f32 path.
+//!
+//! Other diffuse lobes are [`DiffuseLobe`]s under the same specular ones, other models implement [`Model`]; both are a file,
+//! named in the list below.
 
 mod albedo;
-mod derivatives;
-mod fast;
+mod burley;
+mod coated;
+mod lambert;
 pub mod microfacet;
+mod model;
+mod oren_nayar;
+mod principled;
 pub mod reference;
 
 use glam::Vec3;
 
 pub use albedo::{AlbedoTable, albedo_table};
-pub use derivatives::{BrdfDerivatives, DifferentiableBrdf};
-pub use fast::{Brdf, BrdfValue};
+pub use burley::Burley;
+pub use coated::{Angles, Coat, CoatF64, Coated, DiffuseLobe};
+pub use lambert::Lambert;
+pub use model::{BrdfValue, Model, WithModel};
 pub use motes_scene::Lobes;
+pub use oren_nayar::OrenNayar;
+pub use principled::EnergyConserving;
+
+model::models! {
+    Lambert = Lambert,
+    Principled = Coated<EnergyConserving>,
+    Burley = Coated<Burley>,
+    OrenNayar = Coated<OrenNayar>,
+}
 
 /// Reflectance of a dielectric at normal incidence: refractive index 1.5.
 pub const DIELECTRIC_F0: f64 = 0.04;

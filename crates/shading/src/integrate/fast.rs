@@ -6,7 +6,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::{IndirectRadiance, IntegrationOptions, LightPool, SurfacePoint};
-use crate::brdf::{Brdf, BrdfValue};
+use crate::brdf::{BrdfValue, Model, WithModel, with_model};
 use crate::environment::Environment;
 use crate::sampling::{PointSet, unit_f32};
 use crate::tracing::{Ray, Tracer, offset_origin};
@@ -44,8 +44,7 @@ impl Shaded {
 /// One direction of a point's incident light: its share of the outgoing radiance is
 /// `f_r (n · w_i)⁺ * weighted_radiance`.
 ///
-/// A fit that keeps these fixed and re-evaluates [`Brdf::differentiable`] has the exact
-/// derivatives of its estimate by material and normal.
+/// A fit that keeps these fixed and re-evaluates the BRDF compares materials without noise between them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Incident {
     /// Unit vector toward the light.
@@ -138,8 +137,19 @@ impl<'a, T: Tracer> Shader<'a, T> {
 
     /// Calls `add` for every direction that carries light or could, with `f_r (n · w_i)⁺` there.
     #[inline]
-    fn visit(&self, point: &SurfacePoint, item: u64, mut add: impl FnMut(Incident, &BrdfValue)) {
-        let brdf = Brdf::new(&point.material, point.shading_normal, point.to_viewer);
+    fn visit(&self, point: &SurfacePoint, item: u64, add: impl FnMut(Incident, &BrdfValue)) {
+        with_model(point.material.lobes, Visit { shader: self, point, item, add });
+    }
+
+    /// The loop, compiled for every model.
+    #[inline]
+    fn visit_with<M: Model>(
+        &self,
+        point: &SurfacePoint,
+        item: u64,
+        mut add: impl FnMut(Incident, &BrdfValue),
+    ) {
+        let brdf = M::new(&point.material, point.shading_normal, point.to_viewer);
         if brdf.faces_away() {
             return;
         }
@@ -213,5 +223,22 @@ impl<'a, T: Tracer> Shader<'a, T> {
                 }
             },
         }
+    }
+}
+
+/// [`Shader::visit`] with a model.
+struct Visit<'s, 'a, T, F> {
+    shader: &'s Shader<'a, T>,
+    point: &'s SurfacePoint,
+    item: u64,
+    add: F,
+}
+
+impl<T: Tracer, F: FnMut(Incident, &BrdfValue)> WithModel for Visit<'_, '_, T, F> {
+    type Output = ();
+
+    #[inline]
+    fn run<M: Model>(self) {
+        self.shader.visit_with::<M>(self.point, self.item, self.add);
     }
 }

@@ -5,6 +5,8 @@ use std::fmt;
 use std::collections::BTreeMap;
 
 use crate::Plan;
+use motes_formats::documents::Document as _;
+use motes_formats::train_report::TrainReportDocument;
 use motes_stage::Context;
 use serde::Serialize;
 
@@ -30,13 +32,13 @@ pub struct HistoryRow {
     pub seconds: f64,
 }
 
-/// The report of a run, also written by `--metrics`.
+/// The report of a run, also written by `--metrics`: a [`TrainReportDocument`].
 #[derive(Clone, Debug, Serialize)]
 pub struct TrainReport {
     /// Always `motes/train-report`.
     pub format: &'static str,
     /// Layout version.
-    pub version: &'static str,
+    pub version: String,
     /// Whether all steps were done.
     pub complete: bool,
     /// Steps done.
@@ -99,8 +101,8 @@ impl TrainReport {
         let [train_scored, test_scored] = scores.map(|held| held.map_or(0, |h| h.views));
         let [train, test] = scores.map(|held| held.map(|h| h.psnr));
         Self {
-            format: "motes/train-report",
-            version: "1.0",
+            format: TrainReportDocument::FORMAT,
+            version: TrainReportDocument::version(),
             complete: trainer.is_done(),
             iterations: trainer.state.step,
             gaussians: trainer.state.gaussians.len(),

@@ -32,7 +32,7 @@ pub(super) struct Rows<'a> {
 impl Rows<'_> {
     /// Loads row `y` of channel `c` of the transformed rendering and of the photo into padded rows.
     #[inline(always)]
-    fn load(&self, c: usize, y: usize, x_row: &mut [f32], y_row: &mut [f32]) {
+    pub(super) fn load(&self, c: usize, y: usize, x_row: &mut [f32], y_row: &mut [f32]) {
         let width = self.target.width;
         let (gain, offset) = (self.transform.gain[c], self.transform.offset[c]);
         let x_out = &mut x_row[PAD..PAD + width];

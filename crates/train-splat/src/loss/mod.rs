@@ -8,6 +8,9 @@ mod band;
 mod photometric;
 mod reference;
 mod rows;
+mod terms;
 
 pub use photometric::{ColorTransform, LossValue, PhotometricLoss};
 pub use reference::photometric_reference;
+pub(crate) use terms::add_terms;
+pub use terms::{LOSS_TERMS, LossTerm, Picture, WeightedTerm};

@@ -125,4 +125,4 @@ impl PhotometricLoss {
 }
 
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;

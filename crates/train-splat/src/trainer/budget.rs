@@ -13,7 +13,7 @@ use motes_raster::{Modifiers, Planes, RenderOptions};
 use super::Trainer;
 use crate::error::FitError;
 use crate::front::{FRONT, Settings, settings_for};
-use crate::loss::ColorTransform;
+use crate::loss::{ColorTransform, add_terms};
 use crate::moments::Moments;
 use crate::plan::Plan;
 use crate::profile::Phase;
@@ -210,7 +210,10 @@ impl Trainer {
         let loss_start = Instant::now();
         let weight = self.options.ssim_weight;
         let identity = ColorTransform::IDENTITY;
-        self.loss.evaluate(image, target, options.background, identity, weight, &mut gradient);
+        let mut value =
+            self.loss.evaluate(image, target, background, identity, weight, &mut gradient);
+        let terms = &self.options.loss_terms;
+        add_terms(terms, image, target, background, identity, &mut value, &mut gradient);
         let loss = loss_start.elapsed().as_secs_f64();
         self.frame.backward(gaussians, &modifiers, &options, &gradient, &mut self.gradients);
         let whole = start.elapsed().as_secs_f64();

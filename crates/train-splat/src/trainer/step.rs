@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::Trainer;
 use super::schedule::STREAM_BACKGROUND;
 use crate::auto::{BackgroundModel, ExposureModel};
-use crate::loss::LossValue;
+use crate::loss::{LossValue, add_terms};
 use crate::moments::Update;
 use crate::options::{AdamRule, Densify, FreezeGroup};
 use crate::priors;
@@ -127,7 +127,7 @@ impl Trainer {
             .take()
             .filter(|g| [g.width, g.height] == transform.size)
             .unwrap_or_else(|| Planes::new(width, height, 4));
-        let loss = self.loss.evaluate(
+        let mut loss = self.loss.evaluate(
             image,
             target,
             background,
@@ -135,6 +135,8 @@ impl Trainer {
             self.options.ssim_weight,
             &mut gradient,
         );
+        let terms = &self.options.loss_terms;
+        add_terms(terms, image, target, background, color, &mut loss, &mut gradient);
         if self.state.model.background == BackgroundModel::Color {
             self.state.background.step(image, &gradient);
         }

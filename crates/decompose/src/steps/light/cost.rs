@@ -1,8 +1,8 @@
 //! Weights of the cost of a light, and its robust norm.
 
 /// Weights and schedule.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct SolveOptions {
+#[derive(Clone, Debug)]
+pub struct SolveOptions {
     /// `λ_smooth`.
     pub smooth: f32,
     /// `λ_white`.
@@ -21,6 +21,8 @@ pub(crate) struct SolveOptions {
     pub steps: u32,
     /// Rate of the first step, log units.
     pub rate: f32,
+    /// Name and weight of priors without a field here.
+    pub others: Vec<(&'static str, f32)>,
 }
 
 /// `sqrt(x² + σ²) - σ` and its derivative.

@@ -5,6 +5,7 @@ mod evidence;
 pub(crate) mod glossy;
 mod options;
 pub(crate) mod pairs;
+mod priors;
 pub(crate) mod problem;
 pub(crate) mod solve;
 pub(crate) mod transport;
@@ -13,7 +14,9 @@ use crate::report::{Term, numbers};
 use crate::state::{Illumination, State};
 use motes_scene::Switch;
 
+pub use cost::SolveOptions;
 pub use options::Options;
+pub use priors::{CellSum, LIGHT_PRIORS, LightPrior, Lighting, PointSum, Slopes, WeightedPrior};
 
 /// Indirect light below this share of the irradiance is left out.
 const LEAST_INDIRECT: f32 = 0.005;

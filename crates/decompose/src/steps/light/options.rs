@@ -3,6 +3,8 @@
 use clap::Args;
 use serde::{Deserialize, Serialize};
 
+use super::priors::WeightedPrior;
+
 /// How the light is found from shading.
 #[derive(Clone, Debug, PartialEq, Args, Serialize, Deserialize)]
 #[serde(default)]
@@ -28,6 +30,11 @@ pub struct Options {
     /// Weight of the prior that the light is nearly white on average
     #[arg(long, default_value_t = 0.1, value_name = "WEIGHT", help_heading = "Priors (expert)")]
     pub weight_white_light: f32,
+
+    /// Priors of the light without a flag of their own; the help lists them
+    #[arg(long = "light-prior", help = WeightedPrior::help(), value_name = "NAME=WEIGHT", help_heading = "Priors")]
+    #[serde(rename = "light_prior", skip_serializing_if = "Vec::is_empty")]
+    pub light_priors: Vec<WeightedPrior>,
 }
 
 impl Default for Options {

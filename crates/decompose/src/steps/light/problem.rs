@@ -128,6 +128,7 @@ impl<'a> LightProblem<'a> {
 
     /// Weights of the likeness of base colors under a light that only shading tells.
     pub(crate) fn solve_options(&self) -> SolveOptions {
+        let others = self.options.light_priors.iter();
         SolveOptions {
             smooth: self.options.weight_smooth_light,
             white: self.options.weight_white_light,
@@ -138,6 +139,7 @@ impl<'a> LightProblem<'a> {
             sigma: 0.05,
             steps: 200,
             rate: 0.1,
+            others: others.map(|prior| (prior.prior().name(), prior.weight())).collect(),
         }
     }
 

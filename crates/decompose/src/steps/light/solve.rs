@@ -30,6 +30,7 @@ use rayon::prelude::*;
 use super::cost::{SolveOptions, rho};
 use super::glossy::Glossy;
 use super::pairs::Pair;
+use super::priors::{CellSum, LIGHT_PRIORS, LightPrior, Lighting, PointSum, Slopes};
 use super::transport::Transport;
 use crate::illumination::CellLight;
 
@@ -62,6 +63,14 @@ fn radiances(theta: &[f32]) -> Vec<Vec3> {
     theta.chunks_exact(3).map(|t| Vec3::new(t[0].exp(), t[1].exp(), t[2].exp())).collect()
 }
 
+/// The priors that count, and their weights.
+type Weighted = Vec<(&'static dyn LightPrior, f32)>;
+
+fn weighted(options: &SolveOptions) -> Weighted {
+    let all = LIGHT_PRIORS.iter().map(|prior| (*prior, prior.weight(options)));
+    all.filter(|(_, weight)| *weight != 0.0).collect()
+}
+
 /// Cost and gradient by `θ`, channels interleaved, one light after the other.
 pub(crate) fn cost_and_gradient(
     theta: &[f32],
@@ -70,6 +79,7 @@ pub(crate) fn cost_and_gradient(
     neighbors: &[(u32, u32)],
     glossy: &[Glossy],
     options: &SolveOptions,
+    priors: &[(&dyn LightPrior, f32)],
 ) -> (f64, Vec<f32>) {
     let columns = lit.first().map_or(0, |l| l.transport.columns);
     let light = radiances(theta);
@@ -83,23 +93,24 @@ pub(crate) fn cost_and_gradient(
         .map(|(l, s)| l.max(Vec3::splat(FLOOR)).ln() - s.ln())
         .collect();
 
-    let mut cost = 0.0;
-    let by_log_base = likeness(&log_base, pairs, options.sigma, &mut cost);
-    let n = radiance.len().max(1) as f32;
-    // One number for all channels: the color of the light is the business of `white`.
-    let mean = log_base.iter().map(|b| b.element_sum() / 3.0).sum::<f32>() / n;
-    let off = mean - options.typical_base_color.ln();
-    cost += f64::from(options.scale * off * off);
-    let by_mean = Vec3::splat(2.0 * options.scale * off / (3.0 * n));
-
-    let tint = shading.iter().map(|s| s.ln()).sum::<Vec3>() / n;
-    let tint = tint - tint.element_sum() / 3.0;
-    cost += f64::from(options.white * tint.length_squared());
-    let by_tint = tint * (2.0 * options.white / n);
-
-    // ∂F/∂S = (∂F/∂log S - ∂F/∂log b) / S, then ∂S/∂θ = T exp θ.
+    let lighting = Lighting {
+        theta,
+        lights: lit.len(),
+        neighbors,
+        shading: &shading,
+        log_base: &log_base,
+        options,
+    };
+    let mut points = PointSum::default();
+    let by_likeness = likeness(&log_base, pairs, options.sigma, &mut points.cost);
+    points.by_log_base.push(Slopes::Each(by_likeness));
+    for (prior, weight) in priors {
+        prior.add_points(&lighting, *weight, &mut points);
+    }
+    // ∂S/∂θ = T exp θ.
+    let mut cost = points.cost;
     let mut by_shading: Vec<Vec3> =
-        by_log_base.iter().zip(&shading).map(|(g, s)| (by_tint - *g - by_mean) / *s).collect();
+        shading.iter().enumerate().map(|(p, s)| points.by_shading(p, *s)).collect();
     let mut by_cell = vec![Vec3::ZERO; light.len()];
     let mut start = 0;
     for (l, glossy) in glossy.iter().enumerate() {
@@ -120,10 +131,11 @@ pub(crate) fn cost_and_gradient(
         start = end;
     }
 
-    let mut sum = Sum { cost, gradient };
-    sum.add_smoothness(theta, neighbors, lit.len(), options);
-    sum.add_whiteness(theta, options.white);
-    (sum.cost, sum.gradient)
+    let mut cells = CellSum { cost, gradient };
+    for (prior, weight) in priors {
+        prior.add_cells(&lighting, *weight, &mut cells);
+    }
+    (cells.cost, cells.gradient)
 }
 
 /// Cost of pairs whose base colors differ, added to `cost`, and its slope by every logarithm.
@@ -145,61 +157,6 @@ fn likeness(log_base: &[Vec3], pairs: &[Pair], sigma: f32, cost: &mut f64) -> Ve
     by_log_base
 }
 
-/// A cost and its gradient by `θ`, to which terms are added in a fixed order: the bits depend on it.
-struct Sum {
-    cost: f64,
-    gradient: Vec<f32>,
-}
-
-impl Sum {
-    /// The light is smooth, but for few edges; `neighbors` are cells of one light that touch.
-    fn add_smoothness(
-        &mut self,
-        theta: &[f32],
-        neighbors: &[(u32, u32)],
-        lights: usize,
-        options: &SolveOptions,
-    ) {
-        let Self { cost, gradient } = self;
-        let columns = theta.len() / (3 * lights.max(1));
-        let share = options.smooth / (neighbors.len() * lights).max(1) as f32;
-        let pairs_of_cells = (0..lights).flat_map(|l| {
-            neighbors
-                .iter()
-                .map(move |&(i, j)| (i as usize + l * columns, j as usize + l * columns))
-        });
-        for (i, j) in pairs_of_cells {
-            for c in 0..3 {
-                let (a, b) = (3 * i + c, 3 * j + c);
-                let (value, by) = rho(theta[a] - theta[b], 0.3);
-                *cost += f64::from(share * value);
-                gradient[a] += share * by;
-                gradient[b] -= share * by;
-            }
-            let difference = Vec3::from([0, 1, 2].map(|c| theta[3 * i + c] - theta[3 * j + c]));
-            let tint = difference - difference.element_sum() / 3.0;
-            *cost += f64::from(share * options.tint * tint.length_squared());
-            for c in 0..3 {
-                gradient[3 * i + c] += 2.0 * share * options.tint * tint[c];
-                gradient[3 * j + c] -= 2.0 * share * options.tint * tint[c];
-            }
-        }
-    }
-
-    /// Every cell is nearly white.
-    fn add_whiteness(&mut self, theta: &[f32], weight: f32) {
-        let share = 0.01 * weight / (theta.len() / 3).max(1) as f32;
-        for (t, g) in theta.chunks_exact(3).zip(self.gradient.chunks_exact_mut(3)) {
-            let mean = (t[0] + t[1] + t[2]) / 3.0;
-            for c in 0..3 {
-                let d = t[c] - mean;
-                self.cost += f64::from(share * d * d);
-                g[c] += 2.0 * share * d;
-            }
-        }
-    }
-}
-
 /// Moves the radiances of `lights`, which have the same cells, to a minimum; returns the cost before and after.
 pub(crate) fn solve(
     lights: &mut [CellLight],
@@ -216,6 +173,7 @@ pub(crate) fn solve(
     let all = lights.iter().flat_map(|l| &l.radiance);
     let mut theta: Vec<f32> = all.flat_map(|e| e.to_array().map(|v| v.max(1e-5).ln())).collect();
     let (mut first, mut second) = (vec![0.0; theta.len()], vec![0.0; theta.len()]);
+    let priors = weighted(options);
     let adam = AdamOptions { beta2: 0.99, ..AdamOptions::default() };
     let (mut start, mut end) = (0.0, 0.0);
     for step in 0..options.steps {
@@ -225,7 +183,8 @@ pub(crate) fn solve(
                 glossy.refresh(&lit.shading(light), light, options.sigma);
             }
         }
-        let (cost, gradient) = cost_and_gradient(&theta, lit, pairs, &neighbors, glossy, options);
+        let (cost, gradient) =
+            cost_and_gradient(&theta, lit, pairs, &neighbors, glossy, options, &priors);
         if step == 0 {
             start = cost;
         }
@@ -257,11 +216,16 @@ mod tests {
     use super::super::glossy::{GlossyPoint, GlossyView};
     use super::*;
 
-    #[test]
-    fn gradient_is_that_of_the_cost() {
+    const NEIGHBORS: [(u32, u32); 5] = [(0, 1), (1, 2), (2, 3), (3, 4), (4, 0)];
+
+    fn noise(i: usize) -> f32 {
+        (i as f32 * 12.9898).sin() * 0.5 + 0.5
+    }
+
+    /// Seven points under each of two lights of five cells.
+    fn lit_points() -> Vec<LitPoints> {
         let (points, columns) = (7, 5);
-        let noise = |i: usize| (i as f32 * 12.9898).sin() * 0.5 + 0.5;
-        let lit: Vec<LitPoints> = [0, 500]
+        [0, 500]
             .into_iter()
             .map(|k| LitPoints {
                 transport: Transport {
@@ -279,7 +243,61 @@ mod tests {
                     })
                     .collect(),
             })
-            .collect();
+            .collect()
+    }
+
+    fn options() -> SolveOptions {
+        SolveOptions {
+            smooth: 0.3,
+            white: 0.2,
+            scale: 0.5,
+            glossy: 1.0,
+            tint: 0.7,
+            typical_base_color: 0.3,
+            sigma: 0.2,
+            steps: 1,
+            rate: 0.1,
+            others: vec![("even-light", 0.4)],
+        }
+    }
+
+    /// Compares a gradient with difference quotients of its cost.
+    fn check(at: &dyn Fn(&[f32]) -> (f64, Vec<f32>)) -> Result<(), String> {
+        let theta: Vec<f32> = (0..30).map(|i| noise(i + 200) - 0.4).collect();
+        let (_, gradient) = at(&theta);
+        let mut largest = 0.0f64;
+        for i in 0..theta.len() {
+            let moved = |d: f32| {
+                let mut t = theta.clone();
+                t[i] += d;
+                at(&t).0
+            };
+            let step = 5e-3;
+            let numeric = (moved(step) - moved(-step)) / (2.0 * f64::from(step));
+            let analytic = f64::from(gradient[i]);
+            largest = largest.max(numeric.abs());
+            if (numeric - analytic).abs() >= 2e-3 * analytic.abs() + 2e-5 {
+                return Err(format!("{i}: {numeric} {analytic}"));
+            }
+        }
+        if largest > 1e-3 { Ok(()) } else { Err("it has no slope".into()) }
+    }
+
+    #[test]
+    fn the_gradient_of_every_prior_is_that_of_its_cost() {
+        let (lit, options) = (lit_points(), options());
+        for prior in LIGHT_PRIORS {
+            let at = |theta: &[f32]| {
+                cost_and_gradient(theta, &lit, &[], &NEIGHBORS, &[], &options, &[(*prior, 0.7)])
+            };
+            check(&at).unwrap_or_else(|error| panic!("{}: {error}", prior.name()));
+        }
+    }
+
+    #[test]
+    fn the_gradient_is_that_of_the_cost() {
+        let (points, columns) = (7, 5);
+        let (lit, options) = (lit_points(), options());
         let pairs: Vec<Pair> = (0..30)
             .map(|i| Pair {
                 a: (i % 14) as u32,
@@ -288,7 +306,6 @@ mod tests {
                 expected: Vec3::splat(0.1 * noise(i + 7)),
             })
             .collect();
-        let neighbors = [(0, 1), (1, 2), (2, 3), (3, 4), (4, 0)];
         // A point of each kind under each light, seen three times.
         let glossy: Vec<Glossy> = [0, 700]
             .into_iter()
@@ -313,34 +330,10 @@ mod tests {
                 Glossy::new((0..3).map(point).collect(), &vec![Vec3::new(0.3, 0.5, 0.7); points])
             })
             .collect();
-        let options = SolveOptions {
-            smooth: 0.3,
-            white: 0.2,
-            scale: 0.5,
-            glossy: 1.0,
-            tint: 0.7,
-            typical_base_color: 0.3,
-            sigma: 0.2,
-            steps: 1,
-            rate: 0.1,
+        let priors = weighted(&options);
+        let at = |theta: &[f32]| {
+            cost_and_gradient(theta, &lit, &pairs, &NEIGHBORS, &glossy, &options, &priors)
         };
-        let theta: Vec<f32> = (0..6 * columns).map(|i| noise(i + 200) - 0.4).collect();
-        let at =
-            |theta: &[f32]| cost_and_gradient(theta, &lit, &pairs, &neighbors, &glossy, &options);
-        let (_, gradient) = at(&theta);
-        for i in 0..theta.len() {
-            let moved = |d: f32| {
-                let mut t = theta.clone();
-                t[i] += d;
-                at(&t).0
-            };
-            let step = 5e-3;
-            let numeric = (moved(step) - moved(-step)) / (2.0 * f64::from(step));
-            let analytic = f64::from(gradient[i]);
-            assert!(
-                (numeric - analytic).abs() < 2e-3 * analytic.abs() + 2e-5,
-                "{i}: {numeric} {analytic}"
-            );
-        }
+        check(&at).unwrap();
     }
 }

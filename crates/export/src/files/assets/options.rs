@@ -6,13 +6,13 @@ use crate::html::pack::PackOptions;
 use crate::mesh::MeshOptions;
 use crate::mesh::target::Target;
 use crate::shadow::ShadowOptions;
-use clap::{Args, ValueEnum};
+use clap::Args;
 use relight::LightOptions;
 use render::frames::{Background, parse_background};
 use serde::Serialize;
 
 /// What is made.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Asset {
     /// One HTML file that shows the Gaussians.

@@ -13,10 +13,10 @@ fn noise(n: usize, salt: u64) -> Vec<f32> {
         .collect()
 }
 
-struct Case {
-    render: ImageF32,
-    target: Target,
-    transform: ColorTransform,
+pub(in crate::loss) struct Case {
+    pub(in crate::loss) render: ImageF32,
+    pub(in crate::loss) target: Target,
+    pub(in crate::loss) transform: ColorTransform,
 }
 
 fn case(width: usize, height: usize) -> Case {
@@ -29,11 +29,16 @@ fn case(width: usize, height: usize) -> Case {
     }
 }
 
-fn evaluate(case: &Case, background: [f32; 3]) -> (LossValue, ImageF32) {
-    let mut planes = Planes::new(case.target.width, case.target.height, 4);
+pub(in crate::loss) fn planes_of(image: &ImageF32) -> Planes {
+    let mut planes = Planes::new(image.width, image.height, 4);
     for c in 0..3 {
-        planes.set_plane(c, &case.render, c);
+        planes.set_plane(c, image, c);
     }
+    planes
+}
+
+fn evaluate(case: &Case, background: [f32; 3]) -> (LossValue, ImageF32) {
+    let planes = planes_of(&case.render);
     let mut gradient = Planes::new(case.target.width, case.target.height, 4);
     let mut loss = PhotometricLoss::new();
     let value =
@@ -71,7 +76,7 @@ fn is_kink(case: &Case, k: usize, h: f32) -> bool {
     case.target.alpha.is_none() && (x - f32::from(y) / 255.0).abs() < h
 }
 
-fn cases() -> Vec<Case> {
+pub(in crate::loss) fn cases() -> Vec<Case> {
     let mut masked = case(37, 41);
     masked.target.weight =
         Some((0..37 * 41).map(|i| if i % 5 == 0 || i < 300 { 0 } else { 255 }).collect());

@@ -1,0 +1,35 @@
+//! `λ mean (θ_j - mean θ)²`, per light and channel: where the photos tell nothing, the light is the mean of the rest (ridge
+//! regression on log radiance).
+
+use super::prior::{CellSum, LightPrior, Lighting};
+
+pub(super) struct EvenLight;
+
+impl LightPrior for EvenLight {
+    fn name(&self) -> &'static str {
+        "even-light"
+    }
+
+    fn about(&self) -> &'static str {
+        "the light is as bright from everywhere"
+    }
+
+    fn add_cells(&self, light: &Lighting<'_>, weight: f32, sum: &mut CellSum) {
+        let per_light = (light.theta.len() / light.lights.max(1)).max(1);
+        let share = weight / light.theta.len().max(1) as f32;
+        let lights = light.theta.chunks(per_light).zip(sum.gradient.chunks_mut(per_light));
+        for (theta, gradient) in lights {
+            for c in 0..3 {
+                let of = |values: &[f32]| values.iter().skip(c).step_by(3).sum::<f32>();
+                let mean = of(theta) / (theta.len() / 3).max(1) as f32;
+                let channel = theta.iter().zip(gradient.iter_mut()).skip(c).step_by(3);
+                for (t, g) in channel {
+                    // The slope of the mean cancels: deviations sum to 0.
+                    let d = t - mean;
+                    sum.cost += f64::from(share * d * d);
+                    *g += 2.0 * share * d;
+                }
+            }
+        }
+    }
+}

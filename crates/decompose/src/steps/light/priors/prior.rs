@@ -1,0 +1,94 @@
+//! What a prior of the light is given and what it adds.
+
+use glam::Vec3;
+
+use crate::steps::light::cost::SolveOptions;
+
+/// A prior of the light: a file in this folder, named in [`super::LIGHT_PRIORS`]. It acts on what points receive and on the
+/// base colors that follow, or on the cells, or on both.
+pub trait LightPrior: Sync {
+    /// Its name in `--light-prior NAME=WEIGHT`.
+    fn name(&self) -> &'static str;
+
+    /// A line for the help.
+    fn about(&self) -> &'static str;
+
+    /// The flag of its own that weighs it, in place of `--light-prior`.
+    fn flag(&self) -> Option<&'static str> {
+        None
+    }
+
+    /// Its weight in a solve: what `--light-prior` said.
+    fn weight(&self, options: &SolveOptions) -> f32 {
+        let own = options.others.iter().filter(|(name, _)| *name == self.name());
+        own.map(|(_, weight)| weight).sum()
+    }
+
+    /// Adds its cost and slopes by what points receive and by their base colors.
+    fn add_points(&self, _light: &Lighting<'_>, _weight: f32, _sum: &mut PointSum) {}
+
+    /// Adds its cost and slopes by the cells.
+    fn add_cells(&self, _light: &Lighting<'_>, _weight: f32, _sum: &mut CellSum) {}
+}
+
+/// A light while it is solved for.
+pub struct Lighting<'a> {
+    /// Log radiance of every cell, photo units; channels interleaved, one light after the other.
+    pub theta: &'a [f32],
+    /// Number of lights, which have the same cells.
+    pub lights: usize,
+    /// Cells of one light that touch.
+    pub neighbors: &'a [(u32, u32)],
+    /// Irradiance over π of every point, photo units.
+    pub shading: &'a [Vec3],
+    /// Logarithm of the base color that follows, of every point.
+    pub log_base: &'a [Vec3],
+    /// Weights and schedule.
+    pub options: &'a SolveOptions,
+}
+
+/// Slopes by a logarithm, of every point.
+pub enum Slopes {
+    /// The same for all.
+    Even(Vec3),
+    /// One per point.
+    Each(Vec<Vec3>),
+}
+
+impl Slopes {
+    fn at(&self, p: usize) -> Vec3 {
+        match self {
+            Self::Even(slope) => *slope,
+            Self::Each(slopes) => slopes[p],
+        }
+    }
+}
+
+/// Cost, and its slopes by the logarithms of irradiance and of base color. Summed in the order in which they are added: the
+/// bits depend on it.
+#[derive(Default)]
+pub struct PointSum {
+    /// The cost.
+    pub cost: f64,
+    /// By `log S`, base colors held.
+    pub by_log_shading: Vec<Slopes>,
+    /// By `log b`.
+    pub by_log_base: Vec<Slopes>,
+}
+
+impl PointSum {
+    /// `(∂F/∂log S - ∂F/∂log b) / S`: the slope by irradiance over π of point `p`.
+    pub(in crate::steps::light) fn by_shading(&self, p: usize, shading: Vec3) -> Vec3 {
+        let direct = self.by_log_shading.iter().fold(Vec3::ZERO, |sum, slopes| sum + slopes.at(p));
+        let both = self.by_log_base.iter().fold(direct, |sum, slopes| sum - slopes.at(p));
+        both / shading
+    }
+}
+
+/// Cost, and its gradient by `θ`, in the order of [`Lighting::theta`].
+pub struct CellSum {
+    /// The cost.
+    pub cost: f64,
+    /// The gradient.
+    pub gradient: Vec<f32>,
+}
