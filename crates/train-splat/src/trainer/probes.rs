@@ -15,8 +15,10 @@ use crate::profile::Profile;
 
 /// Below this share of the photos' pixels that no Gaussian covers, a background has nothing to show.
 const NEEDED_OPEN_SHARE: f64 = 0.02;
-/// Below this spread of log gains no probe is spent on exposures: 1 % of a bright pixel is 2.5 of 255.
-const PROBED_SPREAD: f64 = 0.01;
+/// Below this spread of log gains no probe is spent on exposures: 5 % of a gray of one half is an error of
+/// 32 dB. Exposures that differ less are predicted no better for a photo that nobody took, which is shown
+/// in the mean of all.
+const PROBED_SPREAD: f64 = 0.05;
 
 /// Residuals of a probe on the held-out views.
 struct Probe {
