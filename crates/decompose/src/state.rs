@@ -3,7 +3,9 @@
 use glam::Vec3;
 use motes_raster::RenderOptions;
 use motes_scene::{Gaussians, ImageF32, Materials, Residual, ScaleAnchor, Surface};
-use motes_shading::environment::{Convention, Environment, Orientation, direction_from_uv};
+use motes_shading::environment::{
+    Convention, Environment, MapAxes, Orientation, direction_from_uv,
+};
 use motes_shading::tracing::{Ray, Tracer};
 
 use crate::appearance::{FoundMaterials, ModelOptions, PixelShading};
@@ -53,6 +55,9 @@ pub struct Known {
     pub surface: Option<Surface>,
     /// Light of every capture, photo units; empty when it is to be found.
     pub lights: Vec<Environment>,
+    /// Axes and turn in degrees of maps whose zenith is the up of the surface, which is found first; none for maps that
+    /// stand where they are.
+    pub upright_lights: Option<(Convention, f64)>,
     /// The scale of light against base color is set so that these come out.
     pub anchors: Vec<BaseColorAnchor>,
     /// Base colors that another program predicted, per photo, `[h, w, 3]`, linear, up to a factor per photo.
@@ -207,9 +212,26 @@ impl<'a> State<'a> {
         if up.z.abs() >= up.y.abs() { Convention::Blender } else { Convention::OpenExr }
     }
 
-    /// The same with its rotation, which is none.
+    /// The same with its zenith, which is up.
+    pub fn map_axes(&self) -> MapAxes {
+        MapAxes::upright(self.convention(), self.up_in_world.as_dvec3())
+    }
+
+    /// Where the light's map is in the world.
     pub fn orientation(&self) -> Orientation {
-        Orientation::new(self.convention())
+        self.map_axes().orientation()
+    }
+
+    /// The light of every capture that is known, in the world of the surface; empty when it is to be found.
+    pub fn known_lights(&self) -> Vec<Environment> {
+        let known = self.inputs.known;
+        let Some((convention, rotate_deg)) = known.upright_lights else {
+            return known.lights.clone();
+        };
+        let axes = MapAxes::upright(convention, self.up_in_world.as_dvec3());
+        let orientation = axes.orientation().rotated(rotate_deg);
+        let map = |light: &Environment| light.map().map(|map| map.clone().turned(orientation));
+        known.lights.iter().map(|light| Environment::new(map(light), None)).collect()
     }
 
     /// Distance at which rays leave the surface, world units.
@@ -229,8 +251,8 @@ impl<'a> State<'a> {
 
     /// The light of a capture as a lat-long map, photo units, of [`Self::convention`]; of a light that is known only the first.
     pub fn light_map(&self, light: usize) -> Option<ImageF32> {
-        match self.inputs.known.lights.first() {
-            Some(known) => (light == 0).then(|| map_of(known, self.convention())),
+        match self.known_lights().first() {
+            Some(known) => (light == 0).then(|| map_of(known, self.orientation())),
             None => Some(self.illumination.cells.get(light)?.image(MAP_WIDTH)),
         }
     }
@@ -244,9 +266,8 @@ impl<'a> State<'a> {
 /// Width of the map of a light that was found; that of one that is known is twice as wide.
 const MAP_WIDTH: usize = 256;
 
-fn map_of(light: &Environment, convention: Convention) -> ImageF32 {
+fn map_of(light: &Environment, orientation: Orientation) -> ImageF32 {
     let mut image = ImageF32::filled(2 * MAP_WIDTH, MAP_WIDTH, 3, 0.0);
-    let orientation = Orientation::new(convention);
     for y in 0..image.height {
         for x in 0..image.width {
             let (u, v) =

@@ -8,7 +8,7 @@ use std::process::Output;
 use decompose::pipeline::STEPS;
 
 use motes_formats::decomposition::read_decomposition;
-use motes_formats::environment::write_environment;
+use motes_formats::environment::{read_environment, write_environment};
 use motes_formats::images::{read_image, write_png};
 use motes_formats::ply::{read_gaussians, read_surface, write_surface};
 use motes_formats::selection::sha256_of_file;
@@ -83,6 +83,34 @@ fn a_scene_folder_is_written_whole_and_kept() {
     let bytes = |path: &str| std::fs::read(toy.path(path)).unwrap();
     for file in ["gaussians.ply", "surface.ply", "environment.exr"] {
         assert_eq!(bytes(&format!("scene/{file}")), bytes(&format!("again/{file}")), "{file}");
+    }
+}
+
+#[test]
+fn a_known_light_stands_upright_on_the_surface_that_is_found() {
+    let toy = prepared();
+    let mut sky = ImageF32::filled(16, 8, 3, 0.1);
+    sky.data[..16 * 4 * 3].fill(1.0);
+    write_environment(&toy.path("sky.exr"), &sky, &[]).unwrap();
+    let off = ["--photo-steps", "0", "--residual-steps", "0"];
+    for (more, upright) in [(&[][..], true), (&["--env-up", "map"], false)] {
+        let folder = if upright { "upright" } else { "stored" };
+        let light = [&["-o", folder, "--environment", "sky.exr"], more].concat();
+        assert_code(&decompose(&toy, &[&light[..], &off[..]].concat()), 0);
+        let scene = read_decomposition(&toy.path(folder)).unwrap();
+        let up = glam::DVec3::from_array(scene.document.up_in_world);
+        assert!(up.abs().max_element() < 0.98, "the up of this surface is no axis: {up}");
+        // The map of the folder has its zenith where the surface has its up, whatever the light was.
+        let zenith = scene.document.environment_up_in_world.unwrap();
+        assert!(up.distance(zenith.into()) < 1e-6);
+        let map = read_environment(&scene.environment).unwrap();
+        let row = |y: usize| map.pixel(0, y)[0];
+        let is_upright = row(0) > 0.99
+            && row(map.height - 1) < 0.11
+            && (0..map.width).all(|x| {
+                map.pixel(x, map.height / 4)[0] > 0.9 && map.pixel(x, 3 * map.height / 4)[0] < 0.2
+            });
+        assert_eq!(is_upright, upright, "{folder}");
     }
 }
 

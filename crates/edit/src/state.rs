@@ -10,7 +10,7 @@ use std::sync::Arc;
 use glam::DVec3;
 use motes_scene::{Gaussians, ImageF32, Selection, Surface};
 use motes_shading::brdf::Lobes;
-use motes_shading::environment::Convention;
+use motes_shading::environment::MapAxes;
 
 use crate::{Fill, Similarity};
 
@@ -62,7 +62,7 @@ pub struct SceneParts {
     /// Environment in photo units.
     pub environment: ImageF32,
     /// Its axes.
-    pub convention: Convention,
+    pub axes: MapAxes,
     /// Whether the environment is no longer the one that the colors were made under.
     pub environment_changed: bool,
     /// Lobes of the materials.
@@ -309,12 +309,14 @@ impl EditState {
 
 #[cfg(test)]
 mod tests {
+    use motes_shading::environment::Convention;
+
     use super::*;
 
     fn parts() -> SceneParts {
         SceneParts {
             environment: ImageF32::filled(2, 1, 3, 0.5),
-            convention: Convention::OpenExr,
+            axes: MapAxes::of_world(Convention::OpenExr),
             environment_changed: false,
             lobes: Lobes::Lambert,
             indirect: false,

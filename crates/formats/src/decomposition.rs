@@ -40,6 +40,10 @@ pub struct DecompositionDocument {
     pub environment: String,
     /// Axes of the environment.
     pub environment_convention: Convention,
+    /// Unit vector in world to the zenith of the environment: the axes of the convention are turned so that its up is there.
+    /// Absent: its up is its own axis of the world.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub environment_up_in_world: Option<[f64; 3]>,
     /// Unit vector away from the ground.
     pub up_in_world: [f64; 3],
     /// Lobes of the materials.
@@ -72,7 +76,7 @@ pub struct DecompositionDocument {
 impl Document for DecompositionDocument {
     const FORMAT: &'static str = "motes/decomposition";
     const MAJOR: u32 = 1;
-    const MINOR: u32 = 2;
+    const MINOR: u32 = 3;
 }
 
 /// Time of a step.
@@ -175,17 +179,26 @@ impl DecompositionDocument {
         let gaussians = file("/gaussians", &self.gaussians)?;
         let surface = file("/surface", &self.surface)?;
         let environment = file("/environment", &self.environment)?;
-        let length = self.up_in_world.iter().map(|v| v * v).sum::<f64>().sqrt();
-        if !((length - 1.0).abs() <= UNIT_TOLERANCE) {
-            let cause = format!("{:?} is not a unit vector", self.up_in_world);
-            return Err(FormatError::invalid(path, "/up_in_world", cause));
-        }
-        self.up_in_world = self.up_in_world.map(|v| v / length);
+        self.up_in_world = unit(self.up_in_world)
+            .map_err(|cause| FormatError::invalid(path, "/up_in_world", cause))?;
+        let environment_up = self.environment_up_in_world.map(unit).transpose();
+        self.environment_up_in_world = environment_up
+            .map_err(|cause| FormatError::invalid(path, "/environment_up_in_world", cause))?;
         if !self.scale_anchor.factor_rgb.iter().all(|f| *f > 0.0 && f.is_finite()) {
             let cause = format!("{:?} are not factors", self.scale_anchor.factor_rgb);
             return Err(FormatError::invalid(path, "/scale_anchor/factor_rgb", cause));
         }
         Ok(Decomposition { document: self, gaussians, surface, environment, warnings: Vec::new() })
+    }
+}
+
+/// The vector with length 1, which it has but for the digits that were written.
+fn unit(v: [f64; 3]) -> std::result::Result<[f64; 3], String> {
+    let length = v.iter().map(|v| v * v).sum::<f64>().sqrt();
+    if (length - 1.0).abs() <= UNIT_TOLERANCE {
+        Ok(v.map(|v| v / length))
+    } else {
+        Err(format!("{v:?} is not a unit vector"))
     }
 }
 

@@ -27,8 +27,8 @@ mod scene;
 mod upsample;
 
 pub use compose::{Background, Components, Picture, PictureStats};
-pub use light::{Light, LightError, LightSource, environment_image};
-pub use options::{BakeOptions, Exposure, LightOptions, Quality, QualityOptions, SunOption};
+pub use light::{Light, LightError, LightSource, Place, environment_image};
+pub use options::{BakeOptions, EnvUp, Exposure, LightOptions, Quality, QualityOptions, SunOption};
 pub use probe::{Probe, Question};
 pub use relighter::Relighter;
 pub use residual::ResidualShare;

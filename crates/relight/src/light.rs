@@ -4,7 +4,7 @@ use glam::{DMat3, DVec3, Vec3};
 use motes_math::luminance::luminance_f64;
 use motes_scene::ImageF32;
 use motes_shading::environment::{
-    CleanUp, Convention, Environment, EnvironmentError, EnvironmentMap, MapOptions, Orientation,
+    CleanUp, Environment, EnvironmentError, EnvironmentMap, MapAxes, MapOptions, Orientation,
     SkyError, SunDisc, SunSky, direction_from_uv, irradiance,
 };
 use thiserror::Error;
@@ -30,12 +30,12 @@ pub enum LightError {
 /// Where light comes from, before it is turned and exposed.
 #[derive(Clone, Debug)]
 pub enum LightSource {
-    /// A lat-long picture with axes of a convention.
+    /// A lat-long picture.
     Map {
         /// Linear RGB.
         image: ImageF32,
         /// Its axes.
-        convention: Convention,
+        axes: MapAxes,
     },
     /// The sun, and the sky round it unless `sky` is false.
     SunSky {
@@ -57,8 +57,32 @@ pub struct Light {
     pub clean_up: CleanUp,
 }
 
+/// What a light stands over.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// Unit normal of the ground.
+    pub up_in_world: Vec3,
+    /// Unit vector to the zenith of a sky; maps say where theirs is.
+    pub sky_zenith_in_world: Vec3,
+}
+
+impl Place {
+    /// A sky straight over its ground.
+    pub fn with_up(up_in_world: Vec3) -> Self {
+        Self { up_in_world, sky_zenith_in_world: up_in_world }
+    }
+}
+
 impl LightSource {
-    /// The light turned by `rotate_deg`, with `up_in_world` up for the sky. `Exposure::Auto` makes the
+    /// The axes before any turn.
+    pub fn orientation(&self, place: &Place) -> Orientation {
+        match self {
+            Self::Map { axes, .. } => axes.orientation(),
+            Self::SunSky { .. } => sky_orientation(place.sky_zenith_in_world.as_dvec3()),
+        }
+    }
+
+    /// The light turned by `rotate_deg` over a ground at `place`. `Exposure::Auto` makes the
     /// irradiance of a horizontal plane that of `own`, the scene's light; when that is black, a white sheet
     /// gets the value 1.
     ///
@@ -68,36 +92,35 @@ impl LightSource {
         &self,
         rotate_deg: f64,
         exposure: Exposure,
-        up_in_world: Vec3,
+        place: &Place,
         own: &dyn Fn() -> Option<Environment>,
     ) -> Result<Light, LightError> {
         match exposure {
-            Exposure::Factor(factor) => self.exposed(rotate_deg, factor, up_in_world),
+            Exposure::Factor(factor) => self.exposed(rotate_deg, factor, place),
             Exposure::Auto => {
-                let plain = self.exposed(rotate_deg, 1.0, up_in_world)?;
+                let plain = self.exposed(rotate_deg, 1.0, place)?;
                 let of = |e: &Environment| {
-                    let e = irradiance(&e.harmonics(), up_in_world.as_dvec3().normalize());
+                    let e = irradiance(&e.harmonics(), place.up_in_world.as_dvec3().normalize());
                     luminance_f64(e)
                 };
                 let wanted = own().map(|e| of(&e)).filter(|e| *e > 0.0);
                 let factor = wanted.unwrap_or(std::f64::consts::PI) / of(&plain.environment);
                 // Darkness stays dark under any exposure.
                 let factor = if factor.is_finite() && factor > 0.0 { factor as f32 } else { 1.0 };
-                self.exposed(rotate_deg, factor, up_in_world)
+                self.exposed(rotate_deg, factor, place)
             }
         }
     }
 
-    fn exposed(&self, rotate_deg: f64, exposure: f32, up: Vec3) -> Result<Light, LightError> {
+    fn exposed(&self, rotate_deg: f64, exposure: f32, place: &Place) -> Result<Light, LightError> {
+        let orientation = self.orientation(place).rotated(rotate_deg);
         match self {
-            Self::Map { image, convention } => {
-                let orientation = Orientation::new(*convention).rotated(rotate_deg);
+            Self::Map { image, .. } => {
                 let map = EnvironmentMap::new(image, &MapOptions { exposure, orientation })?;
                 let clean_up = map.clean_up();
                 Ok(Light { environment: Environment::new(Some(map), None), exposure, clean_up })
             }
             Self::SunSky { sun, sky } => {
-                let orientation = sky_orientation(up.as_dvec3()).rotated(rotate_deg);
                 let (map, disc) = sun.build(SKY_ROWS, &MapOptions { exposure, orientation })?;
                 let environment = Environment::new(sky.then_some(map), Some(disc));
                 Ok(Light { environment, exposure, clean_up: CleanUp::default() })
@@ -116,11 +139,11 @@ fn sky_orientation(up: DVec3) -> Orientation {
     Orientation { map_from_world: DMat3::from_cols(left, up, ahead).transpose() }
 }
 
-/// An environment as a lat-long picture with the axes of `convention`, `height` rows and twice as
-/// many columns. The sun's disc is spread over the pixel it is in, with all its power.
-pub fn environment_image(light: &Environment, convention: Convention, height: usize) -> ImageF32 {
+/// An environment as a lat-long picture with these axes, `height` rows and twice as many columns. The
+/// sun's disc is spread over the pixel it is in, with all its power.
+pub fn environment_image(light: &Environment, axes: MapAxes, height: usize) -> ImageF32 {
     let (width, height) = (2 * height.max(1), height.max(1));
-    let orientation = Orientation::new(convention);
+    let orientation = axes.orientation();
     let mut image = ImageF32::filled(width, height, 3, 0.0);
     for y in 0..height {
         for x in 0..width {
@@ -151,6 +174,8 @@ fn add_sun(image: &mut ImageF32, orientation: &Orientation, sun: &SunDisc) {
 
 #[cfg(test)]
 mod tests {
+    use motes_shading::environment::Convention;
+
     use super::*;
 
     fn own() -> Option<Environment> {
@@ -169,13 +194,15 @@ mod tests {
     #[test]
     fn an_automatic_exposure_keeps_the_brightness_of_the_ground() {
         for up in [Vec3::Z, Vec3::Y, Vec3::X, -Vec3::Z, Vec3::new(0.6, 0.0, 0.8)] {
-            let light = sun(40.0, 30.0).light(0.0, Exposure::Auto, up, &own).unwrap();
+            let light =
+                sun(40.0, 30.0).light(0.0, Exposure::Auto, &Place::with_up(up), &own).unwrap();
             let got = irradiance(&light.environment.harmonics(), up.as_dvec3());
             let luminance = luminance_f64(got);
             let expected = std::f64::consts::PI * 0.3;
             assert!((luminance / expected - 1.0).abs() < 0.01, "{up}: {luminance} {expected}");
         }
-        let light = sun(0.0, 30.0).light(0.0, Exposure::Auto, Vec3::Z, &|| None).unwrap();
+        let light =
+            sun(0.0, 30.0).light(0.0, Exposure::Auto, &Place::with_up(Vec3::Z), &|| None).unwrap();
         let got = irradiance(&light.environment.harmonics(), DVec3::Z);
         assert!((luminance_f64(got) / std::f64::consts::PI - 1.0).abs() < 0.01);
     }
@@ -183,7 +210,12 @@ mod tests {
     #[test]
     fn azimuth_runs_from_x_counter_clockwise_and_turns_add_to_it() {
         let toward = |azimuth, rotate, up| {
-            let light = sun(azimuth, 0.0).light(rotate, Exposure::Factor(1.0), up, &|| None);
+            let light = sun(azimuth, 0.0).light(
+                rotate,
+                Exposure::Factor(1.0),
+                &Place::with_up(up),
+                &|| None,
+            );
             light.unwrap().environment.sun().unwrap().to_sun()
         };
         assert!(toward(0.0, 0.0, Vec3::Z).distance(Vec3::X) < 1e-5);
@@ -196,10 +228,12 @@ mod tests {
 
     #[test]
     fn a_picture_of_an_environment_has_its_light() {
-        let light = sun(200.0, 40.0).light(25.0, Exposure::Factor(0.1), Vec3::Z, &own).unwrap();
-        let image = environment_image(&light.environment, Convention::Blender, 256);
-        let orientation = Orientation::new(Convention::Blender);
-        let options = MapOptions { exposure: 1.0, orientation };
+        let light = sun(200.0, 40.0)
+            .light(25.0, Exposure::Factor(0.1), &Place::with_up(Vec3::Z), &own)
+            .unwrap();
+        let axes = MapAxes::upright(Convention::Blender, DVec3::new(0.3, -0.8, 0.5));
+        let image = environment_image(&light.environment, axes, 256);
+        let options = MapOptions { exposure: 1.0, orientation: axes.orientation() };
         let again = Environment::new(Some(EnvironmentMap::new(&image, &options).unwrap()), None);
         for normal in [DVec3::Z, DVec3::X, DVec3::NEG_Y] {
             let a = irradiance(&light.environment.harmonics(), normal);

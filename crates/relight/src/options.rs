@@ -4,8 +4,9 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use clap::{Args, ValueEnum};
+use glam::DVec3;
 use motes_scene::Convention;
-use motes_shading::environment::SunSky;
+use motes_shading::environment::{MapAxes, SunSky};
 use serde::Serialize;
 
 use crate::residual::ResidualShare;
@@ -22,9 +23,14 @@ pub struct LightOptions {
     #[arg(long, value_enum, value_name = "CONVENTION", requires = "environment")]
     pub env_convention: Option<Convention>,
 
-    /// Turn the light about its up axis by this many degrees, counter-clockwise seen from above
-    #[arg(long, value_name = "DEG", default_value_t = 0.0, allow_negative_numbers = true,
-        value_parser = parse_degrees)]
+    /// Where the zenith of the light is: scene (the up of the scene), map (the up axis of the
+    /// convention, no axis moves), an axis of the world (z, -y, ...) or a vector X,Y,Z
+    #[arg(long, value_name = "UP", default_value = "scene", allow_hyphen_values = true)]
+    pub env_up: EnvUp,
+
+    /// Heading: turn the light about its up by this many degrees, counter-clockwise seen from above
+    #[arg(long, visible_alias = "env-heading", value_name = "DEG", default_value_t = 0.0,
+        allow_negative_numbers = true, value_parser = parse_degrees)]
     pub env_rotate: f64,
 
     /// Factor on the light: a number, or "auto": a white sheet on the ground as bright as under
@@ -39,6 +45,79 @@ pub struct LightOptions {
     /// The clear sky round the sun, too
     #[arg(long, requires = "sun")]
     pub sky: bool,
+}
+
+/// Where the zenith of a light is in the world.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum EnvUp {
+    /// The up of the scene.
+    #[default]
+    Scene,
+    /// The up axis of the map's convention; z for a sky.
+    Map,
+    /// A unit vector.
+    Direction(DVec3),
+}
+
+impl EnvUp {
+    /// The axes of a map over a scene with `up_in_world`.
+    pub fn axes(self, convention: Convention, up_in_world: DVec3) -> MapAxes {
+        match self {
+            Self::Scene => MapAxes::upright(convention, up_in_world),
+            Self::Map => MapAxes::of_world(convention),
+            Self::Direction(zenith_in_world) => MapAxes { convention, zenith_in_world },
+        }
+    }
+
+    /// The zenith of a sky over a scene with `up_in_world`.
+    pub fn zenith(self, up_in_world: DVec3) -> DVec3 {
+        match self {
+            Self::Scene => up_in_world,
+            Self::Map => DVec3::Z,
+            Self::Direction(zenith) => zenith,
+        }
+    }
+}
+
+impl FromStr for EnvUp {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (sign, axis) = match text.strip_prefix('-') {
+            Some(rest) => (-1.0, rest),
+            None => (1.0, text.strip_prefix('+').unwrap_or(text)),
+        };
+        Ok(match axis {
+            "scene" if axis == text => Self::Scene,
+            "map" if axis == text => Self::Map,
+            "x" => Self::Direction(DVec3::X * sign),
+            "y" => Self::Direction(DVec3::Y * sign),
+            "z" => Self::Direction(DVec3::Z * sign),
+            _ => {
+                let numbers: Option<Vec<f64>> =
+                    text.split(',').map(|part| part.trim().parse().ok()).collect();
+                let up = match numbers.as_deref() {
+                    Some(&[x, y, z]) => DVec3::new(x, y, z).try_normalize(),
+                    _ => None,
+                };
+                let up = up.filter(|up| up.is_finite());
+                Self::Direction(up.ok_or("expected scene, map, an axis (z, -y) or X,Y,Z, not 0")?)
+            }
+        })
+    }
+}
+
+impl Serialize for EnvUp {
+    /// As the flag takes it.
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Scene => serializer.serialize_str("scene"),
+            Self::Map => serializer.serialize_str("map"),
+            Self::Direction(up) => {
+                serializer.collect_str(&format_args!("{},{},{}", up.x, up.y, up.z))
+            }
+        }
+    }
 }
 
 /// Factor on the light.
@@ -285,6 +364,18 @@ mod tests {
         format!(
             "azimuth={azimuth_deg},elevation={elevation_deg},turbidity={turbidity},ground={ground_albedo}"
         )
+    }
+
+    #[test]
+    fn the_zenith_is_a_word_an_axis_or_a_vector() {
+        assert_eq!("scene".parse(), Ok(EnvUp::Scene));
+        assert_eq!("map".parse(), Ok(EnvUp::Map));
+        assert_eq!("-y".parse(), Ok(EnvUp::Direction(DVec3::NEG_Y)));
+        assert_eq!("+z".parse(), Ok(EnvUp::Direction(DVec3::Z)));
+        assert_eq!("0, -2, 0".parse(), Ok(EnvUp::Direction(DVec3::NEG_Y)));
+        for bad in ["", "up", "-scene", "0,0,0", "1,2", "1,NaN,2", "inf,0,0"] {
+            assert!(bad.parse::<EnvUp>().is_err(), "{bad}");
+        }
     }
 
     #[test]

@@ -187,6 +187,7 @@ fn write_scene(folder: &Path, root: &Path, views: &[View]) {
         surface: "surface.ply".into(),
         environment: "environment.exr".into(),
         environment_convention: Convention::Blender,
+        environment_up_in_world: None,
         up_in_world: [0.0, 0.0, 1.0],
         lobes: Lobes::Burley,
         indirect: true,

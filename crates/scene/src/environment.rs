@@ -1,6 +1,7 @@
 //! The environment map: its axes, and what its scale rests on.
 
 use clap::ValueEnum;
+use glam::DVec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -18,6 +19,16 @@ pub enum Convention {
     Blender,
     /// three.js: +y up, center +x.
     ThreeJs,
+}
+
+impl Convention {
+    /// The axis of the world that is up when the map's axes are the world's.
+    pub fn up(self) -> DVec3 {
+        match self {
+            Self::OpenExr | Self::ThreeJs => DVec3::Y,
+            Self::Blender => DVec3::Z,
+        }
+    }
 }
 
 /// What the scale of light against base color rests on.

@@ -110,7 +110,8 @@ class Chain:
             words += ["--format", "both"]
         else:
             words += ["--environment", str(truth.folder / f"env/{light}.exr"),
-                      "--env-convention", "blender", "--env-exposure", str(truth.exposure)]
+                      "--env-convention", "blender", "--env-up", "map",
+                      "--env-exposure", str(truth.exposure)]
         words += truth.fill(setting.get("relight", []))
         label = f"relight-{light or 'own'}"
         folder, key, costs[f"relight {light or 'own'}"] = self.step(

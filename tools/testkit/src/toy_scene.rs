@@ -3,7 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
-use glam::{DVec3, Quat, Vec3};
+use glam::{DQuat, DVec3, Quat, Vec3};
 use motes_formats::capture::write_capture;
 use motes_formats::decomposition::{
     DecompositionCounts, DecompositionDocument, ScaleAnchorDocument, write_decomposition,
@@ -98,8 +98,31 @@ impl Parts {
     }
 }
 
+impl Parts {
+    fn turn(&mut self, turn: Quat) {
+        let all = [
+            &mut self.surface.vertices,
+            &mut self.surface.normals,
+            &mut self.gaussians.means,
+            &mut self.materials.normals,
+        ];
+        for v in all.into_iter().flatten() {
+            *v = (turn * Vec3::from(*v)).to_array();
+        }
+        for [w, x, y, z] in &mut self.gaussians.rotations {
+            let q = turn * Quat::from_xyzw(*x, *y, *z, *w);
+            [*w, *x, *y, *z] = [q.w, q.x, q.y, q.z];
+        }
+    }
+}
+
 /// Writes `scene/`, `capture.json` and photos that are renders of the Gaussians.
 pub fn toy_scene() -> ToyScene {
+    turned_toy_scene(DQuat::IDENTITY)
+}
+
+/// The same scene in a world whose up is `world_from_toy` times z.
+pub fn turned_toy_scene(world_from_toy: DQuat) -> ToyScene {
     let folder = tempfile::tempdir().unwrap();
     let mut parts = Parts::default();
     parts.square(Vec3::new(-2.0, -2.0, 0.0), Vec3::X * 4.0, Vec3::Y * 4.0, 48, FLOOR);
@@ -110,6 +133,9 @@ pub fn toy_scene() -> ToyScene {
     {
         parts.square(corner, u, v, 10, BOX);
     }
+    if world_from_toy != DQuat::IDENTITY {
+        parts.turn(world_from_toy.as_quat());
+    }
     let Parts { surface, mut gaussians, materials } = parts;
     materials.attach(&mut gaussians);
     let scene = folder.path().join("scene");
@@ -117,13 +143,22 @@ pub fn toy_scene() -> ToyScene {
     write_surface(&scene.join("surface.ply"), &surface).unwrap();
     let light = ImageF32::filled(8, 4, 3, 0.5);
     write_environment(&scene.join("environment.exr"), &light, &[]).unwrap();
-    write_document(&scene, gaussians.len(), &surface);
-    let capture = capture(6, 0.5);
+    write_document(&scene, gaussians.len(), &surface, world_from_toy * DVec3::Z);
+    let mut capture = capture(6, 0.5);
+    for view in &mut capture.views {
+        view.camera_from_world = turned_pose(&view.camera_from_world, world_from_toy);
+    }
     write_capture(&folder.path().join("capture.json"), &capture).unwrap();
     ToyScene { folder, capture }
 }
 
-fn write_document(scene: &Path, gaussians: usize, surface: &Surface) {
+/// The pose of a camera that sees the turned world as it saw the toy.
+pub fn turned_pose(camera_from_toy: &Pose, world_from_toy: DQuat) -> Pose {
+    let rotation = camera_from_toy.rotation * world_from_toy.inverse();
+    Pose::new(rotation, camera_from_toy.translation).unwrap()
+}
+
+fn write_document(scene: &Path, gaussians: usize, surface: &Surface, up_in_world: DVec3) {
     let document = DecompositionDocument {
         format: DecompositionDocument::FORMAT.into(),
         version: DecompositionDocument::version(),
@@ -132,8 +167,9 @@ fn write_document(scene: &Path, gaussians: usize, surface: &Surface) {
         surface: "surface.ply".into(),
         environment: "environment.exr".into(),
         environment_convention: Convention::Blender,
-        up_in_world: [0.0, 0.0, 1.0],
-        lobes: Lobes::Lambert,
+        environment_up_in_world: None,
+        up_in_world: up_in_world.to_array(),
+        lobes: LobesDocument::Lambert,
         indirect: false,
         scale_anchor: ScaleAnchorDocument {
             kind: ScaleAnchor::Environment,

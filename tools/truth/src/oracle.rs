@@ -112,6 +112,7 @@ fn true_document(
         surface: "surface.ply".into(),
         environment: "environment.exr".into(),
         environment_convention: Convention::Blender,
+        environment_up_in_world: None,
         up_in_world: [0.0, 0.0, 1.0],
         lobes: if recipe.lambert { Lobes::Lambert } else { lobes },
         indirect: true,

@@ -7,10 +7,9 @@ use crate::{BaseColorAnchor, Known, Photo};
 use clap::Args;
 use motes_formats::environment::read_environment;
 use motes_formats::ply::read_surface;
-use motes_shading::environment::{
-    Convention, Environment, EnvironmentMap, MapOptions, Orientation,
-};
+use motes_shading::environment::{Convention, Environment, EnvironmentMap, MapOptions};
 use motes_stage::{Context, StageError};
+use relight::EnvUp;
 use serde::{Serialize, Serializer};
 
 use super::priors::{NormalFrame, Priors};
@@ -70,9 +69,21 @@ pub struct KnownArgs {
     #[arg(long, value_enum, default_value_t, help_heading = "Known quantities")]
     pub env_convention: Convention,
 
+    /// Where the zenith of --environment is: scene (the up that is found), map (the up axis of the convention,
+    /// no axis moves), an axis of the world (z, -y, ...) or a vector X,Y,Z
+    #[arg(
+        long,
+        value_name = "UP",
+        default_value = "scene",
+        allow_hyphen_values = true,
+        help_heading = "Known quantities"
+    )]
+    pub env_up: EnvUp,
+
     /// Rotation of --environment about its up axis in degrees, counterclockwise seen from above
     #[arg(
         long,
+        visible_alias = "env-heading",
         default_value_t = 0.0,
         value_name = "DEGREES",
         allow_negative_numbers = true,
@@ -127,10 +138,15 @@ pub(super) fn load_known(
             .help("give --environment once per --capture, or not at all")
             .into());
     }
+    let convention = args.env_convention;
+    if args.env_up == EnvUp::Scene {
+        known.upright_lights = Some((convention, args.env_rotate));
+    }
     for path in &args.environment {
         context.input("environment", path)?;
         let image = read_environment(path)?;
-        let orientation = Orientation::new(args.env_convention).rotated(args.env_rotate);
+        let axes = args.env_up.axes(convention, convention.up());
+        let orientation = axes.orientation().rotated(args.env_rotate);
         let options = MapOptions { exposure: args.env_exposure, orientation };
         let map =
             EnvironmentMap::new(&image, &options).map_err(|e| StageError::usage(e.to_string()))?;

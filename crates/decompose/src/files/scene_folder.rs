@@ -12,6 +12,7 @@ use motes_formats::environment::write_environment;
 use motes_formats::ply::{PlyWriteOptions, write_gaussians, write_surface};
 use motes_formats::selection::BoundGaussians;
 use motes_scene::{Gaussians, ImageF32, Lobes, Split};
+use relight::files::note_map_axes;
 
 use super::previews::previews;
 
@@ -75,7 +76,7 @@ fn document(folder: &SceneFolder<'_>, pipeline: &Pipeline<'_>) -> DecompositionD
         step: step.name.clone(),
         seconds: step.seconds,
     };
-    DecompositionDocument {
+    let mut document = DecompositionDocument {
         format: DecompositionDocument::FORMAT.into(),
         version: DecompositionDocument::version(),
         made_by: folder.made_by.into(),
@@ -83,6 +84,7 @@ fn document(folder: &SceneFolder<'_>, pipeline: &Pipeline<'_>) -> DecompositionD
         surface: "surface.ply".into(),
         environment: "environment.exr".into(),
         environment_convention: state.convention(),
+        environment_up_in_world: None,
         up_in_world: state.up_in_world.as_dvec3().to_array(),
         lobes: if state.is_specular() { state.inputs.model.lobes } else { Lobes::Lambert },
         indirect: state.has_indirect(),
@@ -101,7 +103,9 @@ fn document(folder: &SceneFolder<'_>, pipeline: &Pipeline<'_>) -> DecompositionD
             Some(_) => report.steps.iter().map(time).collect(),
             None => Vec::new(),
         },
-    }
+    };
+    note_map_axes(state.map_axes(), &mut document);
+    document
 }
 
 fn view_document(state: &State<'_>, view: &RenderedView) -> DecomposedViewDocument {

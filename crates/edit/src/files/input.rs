@@ -13,6 +13,8 @@ use motes_scene::camera_path::mean_up;
 use motes_scene::{Capture, Materials};
 use motes_stage::{Context, StageError};
 
+use relight::files::map_axes;
+
 /// What was read.
 pub(super) struct Input {
     pub(super) state: EditState,
@@ -64,7 +66,7 @@ impl Input {
         let document = &decomposition.document;
         let parts = SceneParts {
             environment: read_environment(&decomposition.environment)?,
-            convention: document.environment_convention,
+            axes: map_axes(document),
             environment_changed: false,
             lobes: document.lobes,
             indirect: document.indirect,

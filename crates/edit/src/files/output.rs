@@ -14,6 +14,7 @@ use motes_formats::environment::write_environment;
 use motes_formats::images::write_png;
 use motes_formats::ply::{PlyWriteOptions, write_gaussians, write_surface};
 use motes_scene::Surface;
+use relight::files::note_map_axes;
 
 /// Where the log of an edited splat lies.
 pub(super) fn log_path(output: &Path, is_scene: bool) -> PathBuf {
@@ -55,7 +56,7 @@ pub(super) fn write_scene(
     document.source_gaussians = None;
     (document.gaussians, document.surface) = ("gaussians.ply".into(), "surface.ply".into());
     document.environment = "environment.exr".into();
-    document.environment_convention = parts.convention;
+    note_map_axes(parts.axes, &mut document);
     document.up_in_world = state.up_in_world.to_array();
     // They are about photos of what was there before.
     document.views.clear();

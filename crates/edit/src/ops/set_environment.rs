@@ -3,11 +3,12 @@
 use glam::DVec3;
 use motes_formats::environment::read_environment;
 use motes_scene::Convention;
-use relight::{Exposure, LightSource, environment_image};
+use motes_shading::environment::MapAxes;
+use relight::{Exposure, LightSource, Place, environment_image};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::run::{EditError, Fault, Outcome, Resources, Run, applied, finite, positive, skipped};
+use crate::run::{EditError, Fault, Outcome, Resources, Run, applied, direction, finite, positive, skipped};
 use crate::{EditState, SceneParts};
 use super::operation::{Flag, Operation, Short};
 
@@ -23,6 +24,9 @@ pub struct SetEnvironmentOp {
     /// Axes of the map.
     #[serde(default)]
     pub convention: Convention,
+    /// Vector in world to the map's zenith. Default: the scene's up.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub up: Option<[f64; 3]>,
     /// Degrees about the map's up, counter-clockwise seen from above.
     #[serde(default)]
     pub rotate_deg: f64,
@@ -39,6 +43,7 @@ impl Operation for SetEnvironmentOp {
 
     fn check(&self) -> Result<(), Fault> {
         finite("/rotate_deg", &[self.rotate_deg])?;
+        self.up.as_ref().map_or(Ok(()), |up| direction("/up", up))?;
         positive("/exposure", self.exposure)
     }
 
@@ -75,17 +80,29 @@ fn set_environment(
     let image = read_environment(&resources.file(&op.file)).map_err(EditError::file(at))?;
     let convention = op.convention;
     let rows = image.height.max(LEAST_ROWS);
-    let source = LightSource::Map { image: image.clone(), convention };
+    let axes = match op.up {
+        Some(zenith) => MapAxes {
+            convention,
+            zenith_in_world: DVec3::from_array(zenith).normalize_or(convention.up()),
+        },
+        None => MapAxes::upright(convention, up),
+    };
+    let source = LightSource::Map { image: image.clone(), axes };
     // Also checks the map: what no light has is repaired or refused here.
     let light = source
-        .light(op.rotate_deg, Exposure::Factor(op.exposure as f32), up.as_vec3(), &|| None)
+        .light(
+            op.rotate_deg,
+            Exposure::Factor(op.exposure as f32),
+            &Place::with_up(up.as_vec3()),
+            &|| None,
+        )
         .map_err(|error| EditError::plan(format!("{at}/file"), error.to_string()))?;
     let as_stored = op.rotate_deg == 0.0 && !light.clean_up.any();
     parts.environment = match as_stored {
         true => image.scaled(op.exposure as f32),
-        false => environment_image(&light.environment, convention, rows),
+        false => environment_image(&light.environment, axes, rows),
     };
-    parts.convention = convention;
+    parts.axes = axes;
     parts.environment_changed = true;
     Ok(())
 }

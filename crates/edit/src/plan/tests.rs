@@ -78,6 +78,7 @@ fn every_mistake_has_a_pointer() {
         (r#"{"op": "insert", "file": "a.ply", "height": 1e30}"#, "/ops/0/height"),
         (r#"{"op": "insert", "file": "a.ply", "rotate_deg": 1e30}"#, "/ops/0/rotate_deg"),
         (r#"{"op": "set_environment", "file": "a.exr", "exposure": 1e-30}"#, "/ops/0/exposure"),
+        (r#"{"op": "set_environment", "file": "a.exr", "up": [0, 0, 0]}"#, "/ops/0/up"),
         (r#"{"op": "keep_largest", "reach": 1e19}"#, "/ops/0/reach"),
         (
             r#"{"op": "crop", "sphere": {"center": [0, 1e19, 0], "radius": 1}}"#,

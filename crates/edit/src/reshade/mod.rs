@@ -37,7 +37,7 @@ mod support;
 mod surface;
 
 use motes_scene::Surface;
-use relight::{Exposure, LightError, LightSource, SceneError};
+use relight::{Exposure, LightError, LightSource, Place, SceneError};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -122,8 +122,7 @@ pub fn moved_surface(state: &EditState) -> Surface {
 
 fn light_of(state: &EditState) -> Result<motes_shading::environment::Environment, ReshadeError> {
     let parts = state.parts.as_ref().ok_or(ReshadeError::NoScene)?;
-    let source =
-        LightSource::Map { image: parts.environment.clone(), convention: parts.convention };
+    let source = LightSource::Map { image: parts.environment.clone(), axes: parts.axes };
     let up = state.up_in_world.as_vec3();
-    Ok(source.light(0.0, Exposure::Factor(1.0), up, &|| None)?.environment)
+    Ok(source.light(0.0, Exposure::Factor(1.0), &Place::with_up(up), &|| None)?.environment)
 }

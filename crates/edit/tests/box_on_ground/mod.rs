@@ -5,9 +5,9 @@ use edit::{EditState, SceneParts};
 use glam::{DVec3, Vec3};
 use motes_scene::{Gaussians, ImageF32, Materials, Surface};
 use motes_shading::brdf::Lobes;
-use motes_shading::environment::Convention;
+use motes_shading::environment::{Convention, MapAxes};
 use relight::{
-    BakeOptions, Exposure, LightSource, Quality, QualityOptions, RelightScene, Relighter,
+    BakeOptions, Exposure, LightSource, Place, Quality, QualityOptions, RelightScene, Relighter,
 };
 
 /// Half the side of the ground, and of the box.
@@ -122,8 +122,11 @@ pub(crate) fn lit(gaussians: Gaussians, surface: Surface) -> RelightScene {
 /// The scene with the colors that it has under its light.
 pub(crate) fn photographed(boxes: &[[f32; 2]], whole: bool) -> (Gaussians, Surface) {
     let (gaussians, surface) = geometry(boxes, whole);
-    let source = LightSource::Map { image: environment(), convention: Convention::Blender };
-    let light = source.light(0.0, Exposure::Factor(1.0), Vec3::Z, &|| None).expect("a light");
+    let source =
+        LightSource::Map { image: environment(), axes: MapAxes::of_world(Convention::Blender) };
+    let light = source
+        .light(0.0, Exposure::Factor(1.0), &Place::with_up(Vec3::Z), &|| None)
+        .expect("a light");
     let scene = lit(gaussians, surface.clone());
     let quality =
         QualityOptions { light_samples: Some(512), ..QualityOptions::of(Quality::Standard) };
@@ -139,7 +142,7 @@ pub(crate) fn state(boxes: &[[f32; 2]]) -> EditState {
 pub(crate) fn state_of(gaussians: Gaussians, surface: Surface) -> EditState {
     let parts = SceneParts {
         environment: environment(),
-        convention: Convention::Blender,
+        axes: MapAxes::of_world(Convention::Blender),
         environment_changed: false,
         lobes: Lobes::Lambert,
         indirect: true,

@@ -2,9 +2,11 @@
 
 use std::path::Path;
 
-use crate::{Exposure, Light, LightOptions, LightSource};
+use crate::{Exposure, Light, LightOptions, LightSource, Place};
+use glam::DVec3;
 use motes_formats::environment::read_environment;
-use motes_shading::environment::CleanUp;
+use motes_math::luminance::luminance_f64;
+use motes_shading::environment::{CleanUp, MapAxes, irradiance};
 use motes_stage::{Context, OrBadInput as _};
 use serde::Serialize;
 
@@ -12,6 +14,8 @@ use super::LoadedScene;
 
 /// Bytes of a map per pixel: the picture, radiance with densities, the table of the sampler.
 const MAP_BYTES_PER_PIXEL: u64 = 12 + 24;
+/// A map is taken to be upside down when the ground's underside gets this many times the light of the ground.
+const DARKER_ABOVE: f64 = 1.1;
 
 /// The light on a scene, which may turn.
 pub struct NewLight<'s> {
@@ -29,6 +33,10 @@ pub struct LightReport {
     pub source: String,
     /// Turned about its up axis by, degrees.
     pub rotate_deg: f64,
+    /// Unit vector to its zenith.
+    pub zenith_in_world: [f64; 3],
+    /// Unit vector to the center of the map, or to azimuth 0 of the sun, after the turn.
+    pub center_in_world: [f64; 3],
     /// Factor on the light: photo value of radiance 1.
     pub exposure: f32,
     /// Where the factor comes from.
@@ -59,10 +67,10 @@ impl<'s> NewLight<'s> {
             context.input("environment", path)?;
             let image = read_map(path, context)?;
             let convention = options.env_convention.unwrap_or_default();
-            LightSource::Map { image, convention }
+            let axes = options.env_up.axes(convention, loaded.scene.up_in_world.as_dvec3());
+            LightSource::Map { image, axes }
         } else {
-            let image = loaded.own_light.clone();
-            LightSource::Map { image, convention: loaded.own_convention }
+            LightSource::Map { image: loaded.own_light.clone(), axes: loaded.own_axes }
         };
         let default = if options.sun.is_some() { Exposure::Auto } else { Exposure::Factor(1.0) };
         let exposure = options.env_exposure.unwrap_or(default);
@@ -77,8 +85,29 @@ impl<'s> NewLight<'s> {
     pub fn turned(&self, further_deg: f64) -> anyhow::Result<Light> {
         let own = || self.loaded.own_environment();
         let rotate = self.options.env_rotate + further_deg;
-        let up = self.loaded.scene.up_in_world;
-        self.source.light(rotate, self.exposure, up, &own).or_bad_input()
+        self.source.light(rotate, self.exposure, &self.place(), &own).or_bad_input()
+    }
+
+    fn place(&self) -> Place {
+        let up_in_world = self.loaded.scene.up_in_world;
+        let zenith = self.options.env_up.zenith(up_in_world.as_dvec3());
+        Place { up_in_world, sky_zenith_in_world: zenith.as_vec3() }
+    }
+
+    /// Warns of a map that is upside down: what people photograph is brighter above.
+    fn check_hemispheres(&self, light: &Light, context: &Context) {
+        if self.options.environment.is_none() {
+            return;
+        }
+        let harmonics = light.environment.harmonics();
+        let up = self.loaded.scene.up_in_world.as_dvec3();
+        let [above, below] = [up, -up].map(|n| luminance_f64(irradiance(&harmonics, n)));
+        if below > DARKER_ABOVE * above {
+            context.warn(format!(
+                "more light comes from below the ground than from above: irradiance {below:.3} and {above:.3}. \
+                 If the map is not meant so, its up is another: see --env-convention and --env-up"
+            ));
+        }
     }
 
     /// Warns of values that were repaired and of darkness.
@@ -93,9 +122,15 @@ impl<'s> NewLight<'s> {
         if is_black {
             context.warn("the environment is black: everything will be");
         }
+        self.check_hemispheres(light, context);
+        let orientation = self.source.orientation(&self.place()).rotated(self.options.env_rotate);
+        let [zenith_in_world, center_in_world] =
+            [DVec3::Y, DVec3::NEG_Z].map(|axis| orientation.world_from_map(axis).to_array());
         LightReport {
             source: self.name(),
             rotate_deg: self.options.env_rotate,
+            zenith_in_world,
+            center_in_world,
             exposure: light.exposure,
             exposure_from: match (self.options.env_exposure, self.exposure) {
                 (Some(Exposure::Factor(_)), _) => "given",
@@ -112,12 +147,10 @@ impl<'s> NewLight<'s> {
     }
 
     /// The map as it was read and its axes, when it is neither turned nor the sky.
-    pub(super) fn unturned_map(
-        &self,
-    ) -> Option<(&motes_scene::ImageF32, motes_shading::environment::Convention)> {
+    pub(super) fn unturned_map(&self) -> Option<(&motes_scene::ImageF32, MapAxes)> {
         match &self.source {
-            LightSource::Map { image, convention } if self.options.env_rotate == 0.0 => {
-                Some((image, *convention))
+            LightSource::Map { image, axes } if self.options.env_rotate == 0.0 => {
+                Some((image, *axes))
             }
             _ => None,
         }

@@ -16,4 +16,4 @@ pub use light::{LightReport, NewLight};
 pub use pictures::{PictureJob, write_pictures};
 pub use products::{write_baked, write_scene};
 pub use report::{Outcome, Product, RelightReport};
-pub use scene::LoadedScene;
+pub use scene::{LoadedScene, map_axes, note_map_axes};

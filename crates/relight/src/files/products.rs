@@ -10,7 +10,7 @@ use motes_formats::ply::{PlyWriteOptions, write_gaussians};
 use motes_scene::{ImageF32, Residual};
 use motes_stage::Context;
 
-use super::{PictureJob, RelightReport};
+use super::{PictureJob, RelightReport, note_map_axes};
 
 /// Rows of a map that the sky or a turned map is painted into, at least.
 const LEAST_ROWS: usize = 512;
@@ -58,19 +58,19 @@ pub fn write_scene(
 ) -> anyhow::Result<()> {
     let &PictureJob { loaded, light, .. } = job;
     let exposed = light.turned(0.0)?;
-    let (image, convention) = match light.unturned_map() {
+    let (image, axes) = match light.unturned_map() {
         // As it was, value by value, but for what no light has.
-        Some((image, convention)) => (repaired(image, exposed.exposure), convention),
+        Some((image, axes)) => (repaired(image, exposed.exposure), axes),
         None => {
             let rows = exposed.environment.map().map_or(0, |map| map.size().1).max(LEAST_ROWS);
-            let convention = loaded.own_convention;
-            (environment_image(&exposed.environment, convention, rows), convention)
+            let axes = loaded.own_axes;
+            (environment_image(&exposed.environment, axes, rows), axes)
         }
     };
     let mut document = loaded.decomposition.document.clone();
     (document.gaussians, document.surface) = ("gaussians.ply".into(), "surface.ply".into());
     document.environment = "environment.exr".into();
-    document.environment_convention = convention;
+    note_map_axes(axes, &mut document);
     // They are about another light.
     document.views.clear();
     let draft = scene_draft(folder)?;

@@ -2,14 +2,14 @@
 
 use std::path::Path;
 
-use crate::{Exposure, LightSource, RelightScene, SceneError};
+use crate::{Exposure, LightSource, Place, RelightScene, SceneError};
 use glam::DVec3;
-use motes_formats::decomposition::{Decomposition, read_decomposition};
+use motes_formats::decomposition::{Decomposition, DecompositionDocument, read_decomposition};
 use motes_formats::environment::read_environment;
 use motes_formats::ply::{RenderMode, open_gaussians, read_surface};
 use motes_raster::Antialias;
 use motes_scene::ImageF32;
-use motes_shading::environment::{Convention, Environment};
+use motes_shading::environment::{Environment, MapAxes};
 use motes_stage::{Context, StageError};
 
 /// A decomposed scene and what its folder says about it.
@@ -21,7 +21,7 @@ pub struct LoadedScene {
     /// The light that was found.
     pub own_light: ImageF32,
     /// Its axes.
-    pub own_convention: Convention,
+    pub own_axes: MapAxes,
     /// Comments of the Gaussian file and how it wants to be drawn.
     pub render_mode: Option<RenderMode>,
 }
@@ -58,9 +58,9 @@ impl LoadedScene {
         if file.render_mode == Some(RenderMode::Mip) {
             scene.antialias = Antialias::Mip;
         }
-        let own_convention = document.environment_convention;
+        let own_axes = map_axes(document);
         let render_mode = file.render_mode;
-        let mut loaded = Self { scene, decomposition, own_light, own_convention, render_mode };
+        let mut loaded = Self { scene, decomposition, own_light, own_axes, render_mode };
         if loaded.scene.has_residual() {
             loaded.scene.own_light = loaded.own_environment().map(|light| light.harmonics());
         }
@@ -69,11 +69,27 @@ impl LoadedScene {
 
     /// The light that was found; none where it cannot be used, of which those tell who need it.
     pub(super) fn own_environment(&self) -> Option<Environment> {
-        let (image, convention) = (self.own_light.clone(), self.own_convention);
-        let own = LightSource::Map { image, convention };
-        let light = own.light(0.0, Exposure::Factor(1.0), self.scene.up_in_world, &|| None);
+        let own = LightSource::Map { image: self.own_light.clone(), axes: self.own_axes };
+        let light =
+            own.light(0.0, Exposure::Factor(1.0), &Place::with_up(self.scene.up_in_world), &|| {
+                None
+            });
         light.ok().map(|light| light.environment)
     }
+}
+
+/// Axes of the environment of a scene folder.
+pub fn map_axes(document: &DecompositionDocument) -> MapAxes {
+    let of_world = MapAxes::of_world(document.environment_convention);
+    let zenith = document.environment_up_in_world.map(DVec3::from_array);
+    MapAxes { zenith_in_world: zenith.unwrap_or(of_world.zenith_in_world), ..of_world }
+}
+
+/// Writes down the axes of the environment of a scene folder.
+pub fn note_map_axes(axes: MapAxes, document: &mut DecompositionDocument) {
+    document.environment_convention = axes.convention;
+    let is_own = axes.zenith_in_world == axes.convention.up();
+    document.environment_up_in_world = (!is_own).then(|| axes.zenith_in_world.to_array());
 }
 
 fn scene_error(error: SceneError, decomposition: &Decomposition) -> StageError {

@@ -51,7 +51,7 @@ pub(super) fn load_relight(files: &RelightFiles) -> Result<RelightPage> {
     };
     let light = read_environment(&scene.environment)?;
     let picture = encoded(&light);
-    page.environment = Some((picture, axes(document.environment_convention).into()));
+    page.environment = Some((picture, axes(document)));
 
     let capture = read_capture(&files.capture)?;
     let stems = view_stems(&capture);
@@ -117,11 +117,17 @@ fn facts(document: &DecompositionDocument) -> Vec<(String, String)> {
     ]
 }
 
-fn axes(convention: Convention) -> &'static str {
-    match convention {
+fn axes(document: &DecompositionDocument) -> String {
+    let own = match document.environment_convention {
         Convention::OpenExr => "up is +y, the center +z",
         Convention::Blender => "up is +z, the center +x",
         Convention::ThreeJs => "up is +y, the center +x",
+    };
+    match document.environment_up_in_world {
+        None => own.into(),
+        Some([x, y, z]) => {
+            format!("{own}, turned so that up is ({x:.2}, {y:.2}, {z:.2}) in the world")
+        }
     }
 }
 

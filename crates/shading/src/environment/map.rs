@@ -123,6 +123,13 @@ impl EnvironmentMap {
         self.orientation
     }
 
+    /// The same picture with its axes elsewhere.
+    pub fn turned(mut self, orientation: Orientation) -> Self {
+        self.orientation = orientation;
+        self.map_from_world = orientation.map_from_world.as_mat3();
+        self
+    }
+
     /// `∫ (R + G + B) / 3 dw` over the sphere, texel by texel; 0 for a black map.
     pub fn power(&self) -> f64 {
         self.power

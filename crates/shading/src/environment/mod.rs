@@ -22,7 +22,7 @@ pub use clean_up::CleanUp;
 pub use harmonics::{Harmonics, irradiance};
 pub use map::{EnvironmentError, EnvironmentMap, MapOptions};
 pub use motes_scene::Convention;
-pub use orientation::{Orientation, direction_from_uv, uv_from_direction};
+pub use orientation::{MapAxes, Orientation, direction_from_uv, uv_from_direction};
 pub use sky::{SkyError, SunSky};
 pub use sun::SunDisc;
 pub use test_map::{AXIS_COLORS, axis_test_map};

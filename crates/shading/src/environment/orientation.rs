@@ -13,8 +13,77 @@
 
 use std::f64::consts::{PI, TAU};
 
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DQuat, DVec3};
 use motes_scene::Convention;
+
+/// An up that is estimated from photos errs by several degrees: within this of an axis of the world it is taken to be that
+/// axis, which is how the world was made.
+const SNAP_DEG: f64 = 10.0;
+
+/// Whose axes a map has, and where its zenith is in the world.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MapAxes {
+    /// Names of the axes.
+    pub convention: Convention,
+    /// Unit vector to what the map's first row shows.
+    pub zenith_in_world: DVec3,
+}
+
+impl MapAxes {
+    /// The map's axes are the world's.
+    pub fn of_world(convention: Convention) -> Self {
+        Self { convention, zenith_in_world: convention.up() }
+    }
+
+    /// The map's zenith is `up_in_world`, or the axis of the world that is within 10 degrees of it.
+    pub fn upright(convention: Convention, up_in_world: DVec3) -> Self {
+        let up = up_in_world.try_normalize().unwrap_or(convention.up());
+        let axis = nearest_axis(up);
+        let is_axis = axis.dot(up) >= SNAP_DEG.to_radians().cos();
+        Self { convention, zenith_in_world: if is_axis { axis } else { up } }
+    }
+
+    /// The axes of the convention, turned so that its up becomes the zenith: first by a right angle or two to the nearest
+    /// axis of the world, as programs convert between them (+y to +z about x, +y to -y by half a turn about x), then by the
+    /// smallest angle. So the heading does not depend on the noise of an up that is nearly opposite.
+    pub fn orientation(&self) -> Orientation {
+        let own = self.convention.up();
+        let zenith = self.zenith_in_world.try_normalize().unwrap_or(own);
+        let axis = nearest_axis(zenith);
+        let to_axis = match axis.dot(own) {
+            1.0 => DMat3::IDENTITY,
+            // Half a turn about x, which is the up of no convention.
+            -1.0 => DMat3::from_diagonal(DVec3::new(1.0, -1.0, -1.0)),
+            _ => quarter_turn(own, axis),
+        };
+        let to_zenith = if axis == zenith {
+            DMat3::IDENTITY
+        } else {
+            DMat3::from_quat(DQuat::from_rotation_arc(axis, zenith))
+        };
+        let Orientation { map_from_world } = Orientation::new(self.convention);
+        Orientation { map_from_world: map_from_world * (to_zenith * to_axis).transpose() }
+    }
+}
+
+/// The signed axis with the largest share of `d`; of equal ones the last.
+fn nearest_axis(d: DVec3) -> DVec3 {
+    let [x, y, z] = d.abs().to_array();
+    if z >= x && z >= y {
+        DVec3::Z * d.z.signum()
+    } else if y >= x {
+        DVec3::Y * d.y.signum()
+    } else {
+        DVec3::X * d.x.signum()
+    }
+}
+
+/// The rotation that takes the axis `from` to the axis `to`, which is perpendicular; exact.
+fn quarter_turn(from: DVec3, to: DVec3) -> DMat3 {
+    let about = from.cross(to);
+    let turned = |v: DVec3| to * from.dot(v) - from * to.dot(v) + about * about.dot(v);
+    DMat3::from_cols(turned(DVec3::X), turned(DVec3::Y), turned(DVec3::Z))
+}
 
 /// The rotation from world to the map's axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -107,6 +176,48 @@ mod tests {
                 let (bu, bv) = uv_from_direction(orientation.map_from_world(d));
                 assert!((bu - u).abs() < 1e-9 && (bv - v).abs() < 1e-9);
             }
+        }
+    }
+
+    #[test]
+    fn an_upright_map_has_its_zenith_up_and_stays_where_the_world_is_its_own() {
+        let conventions = [Convention::OpenExr, Convention::Blender, Convention::ThreeJs];
+        let tilted = DVec3::new(0.02, -0.82, -0.57).normalize();
+        for convention in conventions {
+            let own = Orientation::new(convention);
+            assert_eq!(MapAxes::of_world(convention).orientation(), own);
+            let nearly = convention.up() + DVec3::new(0.1, 0.05, -0.04);
+            assert_eq!(MapAxes::upright(convention, nearly).orientation(), own);
+            for up in [DVec3::X, -DVec3::X, DVec3::Y, -DVec3::Y, DVec3::Z, -DVec3::Z, tilted] {
+                let Orientation { map_from_world: m } =
+                    MapAxes::upright(convention, up).orientation();
+                assert!(
+                    (m.determinant() - 1.0).abs() < 1e-12 && (m * up - DVec3::Y).length() < 1e-12
+                );
+                assert!(
+                    (m * m.transpose()).abs_diff_eq(DMat3::IDENTITY, 1e-12),
+                    "{convention:?} {up}"
+                );
+            }
+        }
+        assert_eq!(MapAxes::upright(Convention::Blender, DVec3::NAN).zenith_in_world, DVec3::Z);
+    }
+
+    #[test]
+    fn an_upright_map_is_turned_as_programs_convert_their_axes() {
+        let center = |convention, up| {
+            MapAxes::upright(convention, up).orientation().world_from_map(-DVec3::Z)
+        };
+        // A map for y up over a world with z up, as Blender imports glTF: (x, y, z) to (x, -z, y).
+        assert_eq!(center(Convention::OpenExr, DVec3::Z), DVec3::NEG_Y);
+        assert_eq!(center(Convention::ThreeJs, DVec3::Z), DVec3::X);
+        // Over a camera's world with y down, as OpenGL's axes from OpenCV's: (x, -y, -z).
+        assert_eq!(center(Convention::OpenExr, DVec3::NEG_Y), DVec3::NEG_Z);
+        assert_eq!(center(Convention::ThreeJs, DVec3::NEG_Y), DVec3::X);
+        // And the heading is the same however the estimate of an opposite up leans.
+        for lean in [DVec3::new(0.05, -1.0, 0.25), DVec3::new(-0.2, -1.0, -0.2)] {
+            let turned = center(Convention::OpenExr, lean);
+            assert!(turned.angle_between(DVec3::NEG_Z).to_degrees() < 16.0, "{turned}");
         }
     }
 

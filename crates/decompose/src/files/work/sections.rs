@@ -149,6 +149,7 @@ pub(super) fn restore(
     state.up_in_world = last.up_in_world.into();
     state.camera_distance = last.camera_distance;
     state.light_cells.clone_from(&last.light_cells);
+    state.illumination = Illumination::known(state.known_lights());
     if let Some(path) = find(Section::Surface) {
         restore_surface(state, last, &path)?;
     }
@@ -221,7 +222,7 @@ fn restore_light(state: &mut State<'_>, path: &Path) -> anyhow::Result<()> {
     let light = read_document::<LightDocument>(path)?.document;
     let cells: Vec<Cell> = light.cells.iter().map(|cell| (*cell).into()).collect();
     let wrong = |cause: String| FormatError::invalid(path, "radiance", cause);
-    let known = &state.inputs.known.lights;
+    let known = state.known_lights();
     let captures = if known.is_empty() { state.inputs.light_count() } else { 0 };
     if light.radiance.len() != captures {
         let cause = format!("{} lights where {captures} are to be found", light.radiance.len());
@@ -242,7 +243,7 @@ fn restore_light(state: &mut State<'_>, path: &Path) -> anyhow::Result<()> {
     let found = if known.is_empty() {
         Illumination::of_cells(light.radiance.iter().map(of).collect())
     } else {
-        Illumination::known(known.clone())
+        Illumination::known(known)
     };
     state.illumination = Illumination {
         anchor: light.anchor,

@@ -3,7 +3,7 @@
 use motes_scene::{Gaussians, ImageF32};
 use motes_shading::brdf::Lobes;
 use relight::{
-    Background, Exposure, LightSource, Quality, QualityOptions, RelightScene, Relighter,
+    Background, Exposure, LightSource, Place, Quality, QualityOptions, RelightScene, Relighter,
     ResidualShare,
 };
 
@@ -49,8 +49,10 @@ pub(super) fn pictures<'a>(
     let mut scene = RelightScene::new(gaussians.clone(), surface, lobes, state.has_indirect(), up)
         .map_err(|e| failed(&e))?;
     scene.antialias = inputs.render.antialias;
-    let light = LightSource::Map { image: light, convention: state.convention() };
-    let light = light.light(0.0, Exposure::Factor(1.0), up, &|| None).map_err(|e| failed(&e))?;
+    let light = LightSource::Map { image: light, axes: state.map_axes() };
+    let light = light
+        .light(0.0, Exposure::Factor(1.0), &Place::with_up(up), &|| None)
+        .map_err(|e| failed(&e))?;
     let mut quality = QualityOptions::of(Quality::Standard);
     quality.residual = ResidualShare::OFF;
     let relighter = Relighter::new(&scene, &light.environment, &quality, inputs.seed);

@@ -21,7 +21,7 @@ mod view;
 use crate::error::DecomposeError;
 use crate::observation::{Observed, Photo, TracedSurface, up_in_world};
 use crate::progress::Tick;
-use crate::state::State;
+use crate::state::{Illumination, State};
 
 pub use options::Options;
 pub use report::{GeometryReport, StepTime};
@@ -48,6 +48,7 @@ pub fn run(
         return Err(DecomposeError::NoSurface);
     }
     state.up_in_world = up_in_world(&surface, inputs.photos);
+    state.illumination = Illumination::known(state.known_lights());
     state.observed = Observed::unseen(TracedSurface::new(surface)?);
     Ok(report)
 }
