@@ -11,6 +11,7 @@ use rayon::prelude::*;
 use crate::deferred::{Lit, Parts};
 use crate::g_buffer::{GBuffer, Rays};
 use crate::scene::RelightScene;
+use crate::view_transform::View;
 use motes_math::srgb;
 
 /// What is seen where the scene does not cover a pixel.
@@ -127,10 +128,11 @@ pub(crate) struct Composition<'a> {
     pub(crate) camera_from_world: &'a Pose,
     pub(crate) background: Background,
     pub(crate) with_components: bool,
+    pub(crate) view: View,
 }
 
 pub(crate) fn compose(with: &Composition<'_>, buffer: &GBuffer, lit: &[Lit]) -> Picture {
-    let &Composition { scene, light, camera, camera_from_world, background, with_components } =
+    let &Composition { scene, light, camera, camera_from_world, background, with_components, view } =
         with;
     let (width, height) = (buffer.width, buffer.height);
     let captured = (background == Background::Captured).then(|| {
@@ -162,14 +164,12 @@ pub(crate) fn compose(with: &Composition<'_>, buffer: &GBuffer, lit: &[Lit]) -> 
         }
     };
     let pixels: Vec<(Vec3, f32)> = (0..width * height).into_par_iter().map(pixel).collect();
-    // Casting takes NaN to 0.
-    let encode = |v: f32| (srgb::encode(v.clamp(0.0, 1.0)) * 255.0).round() as u8;
     let transparent = background == Background::Transparent;
     let color: Vec<u8> = pixels
         .par_iter()
         .flat_map_iter(|(c, a)| {
             let alpha = transparent.then(|| (a * 255.0).round() as u8);
-            c.to_array().map(encode).into_iter().chain(alpha)
+            view.encode(*c).map(|v| (v * 255.0).round() as u8).into_iter().chain(alpha)
         })
         .collect();
     let components = with_components.then(|| components(buffer, lit, &pixels));

@@ -18,18 +18,24 @@ mod first_triangles;
 mod g_buffer;
 pub mod lift;
 mod light;
+mod meter;
 mod options;
 mod probe;
 mod radiance_cache;
 mod relighter;
 mod residual;
 mod scene;
+mod sun;
 mod upsample;
+mod view_transform;
 
 pub use compose::{Background, Components, Picture, PictureStats};
 pub use light::{Light, LightError, LightSource, Place, environment_image};
-pub use options::{BakeOptions, EnvUp, Exposure, LightOptions, Quality, QualityOptions, SunOption};
+pub use options::{
+    BakeOptions, EnvUp, Exposure, LightOptions, Quality, QualityOptions, ViewTransform,
+};
 pub use probe::{Probe, Question};
 pub use relighter::Relighter;
 pub use residual::ResidualShare;
 pub use scene::{RelightScene, SceneError};
+pub use sun::{Sky, SunOption};

@@ -5,7 +5,7 @@ use motes_math::luminance::luminance_f64;
 use motes_scene::ImageF32;
 use motes_shading::environment::{
     CleanUp, Environment, EnvironmentError, EnvironmentMap, MapAxes, MapOptions, Orientation,
-    SkyError, SunDisc, SunSky, direction_from_uv, irradiance,
+    OvercastSky, SkyError, SunDisc, SunSky, direction_from_uv, irradiance,
 };
 use thiserror::Error;
 
@@ -44,6 +44,8 @@ pub enum LightSource {
         /// Whether there is a sky.
         sky: bool,
     },
+    /// Clouds.
+    Overcast(OvercastSky),
 }
 
 /// A light on a scene.
@@ -78,11 +80,13 @@ impl LightSource {
     pub fn orientation(&self, place: &Place) -> Orientation {
         match self {
             Self::Map { axes, .. } => axes.orientation(),
-            Self::SunSky { .. } => sky_orientation(place.sky_zenith_in_world.as_dvec3()),
+            Self::SunSky { .. } | Self::Overcast(_) => {
+                sky_orientation(place.sky_zenith_in_world.as_dvec3())
+            }
         }
     }
 
-    /// The light turned by `rotate_deg` over a ground at `place`. `Exposure::Auto` makes the
+    /// The light turned by `rotate_deg` over a ground at `place`. `Exposure::Ground` makes the
     /// irradiance of a horizontal plane that of `own`, the scene's light; when that is black, a white sheet
     /// gets the value 1.
     ///
@@ -97,7 +101,7 @@ impl LightSource {
     ) -> Result<Light, LightError> {
         match exposure {
             Exposure::Factor(factor) => self.exposed(rotate_deg, factor, place),
-            Exposure::Auto => {
+            Exposure::Auto | Exposure::Ground => {
                 let plain = self.exposed(rotate_deg, 1.0, place)?;
                 let of = |e: &Environment| {
                     let e = irradiance(&e.harmonics(), place.up_in_world.as_dvec3().normalize());
@@ -119,6 +123,11 @@ impl LightSource {
                 let map = EnvironmentMap::new(image, &MapOptions { exposure, orientation })?;
                 let clean_up = map.clean_up();
                 Ok(Light { environment: Environment::new(Some(map), None), exposure, clean_up })
+            }
+            Self::Overcast(overcast) => {
+                let map = overcast.build(SKY_ROWS, &MapOptions { exposure, orientation })?;
+                let environment = Environment::new(Some(map), None);
+                Ok(Light { environment, exposure, clean_up: CleanUp::default() })
             }
             Self::SunSky { sun, sky } => {
                 let (map, disc) = sun.build(SKY_ROWS, &MapOptions { exposure, orientation })?;

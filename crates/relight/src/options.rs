@@ -6,10 +6,11 @@ use std::str::FromStr;
 use clap::{Args, ValueEnum};
 use glam::DVec3;
 use motes_scene::Convention;
-use motes_shading::environment::{MapAxes, SunSky};
+use motes_shading::environment::MapAxes;
 use serde::Serialize;
 
 use crate::residual::ResidualShare;
+use crate::sun::SunOption;
 
 /// Which light falls on the scene; none of these: the scene's own.
 #[derive(Args, Clone, Debug, Default, Serialize)]
@@ -33,16 +34,22 @@ pub struct LightOptions {
         allow_negative_numbers = true, value_parser = parse_degrees)]
     pub env_rotate: f64,
 
-    /// Factor on the light: a number, or "auto": a white sheet on the ground as bright as under
-    /// the capture illumination [default: 1 for maps, auto for the sun and the sky]
+    /// Factor on the light: a number; auto: metered in the pictures; ground: a white sheet on the
+    /// ground as bright as under the capture illumination [default: 1 for maps, auto for the sun]
     #[arg(long, value_name = "FACTOR")]
     pub env_exposure: Option<Exposure>,
 
-    /// The sun: azimuth=DEG,elevation=DEG, and turbidity=1..10 (3), ground=0..1 (0.3)
-    #[arg(long, value_name = "KEY=VALUE,...")]
+    /// Stops on top of the exposure: 1 is twice as bright, -1 half
+    #[arg(long, visible_alias = "ev", value_name = "STOPS", default_value_t = 0.0,
+        allow_negative_numbers = true, value_parser = parse_stops)]
+    pub exposure_compensation: f64,
+
+    /// The sun: sunrise, morning, noon, afternoon, golden-hour, sunset, overcast;
+    /// azimuth=DEG,elevation=DEG; or latitude=DEG,longitude=DEG,date=YYYY-MM-DD,time=HH:MM+HH:MM
+    #[arg(long, value_name = "HOUR|KEY=VALUE,...")]
     pub sun: Option<SunOption>,
 
-    /// The clear sky round the sun, too
+    /// The sky around the sun, too; hours with a name and dates have it
     #[arg(long, requires = "sun")]
     pub sky: bool,
 }
@@ -124,8 +131,10 @@ impl Serialize for EnvUp {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Exposure {
-    /// A white sheet on the ground is as bright as under the capture illumination.
+    /// Metered in the pictures; where there are none, as `Ground`.
     Auto,
+    /// A white sheet on the ground is as bright as under the capture illumination.
+    Ground,
     /// Linear photo value of radiance 1.
     #[serde(untagged)]
     Factor(f32),
@@ -138,63 +147,17 @@ impl FromStr for Exposure {
         if text == "auto" {
             return Ok(Self::Auto);
         }
+        if text == "ground" {
+            return Ok(Self::Ground);
+        }
         let factor = text.parse().ok().filter(|f: &f32| *f > 0.0 && f.is_finite());
-        factor.map(Self::Factor).ok_or_else(|| "expected a number above 0, or auto".into())
+        factor.map(Self::Factor).ok_or_else(|| "expected a number above 0, auto or ground".into())
     }
 }
 
-/// `azimuth=DEG,elevation=DEG[,turbidity=..][,ground=..]`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SunOption(pub SunSky);
-
-impl FromStr for SunOption {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let mut sky = SunSky::default();
-        let mut seen = [false; 4];
-        for part in text.split(',') {
-            let expected = || "expected azimuth=DEG,elevation=DEG[,turbidity=..][,ground=..]";
-            let (key, value) = part.split_once('=').ok_or_else(expected)?;
-            let number: f64 = value
-                .trim()
-                .parse()
-                .ok()
-                .filter(|v: &f64| v.is_finite())
-                .ok_or_else(|| format!("\"{value}\" is not a number"))?;
-            let (i, place) = match key.trim() {
-                "azimuth" => (0, &mut sky.azimuth_deg),
-                "elevation" => (1, &mut sky.elevation_deg),
-                "turbidity" => (2, &mut sky.turbidity),
-                "ground" => (3, &mut sky.ground_albedo),
-                _ => return Err(expected().into()),
-            };
-            if std::mem::replace(&mut seen[i], true) {
-                return Err(format!("{} is given twice", key.trim()));
-            }
-            *place = number;
-        }
-        if !(seen[0] && seen[1]) {
-            return Err("the sun needs azimuth=DEG and elevation=DEG".into());
-        }
-        if !(0.0..=90.0).contains(&sky.elevation_deg) {
-            return Err("the sun's elevation is 0 to 90 degrees".into());
-        }
-        if !(1.0..=10.0).contains(&sky.turbidity) || !(0.0..=1.0).contains(&sky.ground_albedo) {
-            return Err("turbidity is 1 to 10, ground 0 to 1".into());
-        }
-        Ok(Self(sky))
-    }
-}
-
-impl Serialize for SunOption {
-    /// As the flag takes it.
-    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let SunSky { azimuth_deg, elevation_deg, turbidity, ground_albedo } = self.0;
-        serializer.collect_str(&format_args!(
-            "azimuth={azimuth_deg},elevation={elevation_deg},turbidity={turbidity},ground={ground_albedo}"
-        ))
-    }
+fn parse_stops(text: &str) -> Result<f64, String> {
+    let stops = text.parse().ok().filter(|s: &f64| s.abs() <= 30.0);
+    stops.ok_or_else(|| "expected a number of stops from -30 to 30".into())
 }
 
 fn parse_degrees(text: &str) -> Result<f64, String> {
@@ -215,7 +178,18 @@ pub enum Quality {
     Reference,
 }
 
-/// How light is computed. Parameters that are not given follow the quality.
+/// How linear light becomes a picture for people.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ViewTransform {
+    /// Clipped at 1, sRGB-encoded: compares with photos
+    #[default]
+    Standard,
+    /// A film-like curve after AgX: highlights roll off to white instead of clipping
+    Agx,
+}
+
+/// How light is computed. Dials that are not given follow the quality.
 #[derive(Args, Clone, Debug, Default, Serialize)]
 #[command(next_help_heading = "Quality")]
 pub struct QualityOptions {
@@ -341,32 +315,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_sun_is_read_and_written_alike() {
-        let sun: SunOption = "azimuth=120, elevation=8".parse().unwrap();
-        assert_eq!((sun.0.azimuth_deg, sun.0.elevation_deg, sun.0.turbidity), (120.0, 8.0, 3.0));
-        let text = serde_json_free(&sun);
-        assert_eq!(text.parse(), Ok(sun));
-        for bad in [
-            "",
-            "azimuth=1",
-            "azimuth=1,elevation=91",
-            "azimuth=1,elevation=NaN",
-            "azimuth=1,azimuth=2,elevation=3",
-            "azimuth=1,elevation=2,hue=3",
-            "azimuth=1,elevation=2,turbidity=0",
-        ] {
-            assert!(bad.parse::<SunOption>().is_err(), "{bad}");
-        }
-    }
-
-    fn serde_json_free(sun: &SunOption) -> String {
-        let SunSky { azimuth_deg, elevation_deg, turbidity, ground_albedo } = sun.0;
-        format!(
-            "azimuth={azimuth_deg},elevation={elevation_deg},turbidity={turbidity},ground={ground_albedo}"
-        )
-    }
-
-    #[test]
     fn the_zenith_is_a_word_an_axis_or_a_vector() {
         assert_eq!("scene".parse(), Ok(EnvUp::Scene));
         assert_eq!("map".parse(), Ok(EnvUp::Map));
@@ -381,6 +329,7 @@ mod tests {
     #[test]
     fn exposures_are_positive_numbers_or_auto() {
         assert_eq!("auto".parse(), Ok(Exposure::Auto));
+        assert_eq!("ground".parse(), Ok(Exposure::Ground));
         assert_eq!("0.928".parse(), Ok(Exposure::Factor(0.928)));
         for bad in ["0", "-1", "NaN", "inf", "bright"] {
             assert!(bad.parse::<Exposure>().is_err(), "{bad}");

@@ -9,7 +9,7 @@ use crate::compose::{Background, Composition, Picture, compose};
 use crate::deferred::{Lit, Parts, Samples, Shading};
 use crate::denoise::{Grid, denoise, luminances};
 use crate::g_buffer::GBuffer;
-use crate::options::QualityOptions;
+use crate::options::{QualityOptions, ViewTransform};
 use crate::radiance_cache::RadianceCache;
 use crate::residual::share_under;
 use crate::scene::RelightScene;
@@ -26,6 +26,7 @@ pub struct Relighter<'a> {
     pub(crate) options: QualityOptions,
     pub(crate) seed: u64,
     pub(crate) residual_share: f32,
+    view: ViewTransform,
 }
 
 impl<'a> Relighter<'a> {
@@ -40,7 +41,13 @@ impl<'a> Relighter<'a> {
         let (samples, spacing) = (options.cache_samples(), options.light_spacing());
         let cache = RadianceCache::new(scene, light, bounces, samples, spacing, seed);
         let residual_share = share_under(scene, light, options.residual);
-        Self { scene, light, cache, options: options.clone(), seed, residual_share }
+        let view = ViewTransform::default();
+        Self { scene, light, cache, options: options.clone(), seed, residual_share, view }
+    }
+
+    /// With another way from linear light to 8-bit pictures.
+    pub fn with_view(self, view: ViewTransform) -> Self {
+        Self { view, ..self }
     }
 
     pub(crate) fn shading(&self) -> Shading<'_> {
@@ -62,8 +69,16 @@ impl<'a> Relighter<'a> {
             if every == 1 { self.every_pixel(&buffer) } else { self.sparse(&buffer, every) };
         self.apply_residual(&buffer, &mut lit);
         let (scene, light) = (self.scene, self.light);
-        let with =
-            Composition { scene, light, camera, camera_from_world, background, with_components };
+        let view = self.view.view();
+        let with = Composition {
+            scene,
+            light,
+            camera,
+            camera_from_world,
+            background,
+            with_components,
+            view,
+        };
         compose(&with, &buffer, &lit)
     }
 

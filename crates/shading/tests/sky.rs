@@ -8,10 +8,45 @@ use motes_shading::environment::{
 fn sky(elevation_deg: f64, turbidity: f64) -> Environment {
     let options =
         MapOptions { orientation: Orientation::new(Convention::Blender), ..MapOptions::default() };
-    let (map, sun) = SunSky { elevation_deg, turbidity, azimuth_deg: 30.0, ground_albedo: 0.2 }
-        .build(64, &options)
-        .expect("a valid sky");
+    let sky = SunSky { elevation_deg, turbidity, azimuth_deg: 30.0, ..SunSky::default() };
+    let (map, sun) = SunSky { ground_albedo: 0.2, ..sky }.build(64, &options).expect("a valid sky");
     Environment::new(Some(map), Some(sun))
+}
+
+fn usual_sky(elevation_deg: f64) -> Environment {
+    let options =
+        MapOptions { orientation: Orientation::new(Convention::Blender), ..MapOptions::default() };
+    let sky = SunSky { ground_albedo: 0.2, ..SunSky::usual_at(30.0, elevation_deg) };
+    let (map, sun) = sky.build(64, &options).expect("a valid sky");
+    Environment::new(Some(map), Some(sun))
+}
+
+#[test]
+fn a_low_sun_is_warm() {
+    for (elevation, red, blue) in [(3.0, 1.02, 0.91), (6.0, 1.07, 0.89), (10.0, 1.0, 0.95)] {
+        let [sky_light, sun_light] = irradiance(&usual_sky(elevation));
+        let total = sky_light + sun_light;
+        let (r, b) = (total.x / total.y, total.z / total.y);
+        println!(
+            "{elevation} degrees: R/G {r:.3}, B/G {b:.3}, sun {:.2}",
+            lux(sun_light) / lux(total)
+        );
+        // A measured map of a sunrise has 1.17 and 0.89; the textbook's sky in clear air 0.88 and 1.07.
+        assert!(r > red && b < blue, "{elevation} degrees: {r} {b}");
+        // What faces the sun is golden.
+        let facing = environment_facing(&usual_sky(elevation));
+        assert!(facing.x > 1.15 * facing.y && facing.z < 0.85 * facing.y, "{facing}");
+    }
+    // The middle of the day is as it was.
+    let [day, noon] = [sky(45.0, 3.0), usual_sky(45.0)].map(|e| irradiance(&e)[0]);
+    assert!((day - noon).length() < 1e-6 * day.length(), "{day} {noon}");
+}
+
+/// Irradiance of a wall that faces the sun.
+fn environment_facing(environment: &Environment) -> DVec3 {
+    let to_sun = environment.sun().expect("a sun").to_sun().as_dvec3();
+    let wall = DVec3::new(to_sun.x, to_sun.y, 0.0).normalize();
+    motes_shading::environment::irradiance(&environment.harmonics(), wall)
 }
 
 fn lux(c: DVec3) -> f64 {

@@ -169,7 +169,7 @@ fn write_document(scene: &Path, gaussians: usize, surface: &Surface, up_in_world
         environment_convention: Convention::Blender,
         environment_up_in_world: None,
         up_in_world: up_in_world.to_array(),
-        lobes: LobesDocument::Lambert,
+        lobes: Lobes::Lambert,
         indirect: false,
         scale_anchor: ScaleAnchorDocument {
             kind: ScaleAnchor::Environment,

@@ -94,7 +94,8 @@ fn thing(
 }
 
 fn sky(azimuth_deg: f64, elevation_deg: f64, turbidity: f64, irradiance: f32) -> Light {
-    let sky = SunSky { azimuth_deg, elevation_deg, turbidity, ground_albedo: 0.25 };
+    let sky =
+        SunSky { azimuth_deg, elevation_deg, turbidity, ground_albedo: 0.25, ..SunSky::default() };
     Light::Sky { sky, irradiance }
 }
 

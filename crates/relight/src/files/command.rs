@@ -4,10 +4,10 @@ use std::path::PathBuf;
 
 use super::{
     LiftJob, LoadedScene, NewLight, Outcome, PictureJob, PoseOptions, Product, RelightReport,
-    lift_views, load_frames, write_baked, write_pictures, write_scene,
+    lift_views, load_frames, metered_cameras, write_baked, write_pictures, write_scene,
 };
 use crate::lift::LiftOptions;
-use crate::{Background, BakeOptions, LightOptions, QualityOptions};
+use crate::{Background, BakeOptions, LightOptions, QualityOptions, ViewTransform};
 use clap::Parser;
 use motes_formats::decomposition::SCENE_FILES;
 use motes_stage::{CommonArgs, Context, HasCommon, StageError};
@@ -76,6 +76,10 @@ pub struct Args {
     #[arg(long, value_name = "BACKGROUND", default_value = "environment", help_heading = "Image")]
     background: Background,
 
+    /// From linear light to PNG: standard (clipped, sRGB-encoded) or agx (film-like)
+    #[arg(long, value_enum, value_name = "TRANSFORM", default_value_t, help_heading = "Image")]
+    view_transform: ViewTransform,
+
     /// PNG (8-bit sRGB), EXR (linear, with all components), or both
     #[arg(long, value_enum, value_name = "FORMAT", default_value_t = PictureFormat::Png,
         help_heading = "Outputs")]
@@ -141,7 +145,8 @@ pub fn run(args: &Args, context: &Context) -> anyhow::Result<Outcome> {
     let sizes = frames.iter().map(|(frame, _)| (frame.camera.width, frame.camera.height));
     context.need_memory_for_pictures(sizes, PICTURE_BYTES_PER_PIXEL)?;
     let loaded = LoadedScene::load(scene, context)?;
-    let light = NewLight::load(&args.light, &loaded, context)?;
+    let mut light = NewLight::load(&args.light, &loaded, context)?;
+    light.meter(&metered_cameras(&frames, args.capture.as_ref(), context)?, args.seed)?;
     let report = light.report(&light.turned(0.0)?, context);
     context.stop_if_dry_run()?;
     let mut report =
@@ -152,6 +157,7 @@ pub fn run(args: &Args, context: &Context) -> anyhow::Result<Outcome> {
         frames: &frames,
         quality: &args.quality,
         background: args.background,
+        view: args.view_transform,
         format: args.format,
         seed: args.seed,
     };

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use motes_formats::camera_path::read_camera_path;
 use motes_formats::capture::read_capture;
+use motes_scene::{Pinhole, Pose, View};
 use motes_stage::{Context, OrBadInput as _, StageError};
 use render::frames::{
     BetweenOptions, Frame, FrameSelection, FrameSize, numbered, path_frames, plan_frames,
@@ -76,4 +77,26 @@ pub fn load_frames(
         (frame, 360.0 * i as f64 / f64::from(n))
     };
     Ok((0..n as usize).map(turned).collect())
+}
+
+/// Cameras of the pictures that an exposure is metered in: those that are made, else those of the capture.
+///
+/// # Errors
+/// When the capture cannot be read.
+pub(super) fn metered_cameras(
+    frames: &[LitFrame],
+    capture: Option<&PathBuf>,
+    context: &Context,
+) -> anyhow::Result<Vec<(Pinhole, Pose)>> {
+    if let (true, Some(path)) = (frames.is_empty(), capture) {
+        context.input("capture", path)?;
+        let capture = read_capture(path)?;
+        let of = |view: &View| {
+            Some((capture.cameras[view.camera].as_pinhole()?, view.camera_from_world))
+        };
+        return Ok(capture.views.iter().filter_map(of).collect());
+    }
+    // A turntable shows every pose under many turns: one of each.
+    let unturned = frames.iter().filter(|(_, turn)| *turn == frames[0].1);
+    Ok(unturned.map(|(frame, _)| (frame.camera, frame.camera_from_world)).collect())
 }

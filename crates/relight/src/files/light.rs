@@ -2,10 +2,12 @@
 
 use std::path::Path;
 
-use crate::{Exposure, Light, LightOptions, LightSource, Place};
+use crate::meter;
+use crate::{Exposure, Light, LightOptions, LightSource, Place, Sky};
 use glam::DVec3;
 use motes_formats::environment::read_environment;
 use motes_math::luminance::luminance_f64;
+use motes_scene::{Pinhole, Pose};
 use motes_shading::environment::{CleanUp, MapAxes, irradiance};
 use motes_stage::{Context, OrBadInput as _};
 use serde::Serialize;
@@ -16,6 +18,8 @@ use super::LoadedScene;
 const MAP_BYTES_PER_PIXEL: u64 = 12 + 24;
 /// A map is taken to be upside down when the ground's underside gets this many times the light of the ground.
 const DARKER_ABOVE: f64 = 1.1;
+/// Luminous efficacy that the unit of the sky models is defined with.
+const LUMENS_PER_WATT: f64 = 683.0;
 
 /// The light on a scene, which may turn.
 pub struct NewLight<'s> {
@@ -24,6 +28,7 @@ pub struct NewLight<'s> {
     exposure: Exposure,
     loaded: &'s LoadedScene,
     is_own: bool,
+    metered_from: Option<&'static str>,
 }
 
 /// What fell on the scene.
@@ -39,6 +44,10 @@ pub struct LightReport {
     pub center_in_world: [f64; 3],
     /// Factor on the light: photo value of radiance 1.
     pub exposure: f32,
+    /// Stops of it that were asked for on top.
+    pub exposure_compensation: f64,
+    /// EV at ISO 100 of a camera that shows this light so; null for maps, whose unit is not known.
+    pub ev100: Option<f64>,
     /// Where the factor comes from.
     pub exposure_from: &'static str,
     /// Values of the map that were below 0 and became 0.
@@ -61,8 +70,13 @@ impl<'s> NewLight<'s> {
         loaded: &'s LoadedScene,
         context: &Context,
     ) -> anyhow::Result<Self> {
-        let source = if let Some(sun) = options.sun {
-            LightSource::SunSky { sun: sun.0, sky: options.sky }
+        let source = if let Some(sun) = &options.sun {
+            match sun.sky {
+                Sky::Clear(clear) => {
+                    LightSource::SunSky { sun: clear, sky: options.sky || sun.with_dome }
+                }
+                Sky::Overcast(overcast) => LightSource::Overcast(overcast),
+            }
         } else if let Some(path) = &options.environment {
             context.input("environment", path)?;
             let image = read_map(path, context)?;
@@ -75,7 +89,44 @@ impl<'s> NewLight<'s> {
         let default = if options.sun.is_some() { Exposure::Auto } else { Exposure::Factor(1.0) };
         let exposure = options.env_exposure.unwrap_or(default);
         let is_own = options.sun.is_none() && options.environment.is_none();
-        Ok(Self { source, options: options.clone(), exposure, loaded, is_own })
+        let (options, metered_from) = (options.clone(), None);
+        Ok(Self { source, options, exposure, loaded, is_own, metered_from })
+    }
+
+    /// Sets an automatic exposure by what the pictures of `frames` show; without any it stays that of the ground.
+    ///
+    /// # Errors
+    /// When a map or a sky cannot be light.
+    pub fn meter(&mut self, frames: &[(Pinhole, Pose)], seed: u64) -> anyhow::Result<()> {
+        if self.exposure != Exposure::Auto || frames.is_empty() {
+            return Ok(());
+        }
+        let (scene, none) = (&self.loaded.scene, || None);
+        let Some(own) = self.loaded.own_environment() else { return Ok(()) };
+        let rotate = self.options.env_rotate;
+        let light = self.source.light(rotate, Exposure::Factor(1.0), &self.place(), &none);
+        let light = light.or_bad_input()?.environment;
+        let readings = [&own, &light].map(|light| meter::reading(scene, light, frames, seed));
+        if let [Some(own), Some(new)] = readings {
+            let up = scene.up_in_world.as_dvec3();
+            let lux = LUMENS_PER_WATT * luminance_f64(irradiance(&light.harmonics(), up));
+            let ev = self.has_lux().then(|| meter::ev_of_illuminance(lux));
+            let factor = meter::exposure(&own, &new, ev) as f32;
+            if factor.is_finite() && factor > 0.0 {
+                self.exposure = Exposure::Factor(factor);
+                self.metered_from = Some(if self.has_lux() {
+                    "metered: the pictures as bright as under the scene's own light, darker for light below EV 15, highlights kept"
+                } else {
+                    "metered: the pictures as bright as under the scene's own light, highlights kept"
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether the light is in W / (m² sr), not in the unit of some map.
+    fn has_lux(&self) -> bool {
+        !matches!(self.source, LightSource::Map { .. })
     }
 
     /// The light, turned by `further_deg` beyond what the flags say.
@@ -85,7 +136,14 @@ impl<'s> NewLight<'s> {
     pub fn turned(&self, further_deg: f64) -> anyhow::Result<Light> {
         let own = || self.loaded.own_environment();
         let rotate = self.options.env_rotate + further_deg;
-        self.source.light(rotate, self.exposure, &self.place(), &own).or_bad_input()
+        let place = self.place();
+        let light = self.source.light(rotate, self.exposure, &place, &own).or_bad_input()?;
+        let stops = self.options.exposure_compensation;
+        if stops == 0.0 {
+            return Ok(light);
+        }
+        let factor = (f64::from(light.exposure) * stops.exp2()) as f32;
+        self.source.light(rotate, Exposure::Factor(factor), &place, &own).or_bad_input()
     }
 
     fn place(&self) -> Place {
@@ -125,16 +183,21 @@ impl<'s> NewLight<'s> {
         self.check_hemispheres(light, context);
         let orientation = self.source.orientation(&self.place()).rotated(self.options.env_rotate);
         let [zenith_in_world, center_in_world] =
-            [DVec3::Y, DVec3::NEG_Z].map(|axis| orientation.world_from_map(axis).to_array());
+            [DVec3::Y, DVec3::Z].map(|axis| orientation.world_from_map(axis).to_array());
         LightReport {
             source: self.name(),
             rotate_deg: self.options.env_rotate,
             zenith_in_world,
             center_in_world,
             exposure: light.exposure,
-            exposure_from: match (self.options.env_exposure, self.exposure) {
-                (Some(Exposure::Factor(_)), _) => "given",
-                (_, Exposure::Auto) => {
+            exposure_compensation: self.options.exposure_compensation,
+            ev100: self
+                .has_lux()
+                .then(|| meter::ev_of_white(LUMENS_PER_WATT / f64::from(light.exposure))),
+            exposure_from: match (self.metered_from, self.options.env_exposure, self.exposure) {
+                (Some(metered), ..) => metered,
+                (_, Some(Exposure::Factor(_)), _) => "given",
+                (_, _, Exposure::Auto | Exposure::Ground) => {
                     "automatic: a white sheet on the ground is as bright as under the scene's own light"
                 }
                 _ => "1: the map is taken to be in photo units",
@@ -160,11 +223,18 @@ impl<'s> NewLight<'s> {
         match (&self.source, &self.options.environment) {
             (LightSource::SunSky { sun, sky }, _) => {
                 let with = if *sky { "sun and sky" } else { "sun" };
-                let (azimuth, elevation) = (sun.azimuth_deg, sun.elevation_deg);
+                let (azimuth, elevation) = (sun.azimuth_deg.round(), sun.elevation_deg);
+                let hour = match &self.options.sun {
+                    Some(option) if option.with_dome => format!("{}: ", option.text()),
+                    _ => String::new(),
+                };
                 format!(
-                    "{with}, azimuth {azimuth}, elevation {elevation}, turbidity {}",
+                    "{hour}{with}, azimuth {azimuth}, elevation {elevation:.1}, turbidity {:.1}",
                     sun.turbidity
                 )
+            }
+            (LightSource::Overcast(sky), _) => {
+                format!("overcast sky, {:.0} lx", sky.illuminance_lx)
             }
             (_, Some(path)) => path.display().to_string(),
             _ if self.is_own => "the scene's own light".into(),

@@ -10,6 +10,7 @@ mod report;
 mod scene;
 
 pub use command::{Args, run};
+use frames::metered_cameras;
 pub use frames::{PoseOptions, load_frames};
 pub use lift::{LiftJob, LiftReport, lift_views};
 pub use light::{LightReport, NewLight};

@@ -2,7 +2,9 @@
 
 use std::path::Path;
 
-use crate::{Background, Components, Picture, PictureStats, QualityOptions, Relighter};
+use crate::{
+    Background, Components, Picture, PictureStats, QualityOptions, Relighter, ViewTransform,
+};
 use motes_formats::exr_aov::{AovChannel, write_finite_exr};
 use motes_formats::images::write_png;
 use motes_scene::ImageF32;
@@ -14,6 +16,8 @@ use super::{LoadedScene, NewLight, RelightReport};
 
 /// Largest half float: brighter values are written as floats.
 const HALF_MAX: f32 = 65_504.0;
+/// More than that of the scene above white is warned of.
+const MAX_CLIPPED_SHARE: f64 = 0.01;
 
 /// What is rendered.
 pub struct PictureJob<'a> {
@@ -27,6 +31,8 @@ pub struct PictureJob<'a> {
     pub quality: &'a QualityOptions,
     /// Behind the scene.
     pub background: Background,
+    /// From linear light to PNG.
+    pub view: ViewTransform,
     /// Files per picture.
     pub format: PictureFormat,
     /// Of random numbers.
@@ -55,7 +61,8 @@ pub fn write_pictures(
         let end = at + job.frames[at..].iter().take_while(|(_, t)| *t == turn).count();
         let start = cpu();
         let light = job.light.turned(turn)?;
-        let relighter = Relighter::new(scene, &light.environment, job.quality, job.seed);
+        let relighter =
+            Relighter::new(scene, &light.environment, job.quality, job.seed).with_view(job.view);
         light_seconds += cpu() - start;
         report.residual_share +=
             relighter.residual_share() * (end - at) as f32 / job.frames.len() as f32;
@@ -81,10 +88,23 @@ pub fn write_pictures(
         missed_share: sums.missed_share / n,
         clipped_share: sums.clipped_share / n,
     });
+    warn_of_clipping(job, sums.clipped_share / n, context);
     report.cpu_seconds_per_light =
         Some(light_seconds / f64::from(lights.max(1))).filter(|s| s.is_finite());
     report.cpu_seconds_per_picture = Some(picture_seconds / n).filter(|s| s.is_finite());
     Ok(())
+}
+
+/// A film-like curve has no value that it clips, and EXR files keep everything.
+fn warn_of_clipping(job: &PictureJob<'_>, share: f64, context: &Context) {
+    let is_clipped = job.view == ViewTransform::Standard && job.format != PictureFormat::Exr;
+    if is_clipped && share > MAX_CLIPPED_SHARE {
+        context.warn(format!(
+            "{:.1} % of the scene in the pictures is brighter than white and clipped: \
+             see --exposure-compensation, --view-transform agx, --format exr",
+            100.0 * share
+        ));
+    }
 }
 
 fn add(sums: &mut PictureStats, one: &PictureStats) {

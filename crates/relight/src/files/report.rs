@@ -119,8 +119,11 @@ impl fmt::Display for RelightReport {
         let light = &self.light;
         writeln!(
             f,
-            "light: {}, exposure {:.4} ({})",
-            light.source, light.exposure, light.exposure_from
+            "light: {}, exposure {}{} ({})",
+            light.source,
+            significant(light.exposure),
+            light.ev100.map_or(String::new(), |ev| format!(", EV {ev:.1} at ISO 100")),
+            light.exposure_from
         )?;
         let folder = self.output.display();
         match self.product {
@@ -155,4 +158,9 @@ impl fmt::Display for RelightReport {
         let Some(command) = &self.video_command else { return Ok(()) };
         writeln!(f, "to make a video: {command}")
     }
+}
+
+/// Four digits, however small.
+fn significant(v: f32) -> String {
+    if v >= 0.01 { format!("{v:.4}") } else { format!("{v:.3e}") }
 }

@@ -120,7 +120,11 @@ fn an_automatic_exposure_is_said_and_keeps_the_ground_as_bright() {
     let toy = toy_scene();
     let done = relight(
         &toy,
-        &[&VIEW[..], &["--sun", "azimuth=0,elevation=20", "--sky", "-o", "a"]].concat(),
+        &[
+            &VIEW[..],
+            &["--sun", "azimuth=0,elevation=20", "--sky", "--env-exposure", "ground", "-o", "a"],
+        ]
+        .concat(),
     );
     assert_code(&done, 0);
     assert!(text(&done).contains("automatic: a white sheet"), "{}", text(&done));
@@ -129,6 +133,52 @@ fn an_automatic_exposure_is_said_and_keeps_the_ground_as_bright() {
     let (got, own) =
         (luminance(at(&toy, &image, [1.2, -1.0, 0.0])), luminance(FLOOR.map(|c| encode(0.5 * c))));
     assert!((got - own).abs() < 14.0, "{got} {own}");
+}
+
+#[test]
+fn an_exposure_is_metered_said_and_darker_at_dusk() {
+    let toy = toy_scene();
+    let mean = |folder: &str| {
+        let image = read_image(&toy.path(folder).join("view_0.png")).unwrap();
+        image.data.iter().map(|v| f64::from(*v)).sum::<f64>() / image.data.len() as f64
+    };
+    let lit = |folder: &str, light: &[&str]| {
+        let black = ["--background", "black", "-o", folder];
+        let done = relight(&toy, &[&VIEW[..], light, &black].concat());
+        assert_code(&done, 0);
+        text(&done)
+    };
+    lit("own", &[]);
+    let noon = lit("noon", &["--sun", "noon"]);
+    assert!(noon.contains("noon: sun and sky") && noon.contains("EV 1"), "{noon}");
+    assert!(noon.contains("metered: the pictures"), "{noon}");
+    lit("sunrise", &["--sun", "sunrise"]);
+    lit("overcast", &["--sun", "overcast"]);
+    assert!((mean("noon") / mean("own") - 1.0).abs() < 0.15, "{} {}", mean("noon"), mean("own"));
+    assert!(mean("sunrise") < 0.92 * mean("noon"), "{} {}", mean("sunrise"), mean("noon"));
+    assert!(mean("overcast") < 0.95 * mean("noon"));
+    // A dial on top, and what it does to the highlights is said; a film curve keeps them.
+    let bright = lit("bright", &["--sun", "noon", "--exposure-compensation", "2"]);
+    assert!(bright.contains("brighter than white and clipped"), "{bright}");
+    assert!(!noon.contains("clipped"), "{noon}");
+    let film = lit("film", &["--sun", "noon", "--ev", "2", "--view-transform", "agx"]);
+    assert!(!film.contains("clipped"), "{film}");
+    let white = |folder: &str| {
+        let image = read_image(&toy.path(folder).join("view_0.png")).unwrap();
+        image.data.iter().filter(|v| **v == 255).count()
+    };
+    assert!(white("film") == 0 && white("bright") > 100);
+}
+
+#[test]
+fn a_view_transform_leaves_exr_files_alone() {
+    let toy = toy_scene();
+    let both = ["--sun", "noon", "--format", "both"];
+    picture(&toy, "standard", &both);
+    picture(&toy, "agx", &[&both[..], &["--view-transform", "agx"]].concat());
+    let bytes = |path: &str| std::fs::read(toy.path(path)).unwrap();
+    assert_eq!(bytes("standard/view_0.exr"), bytes("agx/view_0.exr"));
+    assert_ne!(bytes("standard/view_0.png"), bytes("agx/view_0.png"));
 }
 
 #[test]
@@ -299,13 +349,14 @@ fn a_relit_scene_opens_again_with_its_light() {
 #[test]
 fn a_turntable_numbers_its_frames_and_begins_unturned() {
     let toy = toy_scene();
-    let light = ["--sun", "azimuth=60,elevation=35"];
+    let light = ["--sun", "azimuth=60,elevation=35", "--env-exposure", "ground"];
     let done = relight(&toy, &[&VIEW[..], &light, &["--turntable", "4", "-o", "turn"]].concat());
     assert_code(&done, 0);
     assert!(text(&done).contains("ffmpeg"), "{}", text(&done));
     let frame = |i: usize| read_image(&toy.path(&format!("turn/frame_000{i}.png"))).unwrap();
     assert_eq!(frame(0), picture(&toy, "first", &light));
-    let opposite = picture(&toy, "opposite", &["--sun", "azimuth=240,elevation=35"]);
+    let opposite = ["--sun", "azimuth=240,elevation=35", "--env-exposure", "ground"];
+    let opposite = picture(&toy, "opposite", &opposite);
     let far =
         frame(2).data.iter().zip(&opposite.data).filter(|(a, b)| a.abs_diff(**b) > 12).count();
     assert!(far < opposite.data.len() / 100, "{far}");

@@ -21,7 +21,7 @@ fn put_residual(toy: &ToyScene, log_ratio: f32) {
 fn what_the_model_left_unexplained_counts_as_far_as_the_light_is_alike() {
     let toy = toy_scene();
     let top = |image: &ImageU8| at(&toy, image, [0.0, 0.0, 0.6]);
-    let sun = ["--sun", "azimuth=20,elevation=60", "--env-exposure", "auto"];
+    let sun = ["--sun", "azimuth=20,elevation=60", "--env-exposure", "ground"];
     let without = top(&picture(&toy, "without", &sun)).map(decode);
     put_residual(&toy, 0.6f32.ln());
     let times = |c: [f32; 3], f: f32| c.map(|c| c * f);

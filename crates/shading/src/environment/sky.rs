@@ -26,6 +26,9 @@ pub enum SkyError {
     /// Not a reflectance.
     #[error("ground albedo must be 0 to 1, got {0}")]
     GroundAlbedo(f64),
+    /// Not a share.
+    #[error("the share of forward scattering must be 0 to 1, got {0}")]
+    ForwardScatter(f64),
     /// Not a direction.
     #[error("the sun's azimuth must be a finite number of degrees, got {0}")]
     Azimuth(f64),
@@ -46,15 +49,42 @@ pub struct SunSky {
     pub turbidity: f64,
     /// Reflectance of the ground, 0 to 1.
     pub ground_albedo: f64,
+    /// Share of the light scattered by haze that goes on within the sun's glow and lights as the sun does, 0 to 1: large particles
+    /// scatter forward (delta scaling, Joseph, Wiscombe & Weinman 1976). 0: all of it is lost to the disc.
+    pub forward_scatter: f64,
 }
+
+/// Turbidity of a clear day, and of the haze through which a low sun is seen.
+const CLEAR_TURBIDITY: f64 = 3.0;
+const LOW_SUN_TURBIDITY: f64 = 7.0;
+/// Degrees of elevation between which one goes over into the other.
+const LOW_SUN: (f64, f64) = (6.0, 30.0);
+/// Asymmetry 0.9 of the droplets of haze, squared.
+const HAZE_FORWARD_SCATTER: f64 = 0.81;
 
 impl Default for SunSky {
     fn default() -> Self {
-        Self { azimuth_deg: 0.0, elevation_deg: 45.0, turbidity: 3.0, ground_albedo: 0.3 }
+        Self {
+            azimuth_deg: 0.0,
+            elevation_deg: 45.0,
+            turbidity: CLEAR_TURBIDITY,
+            ground_albedo: 0.3,
+            forward_scatter: 0.0,
+        }
     }
 }
 
 impl SunSky {
+    /// A sun as it usually looks at this elevation: in clear air by day, through haze when it is low, which makes the light of sun and
+    /// sky together warm. Clear air has a bluer dome at sunrise than at noon, and the dome outshines the sun on the ground.
+    pub fn usual_at(azimuth_deg: f64, elevation_deg: f64) -> Self {
+        let (low, high) = LOW_SUN;
+        let share = ((high - elevation_deg) / (high - low)).clamp(0.0, 1.0);
+        let turbidity = CLEAR_TURBIDITY + (LOW_SUN_TURBIDITY - CLEAR_TURBIDITY) * share * share;
+        let forward_scatter = HAZE_FORWARD_SCATTER;
+        Self { azimuth_deg, elevation_deg, turbidity, forward_scatter, ..Self::default() }
+    }
+
     /// The map of the sky without the sun, and the sun, both times the exposure of `options`.
     ///
     /// `height` rows, twice as many columns; 128 hold the sky's slow changes within a percent.
@@ -69,7 +99,7 @@ impl SunSky {
         let state = self.state()?;
         let to_sun = self.to_sun_in_map();
         let (elevation, albedo) = (self.elevation_deg.to_radians(), self.ground_albedo);
-        let sun = sun_radiance(elevation, self.turbidity);
+        let sun = sun_radiance(elevation, self.turbidity, self.forward_scatter);
 
         let width = 2 * height;
         let mut image = ImageF32::filled(width, height, 3, 0.0);
@@ -114,6 +144,9 @@ impl SunSky {
         }
         if !(0.0..=1.0).contains(&self.ground_albedo) {
             return Err(SkyError::GroundAlbedo(self.ground_albedo));
+        }
+        if !(0.0..=1.0).contains(&self.forward_scatter) {
+            return Err(SkyError::ForwardScatter(self.forward_scatter));
         }
         if !self.azimuth_deg.is_finite() {
             return Err(SkyError::Azimuth(self.azimuth_deg));

@@ -10,11 +10,11 @@ use glam::{DMat3, DVec3};
 
 /// Linear Rec. 709 radiance of the disc, in watts per square meter and steradian weighted by
 /// the observer (times 683 it is luminance), for an elevation in radians (0 to π/2) and a
-/// turbidity.
-pub(super) fn sun_radiance(elevation: f64, turbidity: f64) -> DVec3 {
+/// turbidity, of whose haze the share `forward_scatter` stays with the sun.
+pub(super) fn sun_radiance(elevation: f64, turbidity: f64, forward_scatter: f64) -> DVec3 {
     let mass = air_mass(elevation);
     // Ångström's coefficient from turbidity (Preetham et al. 1999).
-    let beta = (0.046_08 * turbidity - 0.045_86).max(0.0);
+    let beta = (0.046_08 * turbidity - 0.045_86).max(0.0) * (1.0 - forward_scatter);
     let mut xyz = DVec3::ZERO;
     let step = 5.0;
     for i in 0..=90 {
@@ -76,7 +76,7 @@ mod tests {
         // Above the atmosphere 133 klx (solar constant of illuminance, within the black body's 5 %).
         let solid_angle = 6.8e-5;
         let luminance = |c: DVec3| 683.0 * luminance_f64(c);
-        let clear = luminance(sun_radiance(1.2, 2.0)) * solid_angle;
+        let clear = luminance(sun_radiance(1.2, 2.0, 0.0)) * solid_angle;
         assert!((80_000.0..115_000.0).contains(&clear), "{clear} lx at 69 degrees");
         // Published luminance of the solar disc at noon: 1.6e9 cd / m².
         assert!((1.2e9..1.8e9).contains(&(clear / solid_angle)));
@@ -84,9 +84,9 @@ mod tests {
 
     #[test]
     fn the_lower_the_redder_and_the_dimmer() {
-        let mut last = sun_radiance(1.5, 3.0);
+        let mut last = sun_radiance(1.5, 3.0, 0.0);
         for degrees in [60.0f64, 30.0, 15.0, 8.0, 4.0, 2.0, 0.0] {
-            let c = sun_radiance(degrees.to_radians(), 3.0);
+            let c = sun_radiance(degrees.to_radians(), 3.0, 0.0);
             assert!(c.is_finite() && c.x > 0.0 && c.x < last.x, "{degrees} degrees: {c}");
             assert!(c.z / c.x < last.z / last.x || c.z == 0.0, "{degrees} degrees: {c}");
             last = c;
