@@ -90,13 +90,25 @@ pub struct FitOptions {
     #[arg(long, value_enum)]
     pub preset: Option<Preset>,
     /// Optimizer steps, one view each [default: from the preset]
-    #[arg(short = 'n', long, help_heading = "Schedule", value_name = "STEPS")]
+    #[arg(
+        short = 'n',
+        long,
+        aliases = ["max-steps", "total-train-iters", "max-num-iterations"],
+        help_heading = "Schedule",
+        value_name = "STEPS"
+    )]
     pub iterations: Option<u32>,
     /// Factor on the preset's number of steps
-    #[arg(long, help_heading = "Schedule", default_value_t = 1.0, value_name = "FACTOR")]
+    #[arg(
+        long,
+        alias = "steps-scaler",
+        help_heading = "Schedule",
+        default_value_t = 1.0,
+        value_name = "FACTOR"
+    )]
     pub steps_scale: f64,
     /// Maximum number of Gaussians [default: from the preset]
-    #[arg(long, visible_aliases = ["max-splats", "cap-max", "max-cap"], help_heading = "Model", value_name = "COUNT")]
+    #[arg(long, visible_aliases = ["max-splats", "cap-max", "max-cap", "max-gs-num"], help_heading = "Model", value_name = "COUNT")]
     pub max_gaussians: Option<usize>,
     /// Degree of the spherical harmonics, 0 to 4 [default: what --model decides]
     #[arg(long, help_heading = "Model", value_parser = clap::value_parser!(u8).range(0..=4), value_name = "DEGREE")]
@@ -164,11 +176,16 @@ pub struct FitOptions {
     #[arg(long, visible_aliases = ["ssim-lambda"], help_heading = "Loss (expert)", default_value_t = 0.2, value_name = "WEIGHT")]
     pub ssim_weight: f32,
     /// Terms of the image loss beside the default; the help lists them.
-    #[arg(long = "loss-term", help = WeightedTerm::help(), help_heading = "Loss", value_name = "NAME=WEIGHT")]
+    #[arg(long = "loss-term", help = WeightedTerm::help(), help_heading = "Loss (expert)", value_name = "NAME=WEIGHT")]
     #[serde(rename = "loss-term", skip_serializing_if = "Vec::is_empty")]
     pub loss_terms: Vec<WeightedTerm>,
     /// Weight of the mean opacity, which removes what no view needs
-    #[arg(long, visible_alias = "opacity-reg", help_heading = "Loss", value_name = "WEIGHT")]
+    #[arg(
+        long,
+        visible_alias = "opacity-reg",
+        help_heading = "Loss (expert)",
+        value_name = "WEIGHT"
+    )]
     pub opacity_weight: Option<f32>,
     /// Weight of the mean scale relative to the camera extent
     #[arg(

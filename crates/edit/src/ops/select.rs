@@ -117,7 +117,7 @@ fn select(
         let at = format!("{at}/steps/{i}");
         let own = match step {
             SelectStep::Select(step) => own_selector(state, &step.selector, resources, &at)?
-                .map(|found| selection.combined(step.combine.into(), &found)),
+                .map(|found| selection.combined(step.combine, &found)),
             SelectStep::Post(_) => None,
         };
         selection = match own {

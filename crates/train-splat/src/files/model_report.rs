@@ -90,7 +90,9 @@ impl fmt::Display for ModelReport {
                 )?;
                 let name = format!("{} {}", d.component, c.value);
                 if let Some(cost) = self.costs.iter().find(|cost| cost.name == name) {
-                    write!(f, " ({:+.1} CPU s)", cost.cpu_seconds)?;
+                    // Zero has no sign, though a rounded difference may.
+                    let seconds = (10.0 * cost.cpu_seconds).round() / 10.0 + 0.0;
+                    write!(f, " ({seconds:+.1} CPU s)")?;
                 }
             }
         }

@@ -32,7 +32,7 @@ pub struct Options {
     pub weight_white_light: f32,
 
     /// Priors of the light without a flag of their own; the help lists them
-    #[arg(long = "light-prior", help = WeightedPrior::help(), value_name = "NAME=WEIGHT", help_heading = "Priors")]
+    #[arg(long = "light-prior", help = WeightedPrior::help(), value_name = "NAME=WEIGHT", help_heading = "Priors (expert)")]
     #[serde(rename = "light_prior", skip_serializing_if = "Vec::is_empty")]
     pub light_priors: Vec<WeightedPrior>,
 }

@@ -262,7 +262,7 @@ mod tests {
     }
 
     /// Compares a gradient with difference quotients of its cost.
-    fn check(at: &dyn Fn(&[f32]) -> (f64, Vec<f32>)) -> Result<(), String> {
+    fn check(at: impl Fn(&[f32]) -> (f64, Vec<f32>)) -> Result<(), String> {
         let theta: Vec<f32> = (0..30).map(|i| noise(i + 200) - 0.4).collect();
         let (_, gradient) = at(&theta);
         let mut largest = 0.0f64;
@@ -290,7 +290,7 @@ mod tests {
             let at = |theta: &[f32]| {
                 cost_and_gradient(theta, &lit, &[], &NEIGHBORS, &[], &options, &[(*prior, 0.7)])
             };
-            check(&at).unwrap_or_else(|error| panic!("{}: {error}", prior.name()));
+            check(at).unwrap_or_else(|error| panic!("{}: {error}", prior.name()));
         }
     }
 
@@ -334,6 +334,6 @@ mod tests {
         let at = |theta: &[f32]| {
             cost_and_gradient(theta, &lit, &pairs, &NEIGHBORS, &glossy, &options, &priors)
         };
-        check(&at).unwrap();
+        check(at).unwrap();
     }
 }
