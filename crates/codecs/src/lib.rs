@@ -8,56 +8,47 @@
 
 mod axes;
 mod bytes;
+mod compressed_ply;
+mod dot_splat;
+mod gltf;
+mod ksplat;
 mod merge;
 mod morton;
 mod open;
+mod ply;
 mod quantize;
 mod r3dg;
 mod registry;
 mod rows;
+mod sog;
+mod spz;
+mod table;
+mod usda;
 mod write;
 
 registry::codecs! {
-    mod ply {
-        /// INRIA's PLY and its relatives.
-        Ply = CODEC,
-    }
-    mod compressed_ply {
-        /// PlayCanvas's compressed PLY.
-        CompressedPly = CODEC,
-    }
-    mod dot_splat {
-        /// antimatter15's `.splat`.
-        Splat = CODEC,
-    }
-    mod spz {
-        /// Niantic's `.spz`.
-        Spz = CODEC,
-    }
-    mod sog {
-        /// PlayCanvas's SOG.
-        Sog = CODEC,
-    }
-    mod ksplat {
-        /// mkkellogg's `.ksplat`.
-        Ksplat = CODEC,
-    }
-    mod gltf {
-        /// Binary glTF with `KHR_gaussian_splatting`.
-        Glb = GLB,
-        /// glTF with `KHR_gaussian_splatting`, its buffers inside or beside it.
-        Gltf = GLTF,
-    }
-    mod usda {
-        /// OpenUSD text.
-        Usda = CODEC,
-    }
-    mod table {
-        /// Columns as text.
-        Csv = CSV,
-        /// Statistics of the columns.
-        Statistics = STATISTICS,
-    }
+    /// INRIA's PLY and its relatives.
+    Ply = ply::CODEC,
+    /// PlayCanvas's compressed PLY.
+    CompressedPly = compressed_ply::CODEC,
+    /// antimatter15's `.splat`.
+    Splat = dot_splat::CODEC,
+    /// Niantic's `.spz`.
+    Spz = spz::CODEC,
+    /// PlayCanvas's SOG.
+    Sog = sog::CODEC,
+    /// mkkellogg's `.ksplat`.
+    Ksplat = ksplat::CODEC,
+    /// Binary glTF with `KHR_gaussian_splatting`.
+    Glb = gltf::GLB,
+    /// glTF with `KHR_gaussian_splatting`, its buffers inside or beside it.
+    Gltf = gltf::GLTF,
+    /// OpenUSD text.
+    Usda = usda::CODEC,
+    /// Columns as text.
+    Csv = table::CSV,
+    /// Statistics of the columns.
+    Statistics = table::STATISTICS,
 }
 
 pub use merge::merge_gaussians;

@@ -96,24 +96,22 @@ impl Codec {
     }
 }
 
-/// Declares the modules of the codecs, [`SplatFormat`] and [`CODECS`].
+/// Declares [`SplatFormat`] and [`CODECS`].
 macro_rules! codecs {
-    ($(mod $module:ident { $($(#[$doc:meta])* $variant:ident = $codec:ident,)* })*) => {
-        $(mod $module;)*
-
+    ($($(#[$doc:meta])* $variant:ident = $module:ident::$codec:ident,)*) => {
         /// A format that holds Gaussians, or is made of them.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
         pub enum SplatFormat {
-            $($($(#[$doc])* $variant,)*)*
+            $($(#[$doc])* $variant,)*
         }
 
         impl SplatFormat {
             /// Every format.
-            pub const ALL: &'static [Self] = &[$($(Self::$variant,)*)*];
+            pub const ALL: &'static [Self] = &[$(Self::$variant,)*];
         }
 
         /// Every format, in the order of [`SplatFormat`].
-        pub static CODECS: &[&Codec] = &[$($(&$module::$codec,)*)*];
+        pub static CODECS: &[&Codec] = &[$(&$module::$codec,)*];
     };
 }
 pub(crate) use codecs;

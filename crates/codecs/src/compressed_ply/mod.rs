@@ -6,8 +6,8 @@
 mod read;
 mod write;
 
-pub(crate) use read::{is_compressed, read_compressed};
 use super::registry::{Codec, Input};
+pub(crate) use read::{is_compressed, read_compressed};
 
 pub(super) static CODEC: Codec = Codec {
     name: "compressed-ply",

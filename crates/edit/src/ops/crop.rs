@@ -4,10 +4,13 @@ use glam::DVec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::operation::{Flag, Operation, Short};
 use crate::EditState;
 use crate::changes::delete::{other_rows, rows_in_box, rows_in_sphere};
-use crate::run::{BoxDocument, EditError, Fault, KeepDocument, Outcome, Run, SphereDocument, finite, positive, remove_found};
-use super::operation::{Flag, Operation, Short};
+use crate::run::{
+    BoxDocument, EditError, Fault, KeepDocument, Outcome, Run, SphereDocument, finite, positive,
+    remove_found,
+};
 
 /// Keep one side of a region: exactly one of `box` and `sphere`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -25,9 +28,8 @@ pub struct CropOp {
 }
 
 impl Operation for CropOp {
-    const FLAGS: &'static [Flag] = &[
-        Flag::of("crop", Short::Box, "X0,Y0,Z0,X1,Y1,Z1", "Keep Gaussians inside a box"),
-    ];
+    const FLAGS: &'static [Flag] =
+        &[Flag::of("crop", Short::Box, "X0,Y0,Z0,X1,Y1,Z1", "Keep Gaussians inside a box")];
 
     fn check(&self) -> Result<(), Fault> {
         match (&self.r#box, &self.sphere) {
@@ -47,9 +49,7 @@ impl Operation for CropOp {
         at: &str,
     ) -> Result<Outcome, EditError> {
         let inside = match (&self.r#box, &self.sphere) {
-            (Some(b), _) => {
-                rows_in_box(state, DVec3::from_array(b.min), DVec3::from_array(b.max))
-            }
+            (Some(b), _) => rows_in_box(state, DVec3::from_array(b.min), DVec3::from_array(b.max)),
             (_, Some(s)) => rows_in_sphere(state, DVec3::from_array(s.center), s.radius),
             _ => Vec::new(),
         };

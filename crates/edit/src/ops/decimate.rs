@@ -3,10 +3,10 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::operation::{Flag, Operation, Short};
 use crate::EditState;
 use crate::changes::decimate::decimate;
 use crate::run::{EditError, Fault, Outcome, Run, applied, bounded, rows_of, skipped};
-use super::operation::{Flag, Operation, Short};
 
 /// Merge neighbors until a number is left.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -21,9 +21,12 @@ pub struct DecimateOp {
 }
 
 impl Operation for DecimateOp {
-    const FLAGS: &'static [Flag] = &[
-        Flag::of("decimate", Short::Number("count"), "COUNT", "Merge neighbors down to this number of Gaussians"),
-    ];
+    const FLAGS: &'static [Flag] = &[Flag::of(
+        "decimate",
+        Short::Number("count"),
+        "COUNT",
+        "Merge neighbors down to this number of Gaussians",
+    )];
 
     fn check(&self) -> Result<(), Fault> {
         bounded("/count", self.count, u64::from(u32::MAX))

@@ -3,10 +3,10 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::operation::{Flag, Operation};
 use crate::EditState;
 use crate::changes::delete::delete;
 use crate::run::{EditError, Fill, Outcome, Run, applied, rows_of};
-use super::operation::{Flag, Operation};
 
 /// Take away, and fill what becomes visible.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -21,9 +21,8 @@ pub struct DeleteOp {
 }
 
 impl Operation for DeleteOp {
-    const FLAGS: &'static [Flag] = &[
-        Flag::switch("delete", "Delete the selection and fill the hole"),
-    ];
+    const FLAGS: &'static [Flag] =
+        &[Flag::switch("delete", "Delete the selection and fill the hole")];
     const SHARED: &'static [&'static str] = &["fill"];
 
     fn refers_to(&self) -> Option<(&'static str, &str)> {

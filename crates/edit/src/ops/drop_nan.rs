@@ -3,10 +3,10 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::operation::{Flag, Operation};
 use crate::EditState;
 use crate::changes::clean;
 use crate::run::{EditError, Outcome, Run, applied, skipped};
-use super::operation::{Flag, Operation};
 
 /// Remove Gaussians with values that are not numbers.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -14,9 +14,8 @@ use super::operation::{Flag, Operation};
 pub struct DropNanOp {}
 
 impl Operation for DropNanOp {
-    const FLAGS: &'static [Flag] = &[
-        Flag::switch("drop-nan", "Remove Gaussians with NaN or infinite values"),
-    ];
+    const FLAGS: &'static [Flag] =
+        &[Flag::switch("drop-nan", "Remove Gaussians with NaN or infinite values")];
 
     fn apply(
         &self,

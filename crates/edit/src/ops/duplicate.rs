@@ -4,12 +4,14 @@ use glam::DVec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::operation::{Flag, Operation, Short};
 use crate::EditState;
 use crate::changes::duplicate::duplicate;
 use crate::changes::measure::Bounds;
 use crate::changes::ratio_shadow::RatioShadow;
-use crate::run::{EditError, Fault, Outcome, Run, applied, bounded, finite, keep, rows_of, within_range};
-use super::operation::{Flag, Operation, Short};
+use crate::run::{
+    EditError, Fault, Outcome, Run, applied, bounded, finite, keep, rows_of, within_range,
+};
 
 /// Copies that one operation may make.
 const MAX_COUNT: u64 = 10_000;
@@ -35,9 +37,12 @@ pub struct DuplicateOp {
 }
 
 impl Operation for DuplicateOp {
-    const FLAGS: &'static [Flag] = &[
-        Flag::of("duplicate", Short::Numbers("translate", 3), "X,Y,Z", "Duplicate with an offset, world units"),
-    ];
+    const FLAGS: &'static [Flag] = &[Flag::of(
+        "duplicate",
+        Short::Numbers("translate", 3),
+        "X,Y,Z",
+        "Duplicate with an offset, world units",
+    )];
 
     fn check(&self) -> Result<(), Fault> {
         finite("/translate", &self.translate)?;

@@ -3,10 +3,10 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::operation::{Flag, Operation};
 use crate::changes::delete::other_rows;
 use crate::run::{EditError, Outcome, Run, applied, rows_of};
 use crate::{EditState, Fill};
-use super::operation::{Flag, Operation};
 
 /// Keep the target alone.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -18,9 +18,8 @@ pub struct ExtractOp {
 }
 
 impl Operation for ExtractOp {
-    const FLAGS: &'static [Flag] = &[
-        Flag::switch("extract", "Delete everything but the selection"),
-    ];
+    const FLAGS: &'static [Flag] =
+        &[Flag::switch("extract", "Delete everything but the selection")];
 
     fn refers_to(&self) -> Option<(&'static str, &str)> {
         self.target.as_deref().map(|target| ("target", target))

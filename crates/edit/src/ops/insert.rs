@@ -4,10 +4,12 @@ use glam::{DQuat, DVec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::changes::insert::AssetSize;
-use crate::run::{AlignDocument, EditError, Fault, Outcome, Run, direction, finite, flat, mesh_count, positive};
-use crate::{EditState, Similarity};
 use super::operation::{Flag, Operation, Short};
+use crate::changes::insert::AssetSize;
+use crate::run::{
+    AlignDocument, EditError, Fault, Outcome, Run, direction, finite, flat, mesh_count, positive,
+};
+use crate::{EditState, Similarity};
 
 /// Add another splat, scene folder or mesh.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -50,9 +52,19 @@ pub struct InsertOp {
 
 impl Operation for InsertOp {
     const FLAGS: &'static [Flag] = &[
-        Flag::of("insert", Short::Text("file"), "FILE", "Insert a splat, a scene folder or a mesh, standing on the ground"),
-        Flag::of("merge", Short::Text("file"), "FILE", "Insert a splat, a scene folder or a mesh at its own coordinates")
-            .setting("align", "none"),
+        Flag::of(
+            "insert",
+            Short::Text("file"),
+            "FILE",
+            "Insert a splat, a scene folder or a mesh, standing on the ground",
+        ),
+        Flag::of(
+            "merge",
+            Short::Text("file"),
+            "FILE",
+            "Insert a splat, a scene folder or a mesh at its own coordinates",
+        )
+        .setting("align", "none"),
     ];
 
     fn check(&self) -> Result<(), Fault> {

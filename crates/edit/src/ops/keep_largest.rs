@@ -3,10 +3,10 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::operation::{Flag, Operation};
 use crate::EditState;
 use crate::changes::clusters::outside_largest;
 use crate::run::{EditError, Fault, Outcome, Run, positive, remove_found, rows_of};
-use super::operation::{Flag, Operation};
 
 /// Keep the largest cluster of Gaussians that touch.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -29,9 +29,8 @@ impl Default for KeepLargestOp {
 }
 
 impl Operation for KeepLargestOp {
-    const FLAGS: &'static [Flag] = &[
-        Flag::switch("keep-largest", "Keep the largest connected cluster"),
-    ];
+    const FLAGS: &'static [Flag] =
+        &[Flag::switch("keep-largest", "Keep the largest connected cluster")];
 
     fn check(&self) -> Result<(), Fault> {
         positive("/reach", self.reach)

@@ -4,10 +4,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
+use super::operation::{Flag, Operation};
 use crate::EditState;
 use crate::changes::measure::{Extent, mean_color_linear};
 use crate::run::{EditError, Outcome, Run, rows_of};
-use super::operation::{Flag, Operation};
 
 /// Report number, box, centroid, base and mean color of the target.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -19,9 +19,8 @@ pub struct MeasureOp {
 }
 
 impl Operation for MeasureOp {
-    const FLAGS: &'static [Flag] = &[
-        Flag::switch("measure", "Report position and size of the selection"),
-    ];
+    const FLAGS: &'static [Flag] =
+        &[Flag::switch("measure", "Report position and size of the selection")];
 
     fn refers_to(&self) -> Option<(&'static str, &str)> {
         self.target.as_deref().map(|target| ("target", target))

@@ -3,7 +3,29 @@
 //! `target` is the name of an earlier selection, or `all`. Left out, it is the selection made last, and everything before
 //! the first selection.
 
+mod crop;
+mod decimate;
+mod delete;
+mod drop_nan;
+mod duplicate;
+mod extract;
+mod insert;
+mod keep_largest;
+mod measure;
 mod operation;
+mod order;
+mod recolor;
+mod remove_floaters;
+mod render;
+mod select;
+mod set_environment;
+mod set_material;
+mod sh_reduce;
+mod shadow_catcher;
+mod stylize;
+mod swap;
+mod transform;
+mod undo;
 
 use motes_formats::documents::brief;
 use schemars::JsonSchema;
@@ -17,7 +39,6 @@ pub(crate) use operation::{Flag, Short};
 
 macro_rules! operations {
     ($($(#[$doc:meta])* $module:ident::$variant:ident($document:ident) = $name:literal,)*) => {
-        $(mod $module;)*
         $(pub use $module::$document;)*
 
         /// One operation; the key `op` says which.

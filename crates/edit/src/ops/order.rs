@@ -3,10 +3,10 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::operation::{Flag, Operation, Short};
 use crate::EditState;
 use crate::changes::order::morton_order;
 use crate::run::{EditError, OrderDocument, Outcome, Run, applied};
-use super::operation::{Flag, Operation, Short};
 
 /// Sort.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -18,9 +18,8 @@ pub struct OrderOp {
 }
 
 impl Operation for OrderOp {
-    const FLAGS: &'static [Flag] = &[
-        Flag::of("order", Short::Text("by"), "morton", "Sort along a Morton curve").or_alone(),
-    ];
+    const FLAGS: &'static [Flag] =
+        &[Flag::of("order", Short::Text("by"), "morton", "Sort along a Morton curve").or_alone()];
 
     fn apply(
         &self,

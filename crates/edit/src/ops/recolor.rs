@@ -3,10 +3,12 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::operation::{Flag, Operation, Short};
 use crate::EditState;
 use crate::changes::material::{MaterialChange, set_material};
-use crate::run::{ColorModeDocument, EditError, Fault, Outcome, Run, applied, color, color_values, rows_of};
-use super::operation::{Flag, Operation, Short};
+use crate::run::{
+    ColorModeDocument, EditError, Fault, Outcome, Run, applied, color, color_values, rows_of,
+};
 
 /// Change color: base color of a decomposed scene, the shown color of a plain splat.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -23,9 +25,12 @@ pub struct RecolorOp {
 }
 
 impl Operation for RecolorOp {
-    const FLAGS: &'static [Flag] = &[
-        Flag::of("recolor", Short::Numbers("rgb_linear", 3), "R,G,B", "Change the color of the selection, linear 0 to 1"),
-    ];
+    const FLAGS: &'static [Flag] = &[Flag::of(
+        "recolor",
+        Short::Numbers("rgb_linear", 3),
+        "R,G,B",
+        "Change the color of the selection, linear 0 to 1",
+    )];
 
     fn check(&self) -> Result<(), Fault> {
         color_values("/rgb_linear", self.mode, &self.rgb_linear)

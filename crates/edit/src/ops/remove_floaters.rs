@@ -3,10 +3,10 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::operation::{Flag, Operation};
 use crate::EditState;
 use crate::changes::floaters::floaters;
 use crate::run::{EditError, Fault, Outcome, Run, bounded, positive, remove_found, rows_of};
-use super::operation::{Flag, Operation};
 
 /// Remove Gaussians that hang far from all others: statistical outlier removal (Rusu 2008).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -34,9 +34,7 @@ impl Default for RemoveFloatersOp {
 }
 
 impl Operation for RemoveFloatersOp {
-    const FLAGS: &'static [Flag] = &[
-        Flag::switch("remove-floaters", "Remove isolated Gaussians"),
-    ];
+    const FLAGS: &'static [Flag] = &[Flag::switch("remove-floaters", "Remove isolated Gaussians")];
 
     fn check(&self) -> Result<(), Fault> {
         bounded("/neighbours", u64::from(self.neighbors), 256)?;

@@ -3,9 +3,12 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::EditState;
-use crate::run::{EditError, Fault, Outcome, Preview, Run, applied, extent_of, finite, orbit_camera, picture, range, rows_of, whole_extent};
 use super::operation::{Flag, Operation, Short};
+use crate::EditState;
+use crate::run::{
+    EditError, Fault, Outcome, Preview, Run, applied, extent_of, finite, orbit_camera, picture,
+    range, rows_of, whole_extent,
+};
 
 /// Write a picture of how it looks now, into the folder of thumbnails.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -34,9 +37,13 @@ pub struct RenderOp {
 }
 
 impl Operation for RenderOp {
-    const FLAGS: &'static [Flag] = &[
-        Flag::of("preview", Short::Text("file"), "NAME.png", "Render an image into the folder of --thumbnails").or_alone(),
-    ];
+    const FLAGS: &'static [Flag] = &[Flag::of(
+        "preview",
+        Short::Text("file"),
+        "NAME.png",
+        "Render an image into the folder of --thumbnails",
+    )
+    .or_alone()];
 
     fn check(&self) -> Result<(), Fault> {
         finite("/azimuth_deg", &[self.azimuth_deg])?;
@@ -68,7 +75,10 @@ impl Operation for RenderOp {
                     EditError::plan(format!("{at}/view"), format!("there is no view \"{name}\""))
                 })?;
                 let full = capture.cameras[view.camera].as_pinhole().ok_or_else(|| {
-                    EditError::plan(format!("{at}/view"), "the camera of this view is not a pinhole")
+                    EditError::plan(
+                        format!("{at}/view"),
+                        "the camera of this view is not a pinhole",
+                    )
                 })?;
                 let factor = size as f64 / full.width.max(full.height) as f64;
                 let side = |n: usize| ((n as f64 * factor).round() as usize).max(1);

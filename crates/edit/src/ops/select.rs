@@ -9,9 +9,9 @@ use segment_select::{SelectSource, select_from};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
+use super::operation::{Flag, Operation, Short};
 use crate::run::{EditError, Fault, Outcome, Resources, Run, applied, check_steps, keep};
 use crate::{EditState, Origin, SCENE};
-use super::operation::{Flag, Operation, Short};
 
 /// Choose Gaussians, and give the choice a name.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -31,8 +31,18 @@ pub struct SelectOp {
 
 impl Operation for SelectOp {
     const FLAGS: &'static [Flag] = &[
-        Flag::of("selection", Short::SelectionFile, "FILE", "Select the Gaussians of a selection.json"),
-        Flag::of("select", Short::Step, "STEP", "Select with a step of segment-select, [COMBINE:]KIND[=VALUES], or JSON"),
+        Flag::of(
+            "selection",
+            Short::SelectionFile,
+            "FILE",
+            "Select the Gaussians of a selection.json",
+        ),
+        Flag::of(
+            "select",
+            Short::Step,
+            "STEP",
+            "Select with a step of segment-select, [COMBINE:]KIND[=VALUES], or JSON",
+        ),
     ];
 
     fn check(&self) -> Result<(), Fault> {

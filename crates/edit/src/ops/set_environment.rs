@@ -8,9 +8,11 @@ use relight::{Exposure, LightSource, Place, environment_image};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::run::{EditError, Fault, Outcome, Resources, Run, applied, direction, finite, positive, skipped};
-use crate::{EditState, SceneParts};
 use super::operation::{Flag, Operation, Short};
+use crate::run::{
+    EditError, Fault, Outcome, Resources, Run, applied, direction, finite, positive, skipped,
+};
+use crate::{EditState, SceneParts};
 
 /// Rows of a map that a turned one is painted into, at least.
 const LEAST_ROWS: usize = 512;
@@ -37,9 +39,12 @@ pub struct SetEnvironmentOp {
 }
 
 impl Operation for SetEnvironmentOp {
-    const FLAGS: &'static [Flag] = &[
-        Flag::of("set-environment", Short::Text("file"), "FILE", "Light a decomposed scene with another environment map"),
-    ];
+    const FLAGS: &'static [Flag] = &[Flag::of(
+        "set-environment",
+        Short::Text("file"),
+        "FILE",
+        "Light a decomposed scene with another environment map",
+    )];
 
     fn check(&self) -> Result<(), Fault> {
         finite("/rotate_deg", &[self.rotate_deg])?;

@@ -3,12 +3,15 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::operation::{Flag, Operation, Short};
 use crate::EditState;
 use crate::changes::color::{ColorChange, ColorMode};
 use crate::changes::material::{MaterialChange, MaterialOutcome, set_material};
 use crate::changes::materials::material_named;
-use crate::run::{ColorChangeDocument, EditError, Fault, Outcome, Run, applied, color, color_values, range, rows_of, skipped};
-use super::operation::{Flag, Operation, Short};
+use crate::run::{
+    ColorChangeDocument, EditError, Fault, Outcome, Run, applied, color, color_values, range,
+    rows_of, skipped,
+};
 
 /// Change what the target is made of. Keys win over the values of `name`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -34,9 +37,12 @@ pub struct SetMaterialOp {
 }
 
 impl Operation for SetMaterialOp {
-    const FLAGS: &'static [Flag] = &[
-        Flag::of("set-material", Short::Text("name"), "NAME", "Set the material of the selection, such as brass"),
-    ];
+    const FLAGS: &'static [Flag] = &[Flag::of(
+        "set-material",
+        Short::Text("name"),
+        "NAME",
+        "Set the material of the selection, such as brass",
+    )];
 
     fn check(&self) -> Result<(), Fault> {
         let nothing = self.name.is_none()

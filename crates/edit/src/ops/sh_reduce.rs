@@ -3,10 +3,10 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::operation::{Flag, Operation, Short};
 use crate::EditState;
 use crate::changes::clean;
 use crate::run::{EditError, Fault, Outcome, Run, applied, skipped};
-use super::operation::{Flag, Operation, Short};
 
 /// Drop the bands of spherical harmonics above a degree.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -18,9 +18,12 @@ pub struct ShReduceOp {
 }
 
 impl Operation for ShReduceOp {
-    const FLAGS: &'static [Flag] = &[
-        Flag::of("sh-reduce", Short::Number("degree"), "DEGREE", "Drop spherical harmonics above a degree"),
-    ];
+    const FLAGS: &'static [Flag] = &[Flag::of(
+        "sh-reduce",
+        Short::Number("degree"),
+        "DEGREE",
+        "Drop spherical harmonics above a degree",
+    )];
 
     fn check(&self) -> Result<(), Fault> {
         if self.degree <= 4 {

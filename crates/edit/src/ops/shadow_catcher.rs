@@ -3,10 +3,10 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::operation::{Flag, Operation};
 use crate::EditState;
 use crate::changes::ground;
 use crate::run::{EditError, Outcome, Run, applied, rows_of};
-use super::operation::{Flag, Operation};
 
 /// Mark what shadows may fall on, for `export` and for shadows on plain splats: the column `shadow_catcher`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -18,9 +18,8 @@ pub struct ShadowCatcherOp {
 }
 
 impl Operation for ShadowCatcherOp {
-    const FLAGS: &'static [Flag] = &[
-        Flag::switch("shadow-catcher", "Mark the ground as a shadow catcher"),
-    ];
+    const FLAGS: &'static [Flag] =
+        &[Flag::switch("shadow-catcher", "Mark the ground as a shadow catcher")];
 
     fn refers_to(&self) -> Option<(&'static str, &str)> {
         self.target.as_deref().map(|target| ("target", target))

@@ -5,10 +5,12 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-use crate::EditState;
-use crate::run::{EditError, Fault, MAX_FIT_STEPS, Outcome, Resources, Run, bounded, rows_of, skipped};
-use crate::stylize::{Editor, EditorError, StyleError, StyleOptions, StyleView, stylize};
 use super::operation::{Flag, Operation, Short};
+use crate::EditState;
+use crate::run::{
+    EditError, Fault, MAX_FIT_STEPS, Outcome, Resources, Run, bounded, rows_of, skipped,
+};
+use crate::stylize::{Editor, EditorError, StyleError, StyleOptions, StyleView, stylize};
 
 /// Edit pictures of the scene with an external program and fit the Gaussians to them
 /// (the loop of Instruct-NeRF2NeRF, Haque et al. 2023). Needs a capture.
@@ -44,9 +46,12 @@ pub struct StylizeOp {
 }
 
 impl Operation for StylizeOp {
-    const FLAGS: &'static [Flag] = &[
-        Flag::of("stylize", Short::Text("prompt"), "PROMPT", "Edit views with the program of --editor and fit the scene to them"),
-    ];
+    const FLAGS: &'static [Flag] = &[Flag::of(
+        "stylize",
+        Short::Text("prompt"),
+        "PROMPT",
+        "Edit views with the program of --editor and fit the scene to them",
+    )];
     const SHARED: &'static [&'static str] = &["editor"];
 
     fn check(&self) -> Result<(), Fault> {

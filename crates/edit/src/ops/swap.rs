@@ -3,11 +3,14 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::operation::{Flag, Operation, Short};
 use crate::EditState;
 use crate::changes::delete::delete;
 use crate::changes::insert::AssetSize;
-use crate::run::{EditError, Fault, Fill, FitDocument, Outcome, Run, direction, extent_of, finite, flat, mesh_count, rows_of};
-use super::operation::{Flag, Operation, Short};
+use crate::run::{
+    EditError, Fault, Fill, FitDocument, Outcome, Run, direction, extent_of, finite, flat,
+    mesh_count, rows_of,
+};
 
 /// Put something else where the target is, base on base.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -43,9 +46,12 @@ pub struct SwapOp {
 }
 
 impl Operation for SwapOp {
-    const FLAGS: &'static [Flag] = &[
-        Flag::of("swap", Short::Text("file"), "FILE", "Replace the selection with a splat, a scene folder or a mesh"),
-    ];
+    const FLAGS: &'static [Flag] = &[Flag::of(
+        "swap",
+        Short::Text("file"),
+        "FILE",
+        "Replace the selection with a splat, a scene folder or a mesh",
+    )];
     const SHARED: &'static [&'static str] = &["fill"];
 
     fn check(&self) -> Result<(), Fault> {

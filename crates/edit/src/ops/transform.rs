@@ -4,11 +4,14 @@ use glam::{DQuat, DVec3, EulerRot};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::operation::{Flag, Operation, Short};
 use crate::changes::measure::Bounds;
 use crate::changes::transform::transform;
-use crate::run::{AxisAngleDocument, EditError, Fault, Fill, Outcome, PivotDocument, PivotName, Run, applied, direction, extent_of, finite, positive, rows_of, skipped, some_place, within_range};
+use crate::run::{
+    AxisAngleDocument, EditError, Fault, Fill, Outcome, PivotDocument, PivotName, Run, applied,
+    direction, extent_of, finite, positive, rows_of, skipped, some_place, within_range,
+};
 use crate::{EditState, Similarity};
-use super::operation::{Flag, Operation, Short};
 
 /// Move, rotate and scale about a pivot.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -44,9 +47,24 @@ pub struct TransformOp {
 impl Operation for TransformOp {
     const FLAGS: &'static [Flag] = &[
         Flag::of("translate", Short::Numbers("translate", 3), "X,Y,Z", "Translate, world units"),
-        Flag::of("rotate-axis", Short::AxisAngle, "X,Y,Z,DEG", "Rotate about an axis through the pivot"),
-        Flag::of("rotate-euler", Short::Numbers("rotate_euler_deg", 3), "X,Y,Z", "Rotate about x, then y, then z, degrees"),
-        Flag::of("rotate-quaternion", Short::Numbers("rotate_quaternion", 4), "W,X,Y,Z", "Rotate by a quaternion"),
+        Flag::of(
+            "rotate-axis",
+            Short::AxisAngle,
+            "X,Y,Z,DEG",
+            "Rotate about an axis through the pivot",
+        ),
+        Flag::of(
+            "rotate-euler",
+            Short::Numbers("rotate_euler_deg", 3),
+            "X,Y,Z",
+            "Rotate about x, then y, then z, degrees",
+        ),
+        Flag::of(
+            "rotate-quaternion",
+            Short::Numbers("rotate_quaternion", 4),
+            "W,X,Y,Z",
+            "Rotate by a quaternion",
+        ),
         Flag::of("scale", Short::Number("scale"), "FACTOR", "Scale about the pivot"),
         Flag::switch("transform", "Translate, rotate and scale at once"),
     ];

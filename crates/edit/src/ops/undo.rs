@@ -3,9 +3,9 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::operation::{Flag, Operation, Short};
 use crate::EditState;
 use crate::run::{EditError, Outcome, Run, skipped};
-use super::operation::{Flag, Operation, Short};
 
 /// Take back operations before this one.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -24,9 +24,9 @@ impl Default for UndoOp {
 }
 
 impl Operation for UndoOp {
-    const FLAGS: &'static [Flag] = &[
-        Flag::of("undo", Short::Number("steps"), "STEPS", "Undo this many operations").or_alone(),
-    ];
+    const FLAGS: &'static [Flag] =
+        &[Flag::of("undo", Short::Number("steps"), "STEPS", "Undo this many operations")
+            .or_alone()];
 
     fn apply(
         &self,
