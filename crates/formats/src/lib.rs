@@ -18,6 +18,7 @@ pub mod exr_aov;
 pub mod finite;
 pub mod images;
 pub mod metrics;
+pub mod named_weight;
 pub mod ply;
 pub mod posed;
 pub mod run_record;

@@ -6,6 +6,7 @@
 mod choose;
 mod colmap_command;
 mod colmap_step;
+mod events;
 mod judge;
 mod options;
 mod process;

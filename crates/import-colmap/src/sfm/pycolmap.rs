@@ -4,10 +4,9 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use serde::Deserialize;
-use serde_json::Value;
 
+use super::events::listen;
 use super::options::{CameraSharing, Matcher};
-use super::process::{Line, run};
 use super::{FocalPrior, Request, SfmReport, Solution};
 use crate::error::{IngestError, Result};
 use crate::progress::Progress;
@@ -17,15 +16,6 @@ pub(super) const DRIVER: &str = include_str!("pycolmap_driver.py");
 /// Warnings of the driver that this program words itself.
 const RESTATED: [&str; 4] =
     ["exif_orientation", "not_all_registered", "several_models", "focal_moved"];
-
-#[derive(Deserialize)]
-#[serde(tag = "event", rename_all = "lowercase")]
-enum Event {
-    Progress { phase: String, done: usize, total: usize },
-    Warning { code: String, message: String },
-    Result(Box<Outcome>),
-    Error { code: String, message: String, remedy: String },
-}
 
 #[derive(Deserialize)]
 struct Outcome {
@@ -70,44 +60,10 @@ pub(super) fn solve(
     for variable in ["TMPDIR", "TEST_TMPDIR", "GLOG_log_dir"] {
         command.env(variable, request.workspace);
     }
-    let (mut warnings, mut outcome, mut error) = (Vec::new(), None, None);
-    let mut phase_now = String::new();
-    let ended = run(&mut command, progress, &mut |line| {
-        let Line::Out(text) = line else { return };
-        match serde_json::from_str(text) {
-            Ok(Event::Progress { phase, done, total }) => {
-                if phase != phase_now {
-                    progress.begin(&phase, total);
-                    phase_now = phase;
-                }
-                progress.advance_to(done);
-            }
-            Ok(Event::Warning { code, message }) => {
-                if !RESTATED.contains(&code.as_str()) {
-                    warnings.push(message);
-                }
-            }
-            Ok(Event::Result(result)) => outcome = Some(result),
-            Ok(Event::Error { code, message, remedy }) => error = Some((code, message, remedy)),
-            Err(_) => {
-                // A newer driver may say more; only an unreadable result matters, and then there
-                // is none.
-                let event: Option<Value> = serde_json::from_str(text).ok();
-                tracing::debug!("pycolmap driver: {event:?} {text}");
-            }
-        }
-    })?;
-    match (outcome, error) {
-        (Some(outcome), None) if ended.status.success() => Ok(solution(*outcome, warnings)),
-        (_, Some((code, message, remedy))) => Err(error_of(&code, message, remedy)),
-        _ => {
-            let last = ended.last_words.last().cloned().unwrap_or_default();
-            Err(IngestError::Failed {
-                cause: format!("pycolmap ended without a result ({}): {last}", ended.status),
-                remedy: "run again with -v to see its log, or use --sfm colmap".into(),
-            })
-        }
-    }
+    let (outcome, warnings) =
+        listen(&mut command, progress, "run again with -v to see its log, or use --sfm colmap")?;
+    let warnings = warnings.into_iter().filter(|w| !RESTATED.contains(&w.code.as_str()));
+    Ok(solution(outcome, warnings.map(|warning| warning.message).collect()))
 }
 
 fn arguments(request: &Request<'_>) -> Vec<std::ffi::OsString> {
@@ -172,15 +128,6 @@ fn solution(outcome: Outcome, warnings: Vec<String>) -> Solution {
     }
 }
 
-pub(super) fn error_of(code: &str, cause: String, remedy: String) -> IngestError {
-    match code {
-        "bad_usage" => IngestError::Usage { cause, remedy },
-        "no_photos" | "too_few_photos" | "bad_photo" | "bad_mask" | "too_few_features"
-        | "too_few_matches" | "no_model" => IngestError::BadInput { cause, remedy },
-        _ => IngestError::Failed { cause, remedy },
-    }
-}
-
 pub(super) fn cannot_write(path: &Path, error: &std::io::Error) -> IngestError {
     IngestError::Failed {
         cause: format!("cannot write ({error}): {}", path.display()),
@@ -190,6 +137,7 @@ pub(super) fn cannot_write(path: &Path, error: &std::io::Error) -> IngestError {
 
 #[cfg(test)]
 mod tests {
+    use super::super::events::Event;
     use super::*;
 
     #[test]
@@ -205,14 +153,5 @@ mod tests {
         assert_eq!((solution.registered, solution.photos, solution.long_side), (3, 4, 640.0));
         assert_eq!(solution.report.tool, "pycolmap 4.2.1");
         assert_eq!(solution.models, [PathBuf::from("/w/sparse/0")]);
-    }
-
-    #[test]
-    fn causes_decide_the_kind_of_error() {
-        let kind = |code: &str| error_of(code, String::new(), String::new());
-        assert!(matches!(kind("too_few_matches"), IngestError::BadInput { .. }));
-        assert!(matches!(kind("bad_usage"), IngestError::Usage { .. }));
-        assert!(matches!(kind("no_pycolmap"), IngestError::Failed { .. }));
-        assert!(matches!(kind("a later code"), IngestError::Failed { .. }));
     }
 }

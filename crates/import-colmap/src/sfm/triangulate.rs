@@ -11,9 +11,9 @@ use serde::Deserialize;
 use serde_json::json;
 
 use super::choose::python_with_pycolmap;
+use super::events::listen;
 use super::options::SfmOptions;
-use super::process::{Line, run};
-use super::pycolmap::{DRIVER, cannot_write, error_of};
+use super::pycolmap::{DRIVER, cannot_write};
 use crate::error::{IngestError, Result};
 use crate::progress::Progress;
 
@@ -24,12 +24,9 @@ const NEIGHBORS: usize = 12;
 const TURN: f64 = 0.35;
 
 #[derive(Deserialize)]
-#[serde(tag = "event", rename_all = "lowercase")]
-enum Event {
-    Progress { phase: String, done: usize, total: usize },
-    Warning {},
-    Result { pycolmap: String, mean_reprojection_error_px: Option<f64> },
-    Error { code: String, message: String, remedy: String },
+struct Outcome {
+    pycolmap: String,
+    mean_reprojection_error_px: Option<f64>,
 }
 
 /// Points and one sentence about them.
@@ -76,7 +73,11 @@ pub(crate) fn triangulate(
     for variable in ["TMPDIR", "TEST_TMPDIR", "GLOG_log_dir"] {
         command.env(variable, workspace);
     }
-    let said = listen(&mut command, progress)?;
+    let (outcome, _): (Outcome, _) = listen(
+        &mut command,
+        progress,
+        "leave it out with --triangulate off: train-splat finds start points itself",
+    )?;
     let model = read_model(&workspace.join("sparse/0"))?;
     let mut points = SparsePoints::default();
     for point in &model.points {
@@ -84,11 +85,12 @@ pub(crate) fn triangulate(
         points.colors.push(point.color);
     }
     points_are_finite(&mut points);
-    let error = said.1.map_or(String::new(), |e| format!(", mean reprojection error {e:.2} px"));
+    let error = outcome.mean_reprojection_error_px;
+    let error = error.map_or(String::new(), |e| format!(", mean reprojection error {e:.2} px"));
     let note = format!(
         "{} start points triangulated with pycolmap {} from the poses as given{error}",
         points.len(),
-        said.0
+        outcome.pycolmap
     );
     Ok(Some(Triangulated { points, note }))
 }
@@ -99,37 +101,6 @@ fn points_are_finite(points: &mut SparsePoints) {
     points.positions.retain(|_| keep.next().copied().unwrap_or(false));
     let mut keep = finite.iter();
     points.colors.retain(|_| keep.next().copied().unwrap_or(false));
-}
-
-/// Version of pycolmap and mean reprojection error.
-fn listen(command: &mut Command, progress: &dyn Progress) -> Result<(String, Option<f64>)> {
-    let (mut outcome, mut error, mut phase_now) = (None, None, String::new());
-    let ended = run(command, progress, &mut |line| {
-        let Line::Out(text) = line else { return };
-        match serde_json::from_str(text) {
-            Ok(Event::Progress { phase, done, total }) => {
-                if phase != phase_now {
-                    progress.begin(&phase, total);
-                    phase_now = phase;
-                }
-                progress.advance_to(done);
-            }
-            Ok(Event::Result { pycolmap, mean_reprojection_error_px }) => {
-                outcome = Some((pycolmap, mean_reprojection_error_px));
-            }
-            Ok(Event::Error { code, message, remedy }) => error = Some((code, message, remedy)),
-            Ok(Event::Warning {}) | Err(_) => tracing::debug!("pycolmap: {text}"),
-        }
-    })?;
-    match (outcome, error) {
-        (Some(outcome), None) if ended.status.success() => Ok(outcome),
-        (_, Some((code, message, remedy))) => Err(error_of(&code, message, remedy)),
-        _ => Err(IngestError::Failed {
-            cause: format!("pycolmap ended without a result ({})", ended.status),
-            remedy: "leave it out with --triangulate off: train-splat finds start points itself"
-                .into(),
-        }),
-    }
 }
 
 /// Names are those of the files: what COLMAP reads.

@@ -14,7 +14,7 @@ use std::fmt;
 use std::path::PathBuf;
 
 use super::lab_folders::{load_lab, pose_error_sentences};
-use super::link::links;
+use super::page_flags::{links, notes};
 use crate::pages::LabRun;
 use clap::Parser;
 use motes_formats::atomic::write_atomic;
@@ -140,11 +140,7 @@ pub fn run(args: &Args, context: &Context) -> anyhow::Result<Report> {
         page.poses = pose_error_sentences(path)?;
     }
     page.links = links(&args.link, &output, context)?;
-    let note = |text: &String| {
-        let (name, value) = text.split_once('=').unwrap_or((text, ""));
-        (name.to_owned(), value.to_owned())
-    };
-    page.protocol = args.note.iter().map(note).collect();
+    page.protocol = notes(&args.note);
     context.stop_if_dry_run()?;
 
     write_atomic(&output, |writer| writer.write_all(page.to_html().as_bytes()))?;

@@ -2,7 +2,7 @@
 
 pub mod lab;
 mod lab_folders;
-mod link;
+mod page_flags;
 pub mod relight;
 mod relit_scene;
 pub mod table;

@@ -13,7 +13,7 @@ use std::fmt;
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use super::link::links;
+use super::page_flags::{links, notes};
 use super::relit_scene::{RelightFiles, load_relight};
 use clap::Parser;
 use motes_formats::atomic::write_atomic;
@@ -150,11 +150,7 @@ pub fn run(args: &Args, context: &Context) -> anyhow::Result<Report> {
         runs: args.run.clone(),
     })?;
     page.links = links(&args.link, &output, context)?;
-    let note = |text: &String| {
-        let (name, value) = text.split_once('=').unwrap_or((text, ""));
-        (name.to_owned(), value.to_owned())
-    };
-    page.protocol = args.note.iter().map(note).collect();
+    page.protocol = notes(&args.note);
     context.stop_if_dry_run()?;
 
     write_atomic(&output, |writer| writer.write_all(page.to_html().as_bytes()))?;

@@ -1,6 +1,6 @@
 //! A table of scores as LaTeX.
 
-use super::table::{Cell, Column, ScoreTable};
+use super::table::{Column, ScoreTable};
 
 /// A `tabular` with rules of the package booktabs, best values bold, notes as comments.
 pub fn to_latex(table: &ScoreTable) -> String {
@@ -13,7 +13,14 @@ pub fn to_latex(table: &ScoreTable) -> String {
     for row in &table.rows {
         text += &escape(&row.label);
         for (column, cell) in table.columns.iter().zip(&row.cells) {
-            text += &format!(" & {}", cell.as_ref().map_or("--".into(), |c| words(*column, c)));
+            text += &format!(
+                " & {}",
+                cell.as_ref().map_or("--".into(), |c| c.text(
+                    *column,
+                    ["\\textbf{", "}"],
+                    "$\\pm$"
+                ))
+            );
         }
         if table.has_spread() {
             text += &format!(" & {}", row.samples);
@@ -30,16 +37,6 @@ fn heading(column: Column) -> String {
         Column::Gap | Column::Gaussians => "",
     };
     format!("{}{arrow}", column.heading())
-}
-
-fn words(column: Column, cell: &Cell) -> String {
-    let digits = column.digits();
-    let mean = format!("{:.digits$}", cell.mean);
-    let mean = if cell.is_best { format!("\\textbf{{{mean}}}") } else { mean };
-    match cell.deviation {
-        Some(deviation) => format!("{mean} $\\pm$ {deviation:.digits$}"),
-        None => mean,
-    }
 }
 
 /// Text in which no character is a command.

@@ -1,6 +1,6 @@
 //! A table of scores as Markdown.
 
-use super::table::{Cell, Column, ScoreTable};
+use super::table::ScoreTable;
 
 /// A pipe table, best values bold, notes below.
 pub fn to_markdown(table: &ScoreTable) -> String {
@@ -11,8 +11,8 @@ pub fn to_markdown(table: &ScoreTable) -> String {
     for row in &table.rows {
         text += &format!("\n| {} |", escape(&row.label));
         for (column, cell) in table.columns.iter().zip(&row.cells) {
-            text +=
-                &format!(" {} |", cell.as_ref().map_or("-".into(), |cell| words(*column, cell)));
+            let words = cell.as_ref().map(|cell| cell.text(*column, ["**", "**"], "±"));
+            text += &format!(" {} |", words.as_deref().unwrap_or("-"));
         }
         if table.has_spread() {
             text += &format!(" {} |", row.samples);
@@ -21,16 +21,6 @@ pub fn to_markdown(table: &ScoreTable) -> String {
     text.push('\n');
     table.notes.iter().for_each(|note| text += &format!("\n{}\n", escape(note)));
     text
-}
-
-fn words(column: Column, cell: &Cell) -> String {
-    let digits = column.digits();
-    let mean = format!("{:.digits$}", cell.mean);
-    let mean = if cell.is_best { format!("**{mean}**") } else { mean };
-    match cell.deviation {
-        Some(deviation) => format!("{mean} ± {deviation:.digits$}"),
-        None => mean,
-    }
 }
 
 /// Text in which no character starts markup or ends a cell.

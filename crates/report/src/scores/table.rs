@@ -88,6 +88,19 @@ pub struct Cell {
     pub is_best: bool,
 }
 
+impl Cell {
+    /// Mean, between `best` where it is the best one, and the deviation after the sign `plus_minus`.
+    pub(super) fn text(&self, column: Column, best: [&str; 2], plus_minus: &str) -> String {
+        let digits = column.digits();
+        let [before, after] = if self.is_best { best } else { [""; 2] };
+        let mean = format!("{before}{:.digits$}{after}", self.mean);
+        match self.deviation {
+            Some(deviation) => format!("{mean} {plus_minus} {deviation:.digits$}"),
+            None => mean,
+        }
+    }
+}
+
 /// The row of a label.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Row {

@@ -2,8 +2,10 @@
 
 use std::fmt;
 
-use crate::{Decision, ProbeCost, Trainer};
+use motes_formats::train_report::ComponentCost;
 use serde::Serialize;
+
+use crate::{Decision, ProbeCost, Trainer};
 
 /// The part of the report about `--model`.
 #[derive(Clone, Debug, Serialize)]
@@ -18,18 +20,6 @@ pub struct ModelReport {
     pub probe_cpu_seconds: f64,
     /// Their share of all CPU seconds.
     pub probe_share: Option<f64>,
-}
-
-/// What a component costs a run that has it.
-#[derive(Clone, Debug, Serialize)]
-pub struct ComponentCost {
-    /// Component and value.
-    pub name: String,
-    /// Parameters that it added when it was probed.
-    pub parameters: usize,
-    /// CPU seconds: its probe less the probe without it, per step, times the steps of the run. At the
-    /// probe's resolution and number of Gaussians, so a lower bound; noisy where the difference is small.
-    pub cpu_seconds: f64,
 }
 
 impl ModelReport {
@@ -56,7 +46,8 @@ fn costs(components: &[Decision], probes: &[ProbeCost], iterations: u32) -> Vec<
             let without = step(&format!("{} {}", d.component, c.against));
             if let (Some(with), Some(without)) = (step(&name), without) {
                 let cpu_seconds = (with - without) * f64::from(iterations);
-                out.push(ComponentCost { name, parameters: c.parameters, cpu_seconds });
+                let parameters = c.parameters as u64;
+                out.push(ComponentCost { name, parameters, cpu_seconds });
             }
         }
     }

@@ -7,6 +7,7 @@ mod term;
 use std::fmt;
 use std::str::FromStr;
 
+use motes_formats::named_weight::parse_named_weight;
 use motes_raster::Planes;
 use serde::{Deserialize, Serialize};
 
@@ -16,9 +17,6 @@ pub use term::{LossTerm, Picture};
 
 /// Every term.
 pub static LOSS_TERMS: &[&dyn LossTerm] = &[&edge::Edge, &huber::Huber];
-
-/// Largest weight that a sum with the default survives.
-const MAX_WEIGHT: f32 = 1e6;
 
 /// A term and its weight, as text `NAME=WEIGHT`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -50,16 +48,11 @@ impl FromStr for WeightedTerm {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let (name, weight) = text
-            .split_once('=')
-            .ok_or_else(|| format!("expected NAME=WEIGHT, for example edge=0.1: {text}"))?;
-        let term = LOSS_TERMS.iter().position(|term| term.name() == name).ok_or_else(|| {
-            let names: Vec<&str> = LOSS_TERMS.iter().map(|term| term.name()).collect();
-            format!("no term of the loss is called {name}; there are {}", names.join(", "))
-        })?;
-        let parsed = weight.parse().ok().filter(|w| (0.0..=MAX_WEIGHT).contains(w));
-        let weight = parsed.ok_or_else(|| {
-            format!("the weight {weight} is not a number from 0 to {MAX_WEIGHT:e}")
+        let (term, weight) = parse_named_weight(text, "edge=0.1", |name| {
+            LOSS_TERMS.iter().position(|term| term.name() == name).ok_or_else(|| {
+                let names: Vec<&str> = LOSS_TERMS.iter().map(|term| term.name()).collect();
+                format!("no term of the loss is called {name}; there are {}", names.join(", "))
+            })
         })?;
         Ok(Self { term, weight })
     }

@@ -9,6 +9,7 @@ mod white_light;
 use std::fmt;
 use std::str::FromStr;
 
+use motes_formats::named_weight::parse_named_weight;
 use serde::{Deserialize, Serialize};
 
 pub use prior::{CellSum, LightPrior, Lighting, PointSum, Slopes};
@@ -20,9 +21,6 @@ pub static LIGHT_PRIORS: &[&dyn LightPrior] = &[
     &white_light::WhiteLight,
     &even_light::EvenLight,
 ];
-
-/// Largest weight that a sum with the likeness of base colors survives.
-const MAX_WEIGHT: f32 = 1e6;
 
 /// A prior without a flag of its own and its weight, as text `NAME=WEIGHT`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -57,20 +55,16 @@ impl FromStr for WeightedPrior {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let (name, weight) = text
-            .split_once('=')
-            .ok_or_else(|| format!("expected NAME=WEIGHT, for example even-light=0.1: {text}"))?;
-        let prior =
-            LIGHT_PRIORS.iter().position(|prior| prior.name() == name).ok_or_else(|| {
+        let (prior, weight) = parse_named_weight(text, "even-light=0.1", |name| {
+            let prior = LIGHT_PRIORS.iter().position(|prior| prior.name() == name);
+            let prior = prior.ok_or_else(|| {
                 let names: Vec<&str> = LIGHT_PRIORS.iter().map(|prior| prior.name()).collect();
                 format!("no prior of the light is called {name}; there are {}", names.join(", "))
             })?;
-        if let Some(flag) = LIGHT_PRIORS[prior].flag() {
-            return Err(format!("the prior {name} has a flag of its own: {flag}"));
-        }
-        let parsed = weight.parse().ok().filter(|w| (0.0..=MAX_WEIGHT).contains(w));
-        let weight = parsed.ok_or_else(|| {
-            format!("the weight {weight} is not a number from 0 to {MAX_WEIGHT:e}")
+            match LIGHT_PRIORS[prior].flag() {
+                Some(flag) => Err(format!("the prior {name} has a flag of its own: {flag}")),
+                None => Ok(prior),
+            }
         })?;
         Ok(Self { prior, weight })
     }

@@ -1,4 +1,4 @@
-//! `--link NAME=FILE`: files that a page leads to.
+//! `--link NAME=FILE`, files that a page leads to, and `--note NAME=TEXT`, rows of its protocol.
 
 use std::path::{Path, PathBuf, absolute};
 
@@ -26,4 +26,13 @@ pub(super) fn links(
         Ok(Link { label: label.to_owned(), url })
     };
     given.iter().map(link).collect()
+}
+
+/// The rows of the protocol: name and text; the text is empty where there is no `=`.
+pub(super) fn notes(given: &[String]) -> Vec<(String, String)> {
+    let note = |text: &String| {
+        let (name, value) = text.split_once('=').unwrap_or((text, ""));
+        (name.to_owned(), value.to_owned())
+    };
+    given.iter().map(note).collect()
 }
