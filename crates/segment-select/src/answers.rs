@@ -4,10 +4,10 @@
 //! pieces; a search anew with all clicks as seeds, likewise. They are many because a click says little about how
 //! much is wrong; `corrections` chooses.
 
-use crate::corrections::{holds, membership};
 use crate::diffusion::{Mark, Step, probabilities, sweep};
 use crate::index::SceneIndex;
-use crate::segment::{INSIDE, Region, Seeds, completed, marks, nested, next_larger, whole};
+use crate::region::{INSIDE, Region, completed, nested, next_larger, whole};
+use crate::seeds::{Seeds, holds, marks, membership};
 
 /// Sets of each size that a search anew gives, and that a click gives by itself.
 const SIZES_ANEW: usize = 4;

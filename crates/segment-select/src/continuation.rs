@@ -8,7 +8,7 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use crate::diffusion::Link;
+use crate::graph::Link;
 use crate::plane::SupportPlane;
 use crate::strength::color;
 use crate::view_data::{SUPERPIXEL_PX, Segment, ViewData};

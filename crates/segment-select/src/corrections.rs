@@ -5,10 +5,9 @@
 
 use crate::answers::answers;
 use crate::depth::depth_in_view;
-use crate::diffusion::{Mark, sweep};
 use crate::index::SceneIndex;
-use crate::rivals::price;
-use crate::segment::{Region, Seeds, marks};
+use crate::region::{Region, measured, price};
+use crate::seeds::{Seeds, contradictions, holds, marks, membership};
 
 /// A click is in the middle of what is wrong: an answer that changes less around it than there is to change costs
 /// more, by this power of the ratio of the two depths.
@@ -18,25 +17,6 @@ const DEPTH_POWER: f32 = 0.2;
 const CHANGE_POWER: f32 = 0.2;
 /// Added to the area that changes, superpixels: below it all changes are alike.
 const CHANGE_OFFSET: f32 = 5.0;
-
-/// Whether each superpixel is in a set.
-pub(crate) fn membership(index: &SceneIndex, nodes: &[u32]) -> Vec<bool> {
-    let mut is_in = vec![false; index.nodes()];
-    nodes.iter().for_each(|&n| is_in[n as usize] = true);
-    is_in
-}
-
-/// Whether most of what a click hits, in all views, is in a set.
-pub(crate) fn holds(is_in: &[bool], click: &[u32]) -> bool {
-    2 * click.iter().filter(|&&n| is_in[n as usize]).count() > click.len()
-}
-
-/// Number of clicks that a set contradicts: positive ones outside and negative ones inside.
-pub(crate) fn contradictions(index: &SceneIndex, seeds: &Seeds, nodes: &[u32]) -> usize {
-    let is_in = membership(index, nodes);
-    seeds.positive.iter().filter(|click| !holds(&is_in, click)).count()
-        + seeds.negative.iter().filter(|click| holds(&is_in, click)).count()
-}
 
 /// The answer to all clicks where they contradict what was found: the one with the fewest contradictions; of
 /// those the one that costs least for what it changes and what lies inside it.
@@ -97,18 +77,10 @@ impl Error {
     }
 }
 
-/// A set as a chain of its own, so that sets of different origin compare.
-pub(crate) fn measured(index: &SceneIndex, nodes: &[u32], marks: &[Mark]) -> Option<Region> {
-    let is_in: Vec<f32> =
-        membership(index, nodes).into_iter().map(|m| f32::from(u8::from(m))).collect();
-    let chain = sweep(index, &is_in, marks);
-    let last = *chain.last()?;
-    Some(Region::new(index, &chain, last, marks))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::diffusion::Mark;
     use crate::view_data::{Border, Segment, ViewData};
     use motes_raster::LabelVotes;
     use motes_scene::{Pinhole, Pose};

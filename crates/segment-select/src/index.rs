@@ -4,7 +4,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::continuation::continuations;
-use crate::diffusion::{Graph, Link};
+use crate::graph::{Graph, Link};
 use crate::plane::SupportPlane;
 use crate::strength::{across_border, across_views};
 use crate::view_data::{SUPERPIXEL_PX, Segment, ViewData};

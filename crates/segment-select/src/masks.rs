@@ -12,7 +12,7 @@ use crate::index::SceneIndex;
 use crate::lift::{lift_masks, remapped};
 use crate::prompt::Place;
 use crate::provider::{GraphCut, MaskProvider as _};
-use crate::segment::Seeds;
+use crate::seeds::Seeds;
 use crate::source::SelectSource;
 
 /// Gray values are labels of the vote.

@@ -4,7 +4,7 @@ use motes_formats::selectors::ObjectPrompt;
 
 use crate::error::SelectError;
 use crate::index::SceneIndex;
-use crate::segment::Seeds;
+use crate::seeds::Seeds;
 use crate::source::SelectSource;
 use crate::view_data::ViewData;
 

@@ -2,7 +2,8 @@
 
 use crate::diffusion::{Mark, probabilities};
 use crate::index::SceneIndex;
-use crate::segment::{Seeds, SegmentOptions, marks, nested_regions, rounds};
+use crate::seeds::{Seeds, marks};
+use crate::segment::{SegmentOptions, nested_regions, rounds};
 
 /// Masks of all views for a prompt, as shares of superpixels. Another segmenter (a network, say) is another
 /// implementation: it sees the views and seeds of the index, and [`SceneIndex::from_pixels`] brings its

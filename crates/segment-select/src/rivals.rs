@@ -7,10 +7,10 @@
 use rayon::prelude::*;
 
 use crate::answers::opposed;
-use crate::corrections::{contradictions, measured};
 use crate::diffusion::{Mark, probabilities, sweep};
 use crate::index::SceneIndex;
-use crate::segment::{AREA_POWER, INCOMPLETE, INSIDE, Region, Seeds, cost, marks, whole};
+use crate::region::{Region, measured, price, whole};
+use crate::seeds::{Seeds, contradictions, marks};
 
 /// Places that are tried: in the order of the walk, where these shares of the area come before.
 const PLACES: [f32; 2] = [0.5, 0.9];
@@ -18,12 +18,6 @@ const PLACES: [f32; 2] = [0.5, 0.9];
 const ROUNDS: usize = 2;
 /// A set has to cost less than this share of what is had.
 const CLEARLY: f32 = 0.95;
-
-/// What a set costs with what lies inside it.
-pub(crate) fn price(region: &Region) -> f32 {
-    let incomplete = 1.0 + INCOMPLETE * region.share.max(0.0) / INSIDE;
-    cost(&region.last, AREA_POWER) * incomplete
-}
 
 /// The set that a first click finds, without things that it only touches.
 pub(crate) fn alone(

@@ -1,41 +1,12 @@
 //! From a prompt to masks of all views: regions, then rounds of lifting and cutting.
 
-use crate::corrections::{contradictions, corrected};
-use crate::diffusion::{Mark, Step, probabilities, sweep};
+use crate::corrections::corrected;
+use crate::diffusion::{Step, probabilities, sweep};
 use crate::index::SceneIndex;
-use crate::intruders::intruders;
 use crate::max_flow::MaxFlow;
+use crate::region::{PART_SHARE, nested, whole};
 use crate::rivals::alone;
-
-/// What a prompt says about superpixels.
-#[derive(Clone, Debug, Default)]
-pub struct Seeds {
-    /// Per positive click or stroke: the superpixels that it hits, the clicked one first.
-    pub positive: Vec<Vec<u32>>,
-    /// Likewise for negative ones.
-    pub negative: Vec<Vec<u32>>,
-    /// Clicks and strokes in the order in which they were made: whether each is positive.
-    pub order: Vec<bool>,
-    /// Superpixels outside a rectangle around the object.
-    pub outside: Vec<u32>,
-    /// Superpixels inside a rectangle around the object, per rectangle.
-    pub boxes: Vec<Vec<u32>>,
-}
-
-impl Seeds {
-    /// The first clicks, with the first positive one.
-    pub(crate) fn first(&self, count: usize) -> Self {
-        let order: Vec<bool> = self.order.iter().copied().take(count).collect();
-        let positive = order.iter().filter(|&&p| p).count();
-        Self {
-            positive: self.positive.iter().take(positive.max(1)).cloned().collect(),
-            negative: self.negative.iter().take(order.len() - positive).cloned().collect(),
-            outside: self.outside.clone(),
-            boxes: self.boxes.clone(),
-            order,
-        }
-    }
-}
+use crate::seeds::{Seeds, contradictions, marks};
 
 /// Rounds of lifting, rendering and cutting, and the weight of smoothness.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,152 +25,6 @@ impl Default for SegmentOptions {
 
 /// Regions of fewer superpixels per view are noise: what only one view shows is not an object.
 const LEAST_PER_VIEW: f32 = 1.5;
-/// Superpixels in the middle of a box that a walk starts from.
-const BOX_SEEDS: usize = 5;
-/// A part is at most this share of its whole.
-pub(crate) const PART_SHARE: f32 = 0.6;
-/// The set of least `(conductance + CLOSED + CONTACT contact) * area^AREA_POWER` is meant. Conductances far
-/// below `CLOSED` are all alike: several objects that touch are together always a little better closed
-/// than each, and then the smaller set is wanted. An object rests on its support; what touches other things along
-/// much of its border, or hangs in the air, is rather a part of one.
-pub(crate) const AREA_POWER: f32 = 0.4;
-const CLOSED: f32 = 0.015;
-const CONTACT: f32 = 0.2;
-/// Where a smaller set is known to be incomplete: the next larger one that is closed, not the one that is meant.
-const NEXT_POWER: f32 = 0.8;
-/// Something lies inside a set from this share of its area on. On all objects that were tried it is less for the object,
-/// 0.05 to 0.1 for one loop of a knot.
-pub(crate) const INSIDE: f32 = 0.015;
-/// What lies inside a set costs this much of it where it is just enough to be looked for.
-pub(crate) const INCOMPLETE: f32 = 0.5;
-/// Times that what lies inside is taken along.
-const TAKINGS: usize = 8;
-/// What is added to the cost of a set that does not rest on the support plane, in shares of it: what lies on another
-/// thing is still found.
-const ALOFT: f32 = 0.4;
-/// A set rests from about this many superpixels per view at the plane on.
-const RESTING: f32 = 0.1;
-
-/// Where a walk starts and ends.
-pub(crate) fn marks(index: &SceneIndex, seeds: &Seeds) -> Vec<Mark> {
-    let mut marks = vec![Mark::Free; index.nodes()];
-    let on_plane = |n: u32| {
-        let s = index.segment(n);
-        s.width > 0.0 && index.plane.is_some_and(|p| p.membership(s.point.into(), s.width) > 0.5)
-    };
-    // Who clicks a thing low down may hit what it stands on, in all views or in some; who means the support hits
-    // nothing else. A rectangle is drawn around a thing, whose middle may be a hole.
-    let is_on_plane = |hit: &Vec<u32>| 2 * hit.iter().filter(|&&n| on_plane(n)).count() > hit.len();
-    let is_support = match seeds.positive.is_empty() {
-        true => seeds.boxes.iter().flatten().all(|&n| on_plane(n)),
-        false => seeds.positive.iter().all(is_on_plane),
-    };
-    for n in 0..index.nodes() as u32 {
-        // Nothing drawn is nobody's.
-        if index.segment(n).width == 0.0 || on_plane(n) != is_support {
-            marks[n as usize] = Mark::Negative;
-        }
-    }
-    seeds.outside.iter().for_each(|&n| marks[n as usize] = Mark::Negative);
-    // What is nearest to the middle of a box is on the object more often than not; a few are enough.
-    let middle = seeds
-        .boxes
-        .iter()
-        .flat_map(|inside| inside.iter().filter(|&&n| on_plane(n) == is_support).take(BOX_SEEDS));
-    let positive = seeds.positive.iter().flatten();
-    positive.chain(middle).for_each(|&n| marks[n as usize] = Mark::Positive);
-    seeds.negative.iter().flatten().for_each(|&n| marks[n as usize] = Mark::Negative);
-    marks
-}
-
-/// What says against a set being what is meant.
-pub(crate) fn cost(s: &Step, power: f32) -> f32 {
-    let aloft = 1.0 + ALOFT * (-s.resting / RESTING).exp();
-    (s.conductance + CLOSED + CONTACT * s.contact) * s.area.powf(power) * aloft
-}
-
-/// The cheapest set of a chain: its length and last step.
-pub(crate) fn best_set(chain: &[Step], least: f32, most: f32, power: f32) -> Option<(usize, Step)> {
-    let usable =
-        chain.iter().copied().enumerate().filter(|(_, s)| s.area >= least && s.area <= most);
-    let best = usable.min_by(|a, b| cost(&a.1, power).total_cmp(&cost(&b.1, power)));
-    best.map(|(k, last)| (k + 1, last))
-}
-
-/// The cheapest set of a chain with areas from `least` to `most`, the cheapest one that is clearly smaller, and so on; each
-/// with its last step.
-pub(crate) fn nested(
-    chain: &[Step],
-    least: f32,
-    mut most: f32,
-) -> impl Iterator<Item = (Vec<u32>, Step)> {
-    std::iter::from_fn(move || {
-        let (length, last) = best_set(chain, least, most, AREA_POWER)?;
-        most = PART_SHARE * last.area;
-        Some((chain[..length].iter().map(|s| s.node).collect(), last))
-    })
-}
-
-/// A set, its last step, what lies inside it and the share of its area that this is.
-pub(crate) struct Region {
-    pub(crate) nodes: Vec<u32>,
-    pub(crate) last: Step,
-    pub(crate) inside: Vec<u32>,
-    pub(crate) share: f32,
-}
-
-impl Region {
-    pub(crate) fn new(index: &SceneIndex, steps: &[Step], last: Step, marks: &[Mark]) -> Self {
-        let nodes: Vec<u32> = steps.iter().map(|s| s.node).collect();
-        let (inside, share) = intruders(index, &nodes, marks);
-        Self { nodes, last, inside, share }
-    }
-}
-
-/// The whole object.
-pub(crate) fn whole(
-    index: &SceneIndex,
-    chain: &[Step],
-    marks: &[Mark],
-    least: f32,
-) -> Option<Region> {
-    let (count, last) = best_set(chain, least, f32::INFINITY, AREA_POWER)?;
-    let first = Region::new(index, &chain[..count], last, marks);
-    if first.share < INSIDE {
-        return Some(first);
-    }
-    // It may be a piece of one thing with another thing: from the smallest closed one on.
-    let smallest = best_set(chain, least.max(0.25 * last.area), last.area, NEXT_POWER)
-        .map(|(count, last)| Region::new(index, &chain[..count], last, marks))
-        .filter(|r| r.share >= INSIDE);
-    let completed = completed(index, smallest.as_ref().unwrap_or(&first), marks);
-    Some(completed.unwrap_or(first))
-}
-
-/// While something lies inside a region, the walk starts from that too and the next larger set is taken; `None` where
-/// this never ends.
-pub(crate) fn completed(index: &SceneIndex, region: &Region, marks: &[Mark]) -> Option<Region> {
-    let mut marks = marks.to_vec();
-    let mut found: Option<Region> = None;
-    for _ in 0..TAKINGS {
-        let current = found.as_ref().unwrap_or(region);
-        current.inside.iter().for_each(|&n| marks[n as usize] = Mark::Positive);
-        let next = next_larger(index, current.last.area * (1.0 + current.share), &marks)?;
-        if next.share < INSIDE {
-            return Some(next);
-        }
-        found = Some(next);
-    }
-    None
-}
-
-/// The next closed set from an area on.
-pub(crate) fn next_larger(index: &SceneIndex, area: f32, marks: &[Mark]) -> Option<Region> {
-    let chain = sweep(index, &probabilities(&index.graph, marks), marks);
-    let (count, last) = best_set(&chain, area, f32::INFINITY, NEXT_POWER)?;
-    Some(Region::new(index, &chain[..count], last, marks))
-}
-
 /// Masks of the regions that a prompt can mean and their scores, the largest first.
 pub(crate) fn nested_regions(
     index: &SceneIndex,

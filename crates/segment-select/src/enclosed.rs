@@ -8,9 +8,9 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use crate::corrections::membership;
 use crate::diffusion::Mark;
 use crate::index::SceneIndex;
+use crate::seeds::membership;
 
 /// Slabs. They bound a ball to 2 % of its radius.
 const SLABS: usize = 49;
@@ -31,7 +31,7 @@ fn direction(k: usize) -> Vec3 {
 }
 
 /// The superpixels that lie inside `set` without being of it or excluded, and their area as a share of its.
-pub(crate) fn intruders(index: &SceneIndex, set: &[u32], marks: &[Mark]) -> (Vec<u32>, f32) {
+pub(crate) fn enclosed(index: &SceneIndex, set: &[u32], marks: &[Mark]) -> (Vec<u32>, f32) {
     let is_in = membership(index, set);
     let points: Vec<Vec3> = set
         .iter()
@@ -102,7 +102,7 @@ mod tests {
         let set: Vec<u32> = (0..shell as u32).collect();
         let mut marks = vec![Mark::Free; n];
         marks[shell + 1] = Mark::Negative;
-        let (inside, share) = intruders(&index, &set, &marks);
+        let (inside, share) = enclosed(&index, &set, &marks);
         assert_eq!(inside, [shell as u32]);
         assert!((share - 1.0 / shell as f32).abs() < 1e-6, "{share}");
     }

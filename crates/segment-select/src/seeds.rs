@@ -1,0 +1,88 @@
+//! What clicks, strokes and rectangles say about superpixels.
+
+use crate::diffusion::Mark;
+use crate::index::SceneIndex;
+
+/// Superpixels in the middle of a box that a walk starts from.
+const BOX_SEEDS: usize = 5;
+
+/// What a prompt says about superpixels.
+#[derive(Clone, Debug, Default)]
+pub struct Seeds {
+    /// Per positive click or stroke: the superpixels that it hits, the clicked one first.
+    pub positive: Vec<Vec<u32>>,
+    /// Likewise for negative ones.
+    pub negative: Vec<Vec<u32>>,
+    /// Clicks and strokes in the order in which they were made: whether each is positive.
+    pub order: Vec<bool>,
+    /// Superpixels outside a rectangle around the object.
+    pub outside: Vec<u32>,
+    /// Superpixels inside a rectangle around the object, per rectangle.
+    pub boxes: Vec<Vec<u32>>,
+}
+
+impl Seeds {
+    /// The first clicks, with the first positive one.
+    pub(crate) fn first(&self, count: usize) -> Self {
+        let order: Vec<bool> = self.order.iter().copied().take(count).collect();
+        let positive = order.iter().filter(|&&p| p).count();
+        Self {
+            positive: self.positive.iter().take(positive.max(1)).cloned().collect(),
+            negative: self.negative.iter().take(order.len() - positive).cloned().collect(),
+            outside: self.outside.clone(),
+            boxes: self.boxes.clone(),
+            order,
+        }
+    }
+}
+
+/// Where a walk starts and ends.
+pub(crate) fn marks(index: &SceneIndex, seeds: &Seeds) -> Vec<Mark> {
+    let mut marks = vec![Mark::Free; index.nodes()];
+    let on_plane = |n: u32| {
+        let s = index.segment(n);
+        s.width > 0.0 && index.plane.is_some_and(|p| p.membership(s.point.into(), s.width) > 0.5)
+    };
+    // Who clicks a thing low down may hit what it stands on, in all views or in some; who means the support hits
+    // nothing else. A rectangle is drawn around a thing, whose middle may be a hole.
+    let is_on_plane = |hit: &Vec<u32>| 2 * hit.iter().filter(|&&n| on_plane(n)).count() > hit.len();
+    let is_support = match seeds.positive.is_empty() {
+        true => seeds.boxes.iter().flatten().all(|&n| on_plane(n)),
+        false => seeds.positive.iter().all(is_on_plane),
+    };
+    for n in 0..index.nodes() as u32 {
+        // Nothing drawn is nobody's.
+        if index.segment(n).width == 0.0 || on_plane(n) != is_support {
+            marks[n as usize] = Mark::Negative;
+        }
+    }
+    seeds.outside.iter().for_each(|&n| marks[n as usize] = Mark::Negative);
+    // What is nearest to the middle of a box is on the object more often than not; a few are enough.
+    let middle = seeds
+        .boxes
+        .iter()
+        .flat_map(|inside| inside.iter().filter(|&&n| on_plane(n) == is_support).take(BOX_SEEDS));
+    let positive = seeds.positive.iter().flatten();
+    positive.chain(middle).for_each(|&n| marks[n as usize] = Mark::Positive);
+    seeds.negative.iter().flatten().for_each(|&n| marks[n as usize] = Mark::Negative);
+    marks
+}
+
+/// Whether each superpixel is in a set.
+pub(crate) fn membership(index: &SceneIndex, nodes: &[u32]) -> Vec<bool> {
+    let mut is_in = vec![false; index.nodes()];
+    nodes.iter().for_each(|&n| is_in[n as usize] = true);
+    is_in
+}
+
+/// Whether most of what a click hits, in all views, is in a set.
+pub(crate) fn holds(is_in: &[bool], click: &[u32]) -> bool {
+    2 * click.iter().filter(|&&n| is_in[n as usize]).count() > click.len()
+}
+
+/// Number of clicks that a set contradicts: positive ones outside and negative ones inside.
+pub(crate) fn contradictions(index: &SceneIndex, seeds: &Seeds, nodes: &[u32]) -> usize {
+    let is_in = membership(index, nodes);
+    seeds.positive.iter().filter(|click| !holds(&is_in, click)).count()
+        + seeds.negative.iter().filter(|click| holds(&is_in, click)).count()
+}
