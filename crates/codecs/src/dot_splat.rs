@@ -11,10 +11,10 @@ use motes_scene::Gaussians;
 use rayon::prelude::*;
 
 use super::bytes::f32_at;
+use super::options::SplatWriteOptions;
 use super::quantize::{color_byte, dc_of_color, logit_of_byte, sigmoid, unit, unorm8};
 use super::registry::{Codec, Input};
 use super::rows::{with_room, write_blocks};
-use super::write::SplatWriteOptions;
 use motes_formats::atomic::write_error;
 use motes_formats::error::{FormatError, Result};
 use motes_formats::ply::GaussianFile;

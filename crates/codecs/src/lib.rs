@@ -15,6 +15,7 @@ mod ksplat;
 mod merge;
 mod morton;
 mod open;
+mod options;
 mod ply;
 mod quantize;
 mod r3dg;
@@ -53,11 +54,9 @@ registry::codecs! {
 
 pub use merge::merge_gaussians;
 pub use open::{open_gaussians, read_gaussians, read_gaussians_from};
-pub use ply::PlyLayout;
+pub use options::{PlyLayout, SogOptions, SplatWriteOptions, SpzOptions};
 pub use registry::Codec;
-pub use sog::SogOptions;
-pub use spz::SpzOptions;
-pub use write::{SplatWriteOptions, write_gaussians, write_gaussians_to};
+pub use write::{write_gaussians, write_gaussians_to};
 
 #[cfg(test)]
 mod tests;

@@ -4,13 +4,11 @@ use std::borrow::Cow;
 use std::io::Write;
 use std::path::Path;
 
-use clap::ValueEnum;
 use motes_scene::Gaussians;
-use serde::Serialize;
 
+use super::options::{PlyLayout, SplatWriteOptions};
 use super::r3dg;
 use super::registry::{Codec, Input};
-use super::write::SplatWriteOptions;
 use motes_formats::error::{FormatError, Result};
 use motes_formats::ply::{self, PlyColumns, PlyWriteOptions};
 
@@ -27,23 +25,6 @@ pub(super) static CODEC: Codec = Codec {
     write: Some(write),
     ..Codec::DEFAULT
 };
-
-/// Which relative of INRIA's PLY is written.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum PlyLayout {
-    /// INRIA's columns and all others.
-    #[default]
-    Motes,
-    /// INRIA's columns alone.
-    Inria,
-    /// INRIA's and those of Relightable3DGaussian.
-    R3dg,
-    /// INRIA's without `scale_2`: each Gaussian loses its thinnest axis, which becomes its local z.
-    #[value(name = "2dgs")]
-    #[serde(rename = "2dgs")]
-    Flat,
-}
 
 fn write(
     writer: &mut dyn Write,

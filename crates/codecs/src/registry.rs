@@ -8,7 +8,7 @@ use motes_formats::ply::GaussianFile;
 use motes_scene::Gaussians;
 
 use super::CODECS;
-use super::write::SplatWriteOptions;
+use super::options::SplatWriteOptions;
 
 /// A format that holds Gaussians, or is made of them.
 #[derive(Debug)]

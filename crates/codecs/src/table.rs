@@ -8,9 +8,9 @@ use std::path::Path;
 use motes_scene::{ColumnValues, Gaussians};
 use rayon::prelude::*;
 
+use super::options::SplatWriteOptions;
 use super::registry::Codec;
 use super::rows::write_blocks;
-use super::write::SplatWriteOptions;
 use motes_formats::atomic::write_error;
 use motes_formats::documents::{Document as _, to_pretty_json};
 use motes_formats::error::Result;

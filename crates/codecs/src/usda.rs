@@ -11,10 +11,10 @@ use std::path::Path;
 use motes_scene::Gaussians;
 
 use super::axes::Flip;
+use super::options::SplatWriteOptions;
 use super::quantize::{sigmoid, unit};
 use super::registry::Codec;
 use super::rows::write_blocks;
-use super::write::SplatWriteOptions;
 use motes_formats::atomic::write_error;
 use motes_formats::error::Result;
 

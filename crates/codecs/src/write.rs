@@ -4,42 +4,13 @@ use std::borrow::Cow;
 use std::io::Write;
 use std::path::Path;
 
-use motes_scene::{ExposureResponse, Gaussians};
+use motes_scene::Gaussians;
 
 use super::SplatFormat;
-use super::ply::PlyLayout;
-use super::sog::SogOptions;
-use super::spz::SpzOptions;
+use super::options::SplatWriteOptions;
 use motes_formats::atomic::write_checked;
 use motes_formats::error::{FormatError, Result};
 use motes_formats::finite;
-use motes_formats::ply::RenderMode;
-
-/// Options of all formats.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct SplatWriteOptions {
-    /// How the Gaussians want to be splatted.
-    pub render_mode: Option<RenderMode>,
-    /// How the brightness of photos follows their metadata.
-    pub exposure_response: Option<ExposureResponse>,
-    /// Comments, where the format has them.
-    pub comments: Vec<String>,
-    /// For PLY.
-    pub layout: PlyLayout,
-    /// For spz.
-    pub spz: SpzOptions,
-    /// For SOG.
-    pub sog: SogOptions,
-}
-
-impl SplatWriteOptions {
-    /// Lines that a PLY header of another layout gets.
-    pub(super) fn ply_comments(&self) -> Vec<String> {
-        let mode = self.render_mode.map(|mode| format!("SplatRenderMode: {}", mode.name()));
-        let comments = self.comments.iter().cloned().chain(mode);
-        comments.map(|text| text.replace(char::is_control, " ")).collect()
-    }
-}
 
 /// Writes Gaussians. SH degrees that the format cannot hold are left out.
 ///

@@ -9,9 +9,9 @@ use motes_scene::Gaussians;
 use rayon::prelude::*;
 
 use super::super::morton::morton_order;
+use super::super::options::SplatWriteOptions;
 use super::super::quantize::{sigmoid, smallest_three, unit, unorm};
 use super::super::rows::write_blocks;
-use super::super::write::SplatWriteOptions;
 use super::{BOUNDS, CHUNK, PACKED, SH_RANGE};
 use motes_formats::atomic::write_error;
 use motes_formats::error::Result;

@@ -9,9 +9,9 @@ use motes_scene::{ExtraColumn, Gaussians};
 use serde_json::{Value, json};
 
 use super::super::axes::Flip;
+use super::super::options::SplatWriteOptions;
 use super::super::quantize::{color_byte, sigmoid, unit, unorm8};
 use super::super::rows::write_blocks;
-use super::super::write::SplatWriteOptions;
 use super::document::{
     ARRAY_BUFFER, Accessor, Asset, Buffer, BufferView, FLOAT, Gltf, Mesh, Node, POINTS, Primitive,
     Scene, UNSIGNED_BYTE,

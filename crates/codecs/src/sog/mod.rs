@@ -36,25 +36,6 @@ const MOST_PALETTE: usize = 1 << 16;
 /// The alpha of a rotation's pixel is this plus the index of its largest component.
 const ROTATION_TAG: u8 = 252;
 
-/// Options of the format.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SogOptions {
-    /// Rounds of k-means for the palette of harmonics.
-    pub iterations: u32,
-    /// Groups of the palette that each Gaussian looks through for its nearest entry.
-    pub probes: usize,
-    /// Entries of the palette, at most 65536; without it as many as other writers take.
-    pub palette: Option<u32>,
-    /// Seed of the palette.
-    pub seed: u64,
-}
-
-impl Default for SogOptions {
-    fn default() -> Self {
-        Self { iterations: 6, probes: 4, palette: None, seed: 0 }
-    }
-}
-
 /// Whether a file that starts so is an archive.
 pub(super) fn is_archive(start: &[u8]) -> bool {
     start.starts_with(b"PK\x03\x04")

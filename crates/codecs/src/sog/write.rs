@@ -9,12 +9,12 @@ use motes_scene::Gaussians;
 use rayon::prelude::*;
 
 use super::super::morton::morton_order;
+use super::super::options::{SogOptions, SplatWriteOptions};
 use super::super::quantize::{sigmoid, smallest_three, unit, unorm8};
-use super::super::write::SplatWriteOptions;
 use super::archive::pack;
 use super::images::{Pixels, encode};
 use super::meta::{Asset, Files, Harmonics, Indexed, Means, Meta};
-use super::{CODEBOOK, MOST_PALETTE, PALETTE_COLUMNS, ROTATION_TAG, SogOptions};
+use super::{CODEBOOK, MOST_PALETTE, PALETTE_COLUMNS, ROTATION_TAG};
 use motes_formats::atomic::write_error;
 use motes_formats::error::Result;
 use motes_formats::ply::RenderMode;

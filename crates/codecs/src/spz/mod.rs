@@ -14,8 +14,8 @@ use std::path::Path;
 
 use motes_scene::Gaussians;
 
+use super::options::SplatWriteOptions;
 use super::registry::{Codec, Input};
-use super::write::SplatWriteOptions;
 use motes_formats::atomic::write_error;
 use motes_formats::error::{FormatError, Result};
 use motes_formats::ply::{GaussianFile, RenderMode};
@@ -44,27 +44,6 @@ const COLOR_SCALE: f32 = 0.15;
 const USUAL_FRACTIONAL_BITS: u8 = 12;
 /// Readers shift a 32-bit one by this.
 const MOST_FRACTIONAL_BITS: u8 = 30;
-
-/// Options of the format.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct SpzOptions {
-    /// 2, 3 or 4. Every reader knows 2 and 3.
-    pub version: u8,
-    /// Bits of a coordinate after the binary point, at most 23; without it 12, more in small scenes, fewer
-    /// in huge ones.
-    pub fractional_bits: Option<u8>,
-    /// Significant bits of harmonics of degree 1, 1 to 8.
-    pub sh1_bits: u8,
-    /// Significant bits of harmonics of higher degrees, 1 to 8.
-    pub sh_rest_bits: u8,
-}
-
-impl Default for SpzOptions {
-    fn default() -> Self {
-        // As the format's own writer.
-        Self { version: 3, fractional_bits: None, sh1_bits: 5, sh_rest_bits: 4 }
-    }
-}
 
 /// What a file holds, still packed.
 struct Packed {

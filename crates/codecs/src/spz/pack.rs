@@ -7,8 +7,9 @@ use motes_scene::Gaussians;
 use rayon::prelude::*;
 
 use super::super::axes::Flip;
+use super::super::options::SpzOptions;
 use super::super::quantize::{sigmoid, unit, unorm8};
-use super::{COLOR_SCALE, Packed, SpzOptions, USUAL_FRACTIONAL_BITS, stride};
+use super::{COLOR_SCALE, Packed, USUAL_FRACTIONAL_BITS, stride};
 use motes_formats::error::{FormatError, Result};
 
 /// Coordinates have 24 bits with their sign.
