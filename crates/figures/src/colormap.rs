@@ -6,6 +6,8 @@
 
 use std::f64::consts::TAU;
 
+use motes_math::srgb::encode_f64;
+
 /// Color of `t` in [0, 1], 8-bit sRGB; values outside are clamped, NaN is mid-gray.
 pub fn colormap(t: f64) -> [u8; 3] {
     if t.is_nan() {
@@ -28,23 +30,18 @@ fn oklab_to_srgb8(lightness: f64, a: f64, b: f64) -> [u8; 3] {
         -1.268_438_004_6 * l + 2.609_757_401_1 * m - 0.341_319_396_5 * s,
         -0.004_196_086_3 * l - 0.703_418_614_7 * m + 1.707_614_701_0 * s,
     ]
-    .map(|linear| (srgb_from_linear(linear.clamp(0.0, 1.0)) * 255.0).round() as u8)
-}
-
-fn srgb_from_linear(v: f64) -> f64 {
-    if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 }
+    .map(|linear| (encode_f64(linear.clamp(0.0, 1.0)) * 255.0).round() as u8)
 }
 
 #[cfg(test)]
 mod tests {
+    use motes_math::srgb::decode_f64;
+
     use super::*;
 
     /// CIE L* of an 8-bit sRGB color: another lightness than the one the map is built on.
     fn lightness(rgb: [u8; 3]) -> f64 {
-        let linear = rgb.map(|v| {
-            let v = f64::from(v) / 255.0;
-            if v <= 0.040_45 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
-        });
+        let linear = rgb.map(|v| decode_f64(f64::from(v) / 255.0));
         let y = 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2];
         if y > 0.008_856 { 116.0 * y.cbrt() - 16.0 } else { 903.3 * y }
     }

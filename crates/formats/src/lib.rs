@@ -22,6 +22,7 @@ pub mod named_weight;
 pub mod ply;
 pub mod posed;
 pub mod run_record;
+pub mod schemas;
 pub mod selection;
 pub mod selectors;
 pub mod statistics;

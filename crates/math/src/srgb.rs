@@ -8,6 +8,14 @@ pub fn encode(linear: f32) -> f32 {
     encoded.copysign(linear)
 }
 
+/// [`encode`] in double precision.
+#[inline]
+pub fn encode_f64(linear: f64) -> f64 {
+    let v = linear.abs();
+    let encoded = if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 };
+    encoded.copysign(linear)
+}
+
 /// [`encode`] of a linear value that is cut to [0, 1] first, as pictures are; NaN becomes 0.
 #[inline]
 pub fn encode_clipped(linear: f32) -> f32 {
@@ -18,6 +26,14 @@ pub fn encode_clipped(linear: f32) -> f32 {
 /// Linear value of an sRGB-encoded one.
 #[inline]
 pub fn decode(encoded: f32) -> f32 {
+    let v = encoded.abs();
+    let linear = if v <= 0.040_45 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) };
+    linear.copysign(encoded)
+}
+
+/// [`decode`] in double precision.
+#[inline]
+pub fn decode_f64(encoded: f64) -> f64 {
     let v = encoded.abs();
     let linear = if v <= 0.040_45 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) };
     linear.copysign(encoded)
@@ -68,6 +84,8 @@ mod tests {
         for i in -40..200 {
             let v = i as f32 / 100.0;
             assert!((decode(encode(v)) - v).abs() < 1e-5, "{v}");
+            let v = f64::from(v);
+            assert!((decode_f64(encode_f64(v)) - v).abs() < 1e-6, "{v}");
         }
         assert!((encode(0.214_041) - 0.5).abs() < 1e-5);
     }

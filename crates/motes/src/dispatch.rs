@@ -1,6 +1,6 @@
 //! What a command line of `motes` asks for.
 
-use std::ffi::{OsStr, OsString};
+use std::ffi::OsString;
 use std::io::{self, Write};
 use std::path::Path;
 use std::process::{Command, ExitCode};
@@ -151,11 +151,4 @@ fn print(text: &str) -> ExitCode {
 fn complain(text: &str, help: Option<&str>) {
     let help = help.map(|help| format!("help: {help}\n")).unwrap_or_default();
     let _ = io::stderr().write_all(format!("motes: {text}\n{help}").as_bytes());
-}
-
-/// The name of a stage as a file on this system.
-pub(crate) fn file_name(prefix: &str, stage: &str) -> OsString {
-    let mut name = OsString::from(format!("{prefix}{stage}"));
-    name.push(OsStr::new(std::env::consts::EXE_SUFFIX));
-    name
 }

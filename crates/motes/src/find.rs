@@ -1,8 +1,7 @@
 //! Where the programs of stages lie.
 
+use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
-
-use crate::dispatch::file_name;
 
 /// Folders in the order in which they are searched.
 pub(crate) struct Finder {
@@ -54,4 +53,11 @@ pub(crate) fn is_program(path: &Path) -> bool {
     }
     #[cfg(not(unix))]
     meta.is_file()
+}
+
+/// The name of a stage as a file on this system.
+fn file_name(prefix: &str, stage: &str) -> OsString {
+    let mut name = OsString::from(format!("{prefix}{stage}"));
+    name.push(OsStr::new(std::env::consts::EXE_SUFFIX));
+    name
 }

@@ -24,6 +24,7 @@ mod probe;
 mod radiance_cache;
 mod relighter;
 mod residual;
+mod residual_share;
 mod scene;
 mod sun;
 mod upsample;
@@ -36,6 +37,6 @@ pub use options::{
 };
 pub use probe::{Probe, Question};
 pub use relighter::Relighter;
-pub use residual::ResidualShare;
+pub use residual_share::ResidualShare;
 pub use scene::{RelightScene, SceneError};
 pub use sun::{Sky, SunOption};

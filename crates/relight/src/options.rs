@@ -9,7 +9,7 @@ use motes_scene::Convention;
 use motes_shading::environment::MapAxes;
 use serde::Serialize;
 
-use crate::residual::ResidualShare;
+use crate::residual_share::ResidualShare;
 use crate::sun::SunOption;
 
 /// Which light falls on the scene; none of these: the scene's own.

@@ -11,7 +11,7 @@ use crate::denoise::{Grid, denoise, luminances};
 use crate::g_buffer::GBuffer;
 use crate::options::{QualityOptions, ViewTransform};
 use crate::radiance_cache::RadianceCache;
-use crate::residual::share_under;
+use crate::residual_share::{apply_residual, share_under};
 use crate::scene::RelightScene;
 use crate::upsample::{fine_pixel, upsample};
 
@@ -50,6 +50,11 @@ impl<'a> Relighter<'a> {
         Self { view, ..self }
     }
 
+    /// How much of the residual counts under this light, 0 to 1; 0 where the scene has none.
+    pub fn residual_share(&self) -> f32 {
+        self.residual_share
+    }
+
     pub(crate) fn shading(&self) -> Shading<'_> {
         Shading { scene: self.scene, light: self.light, cache: &self.cache, seed: self.seed }
     }
@@ -67,7 +72,7 @@ impl<'a> Relighter<'a> {
         let buffer = GBuffer::new(self.scene, camera, camera_from_world, every == 1, with_residual);
         let mut lit =
             if every == 1 { self.every_pixel(&buffer) } else { self.sparse(&buffer, every) };
-        self.apply_residual(&buffer, &mut lit);
+        apply_residual(&buffer, self.residual_share, &mut lit);
         let (scene, light) = (self.scene, self.light);
         let view = self.view.view();
         let with = Composition {

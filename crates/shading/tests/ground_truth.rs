@@ -9,6 +9,7 @@ use std::path::Path;
 
 use exr::prelude::read_first_flat_layer_from_file;
 use glam::{Mat4, Vec3};
+use motes_math::srgb::encode_clipped;
 use motes_scene::ImageF32;
 use motes_shading::brdf::{Lobes, Material};
 use motes_shading::environment::{
@@ -134,11 +135,6 @@ fn mesh(camera: &Pinhole, views: &[View]) -> (TriangleMesh, Vec<Material>) {
     (mesh, materials)
 }
 
-fn encode(linear: f32) -> f64 {
-    let v = f64::from(linear.clamp(0.0, 1.0));
-    if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 }
-}
-
 #[test]
 fn pictures_of_another_renderer_are_met_from_their_buffers() {
     let Some(root) = std::env::var_os("MOTES_RELIGHT_TRUTH") else {
@@ -209,7 +205,7 @@ fn pictures_of_another_renderer_are_met_from_their_buffers() {
             for (s, (x, y)) in shaded.iter().zip(pixels) {
                 for k in 0..3 {
                     let (a, b) = (s.total()[k], truth.pixel(x, y)[k] * exposure);
-                    error += (encode(a) - encode(b)).powi(2);
+                    error += f64::from(encode_clipped(a) - encode_clipped(b)).powi(2);
                     ratio[0] += f64::from(a.min(1.0));
                     ratio[1] += f64::from(b.min(1.0));
                 }

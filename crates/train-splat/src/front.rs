@@ -3,11 +3,21 @@
 //! The points were chosen from sweeps on several captures (`docs/benchmarks`); `--preset` takes one,
 //! `--time-budget` a place between two of them.
 
+use serde::Serialize;
+
 use crate::options::Preset;
-use crate::plan::Stage;
 
 /// Resolutions of the schedule, as factors on the photos' size.
 pub(crate) const SCALES: [f64; 3] = [0.25, 0.5, 1.0];
+
+/// One stretch of the resolution schedule.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Stage {
+    /// Factor on the photos' size.
+    pub scale: f64,
+    /// Share of the steps.
+    pub share: f64,
+}
 
 /// What grows with the time at hand.
 #[derive(Clone, Copy, Debug, PartialEq)]

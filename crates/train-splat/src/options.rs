@@ -5,9 +5,9 @@ use motes_raster::RasterDials;
 use motes_scene::Switch;
 use serde::{Deserialize, Serialize};
 
-use crate::auto::{BackgroundModel, ExposureModel, ModelChoice};
+use crate::auto::options::{BackgroundModel, ExposureModel, ModelChoice};
 use crate::loss::WeightedTerm;
-use crate::start::StartFrom;
+use crate::start::options::StartFrom;
 
 /// A point on the measured front of time against quality.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]

@@ -4,19 +4,11 @@ use motes_raster::Sorting;
 use motes_scene::Switch;
 use serde::Serialize;
 
-use crate::auto::{ModelChoice, rules};
+use crate::auto::options::ModelChoice;
+use crate::auto::rules;
 use crate::error::FitError;
-use crate::front::Settings;
+use crate::front::{Settings, Stage};
 use crate::options::FitOptions;
-
-/// One stretch of the resolution schedule.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Stage {
-    /// Factor on the photos' size.
-    pub scale: f64,
-    /// Share of the steps.
-    pub share: f64,
-}
 
 /// Everything about a run that is fixed before the first step.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -14,6 +14,7 @@ use serde_json::{Value, json};
 use crate::MakeOptions;
 use crate::cameras::Shot;
 use crate::lights::horizontal_irradiance;
+use crate::photos::{Photos, encode};
 use crate::points::SparsePoint;
 use crate::render::Buffers;
 use crate::scenes::SceneRecipe;
@@ -24,36 +25,6 @@ use crate::world::World;
 pub struct Folder {
     root: PathBuf,
     exposure: f64,
-}
-
-/// All views and the photos of the first `train` of them.
-#[derive(Clone, Copy, Debug)]
-pub struct Photos<'a> {
-    /// Train, then test.
-    pub shots: &'a [Shot],
-    /// Number of photos.
-    pub train: usize,
-    /// Buffers of all views.
-    pub guides: &'a [Buffers],
-    /// Radiance of the photos.
-    pub photos: &'a [ImageF32],
-    /// Linear photo value over radiance.
-    pub exposure: f64,
-}
-
-impl Photos<'_> {
-    /// Encoded color of a photo's pixel.
-    pub fn pixel(&self, view: usize, x: usize, y: usize) -> [u8; 3] {
-        let linear = self.photos[view].pixel(x, y);
-        std::array::from_fn(|c| encode(linear[c] * self.exposure as f32))
-    }
-}
-
-/// The sRGB curve (IEC 61966-2-1), clipped and rounded to 8 bits.
-pub fn encode(linear: f32) -> u8 {
-    let v = linear.max(0.0).clamp(0.0, 1.0);
-    let s = if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 };
-    (s * 255.0).round() as u8
 }
 
 fn half_rgb(image: &ImageF32) -> Vec<AovChannel> {

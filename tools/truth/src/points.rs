@@ -5,7 +5,7 @@ use motes_math::rng::keyed_rng;
 use motes_shading::tracing::{Ray, offset_origin};
 use rand::RngExt;
 
-use crate::folder::Photos;
+use crate::photos::Photos;
 use crate::world::World;
 
 /// Points per photo.

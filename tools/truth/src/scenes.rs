@@ -1,6 +1,7 @@
 //! The scenes: objects, paints and lights as numbers.
 
 use glam::{EulerRot, Mat3, Vec2, Vec3};
+use motes_math::srgb;
 use motes_shading::environment::SunSky;
 
 use crate::lights::Light;
@@ -71,10 +72,7 @@ pub struct SceneRecipe {
 }
 
 fn rgb(hex: u32) -> Vec3 {
-    let channel = |shift: u32| {
-        let v = ((hex >> shift) & 255) as f32 / 255.0;
-        if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
-    };
+    let channel = |shift: u32| srgb::decode(((hex >> shift) & 255) as f32 / 255.0);
     Vec3::new(channel(16), channel(8), channel(0))
 }
 

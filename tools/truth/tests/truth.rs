@@ -17,8 +17,9 @@ use motes_truth::path::PathTracer;
 use motes_truth::render::{buffers, radiance};
 use motes_truth::scenes::SceneName;
 use motes_truth::score::align::Align;
+use motes_truth::score::pictures::PSNR_CAP_DB;
 use motes_truth::score::truth_folder::TruthFolder;
-use motes_truth::score::{PSNR_CAP_DB, Results, score};
+use motes_truth::score::{Results, score};
 use motes_truth::world::World;
 use motes_truth::{MakeOptions, make};
 

@@ -4,9 +4,11 @@ mod generate;
 mod licenses;
 mod manuals;
 mod metadata;
+mod problem;
 mod recipes;
 mod schemas;
 mod site;
+mod sources;
 mod tidy;
 mod versions;
 

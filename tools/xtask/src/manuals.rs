@@ -8,7 +8,8 @@ use std::process::Command;
 use anyhow::{bail, ensure};
 
 use crate::generate::built_stages;
-use crate::tidy::{prose, sources, vocabulary};
+use crate::sources::sources;
+use crate::tidy::{prose, vocabulary};
 
 const MANUALS: &str = "docs/stages/";
 /// Programs of one stage that have a help of their own.

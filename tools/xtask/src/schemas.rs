@@ -7,8 +7,9 @@ use std::process::{Command, Stdio};
 
 use anyhow::{Context as _, ensure};
 use motes_formats::documents;
+use motes_formats::schemas::all_schemas;
 
-use crate::tidy::Problem;
+use crate::problem::Problem;
 
 const FOLDER: &str = "docs/formats/schema";
 /// Schemas that a stage prints, and the stage. Its own tests compare them: `tidy` builds no stage.
@@ -40,7 +41,7 @@ pub(crate) fn stale(root: &Path) -> Vec<Problem> {
 
 /// File name to text.
 fn generated() -> BTreeMap<String, String> {
-    let schemas = documents::all_schemas().into_iter();
+    let schemas = all_schemas().into_iter();
     schemas
         .map(|(name, schema)| (format!("{name}.schema.json"), documents::to_pretty_json(&schema)))
         .collect()

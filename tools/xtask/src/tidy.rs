@@ -19,52 +19,13 @@ mod stage_words;
 mod tables;
 pub(crate) mod vocabulary;
 
-use std::fmt;
 use std::path::Path;
-use std::process::Command;
 
 use anyhow::bail;
 
+use crate::problem::Problem;
+use crate::sources::{Source, sources};
 use crate::{generate, metadata, schemas, versions};
-
-/// A broken rule.
-#[derive(Debug, PartialEq, Eq)]
-pub(crate) struct Problem {
-    fails: bool,
-    file: String,
-    line: usize,
-    text: String,
-}
-
-impl Problem {
-    /// A problem that fails the check. Lines count from 1; 0 is the whole file.
-    pub(crate) fn error(file: impl Into<String>, line: usize, text: impl Into<String>) -> Self {
-        Self { fails: true, file: file.into(), line, text: text.into() }
-    }
-
-    /// A problem that is only said.
-    pub(crate) fn warning(file: impl Into<String>, line: usize, text: impl Into<String>) -> Self {
-        Self { fails: false, ..Self::error(file, line, text) }
-    }
-}
-
-impl fmt::Display for Problem {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let kind = if self.fails { "" } else { "warning: " };
-        match self.line {
-            0 => write!(f, "{kind}{}: {}", self.file, self.text),
-            line => write!(f, "{kind}{}:{line}: {}", self.file, self.text),
-        }
-    }
-}
-
-/// A text file of the repository.
-#[derive(Debug)]
-pub(crate) struct Source {
-    /// Path from the root, with `/`.
-    pub(crate) path: String,
-    pub(crate) text: String,
-}
 
 pub(crate) fn run(root: &Path) -> anyhow::Result<()> {
     let sources = sources(root)?;
@@ -137,23 +98,4 @@ impl links::Places for Repository<'_> {
         let page = self.sources.iter().find(|s| s.path == path && path.ends_with(".md"));
         page.map(|s| s.text.as_str())
     }
-}
-
-/// All text files that git knows or would add.
-pub(crate) fn sources(root: &Path) -> anyhow::Result<Vec<Source>> {
-    let listing = ["ls-files", "-z", "--cached", "--others", "--exclude-standard"];
-    let output = Command::new("git").current_dir(root).args(listing).output()?;
-    if !output.status.success() {
-        bail!("git ls-files failed: {}", String::from_utf8_lossy(&output.stderr).trim());
-    }
-    let names = String::from_utf8_lossy(&output.stdout).into_owned();
-    let mut paths: Vec<&str> = names.split('\0').filter(|path| !path.is_empty()).collect();
-    paths.sort_unstable();
-    paths.dedup();
-    let read = |path: &&str| {
-        // Pictures and deliberately broken files are not text; a deleted one is not there.
-        let text = std::fs::read_to_string(root.join(path)).ok().filter(|t| !t.contains('\0'))?;
-        Some(Source { path: (*path).to_owned(), text })
-    };
-    Ok(paths.iter().filter_map(read).collect())
 }

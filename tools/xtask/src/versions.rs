@@ -6,10 +6,11 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use motes_formats::documents;
+use motes_formats::schemas::all_schemas;
 use serde_json::Value;
 
-use crate::tidy::{Problem, Source, sources};
+use crate::problem::Problem;
+use crate::sources::{Source, sources};
 
 const MARK: &str = "<!-- version: ";
 const PLY_COMMENT: &str = "motes format motes/";
@@ -91,7 +92,7 @@ fn known(sources: &[Source]) -> BTreeMap<String, String> {
     let printed = sources.iter().filter(|s| s.path.ends_with(".schema.json"));
     let printed = printed.filter_map(|s| serde_json::from_str::<Value>(&s.text).ok());
     // Those of the stages come from their pages, those that the code here knows from the code.
-    for schema in printed.chain(documents::all_schemas().into_iter().map(|(_, schema)| schema)) {
+    for schema in printed.chain(all_schemas().into_iter().map(|(_, schema)| schema)) {
         let format = schema["properties"]["format"]["const"].as_str().unwrap_or_default();
         let version = schema["properties"]["version"]["examples"][0].as_str().unwrap_or_default();
         known.insert(format.trim_start_matches("motes/").to_owned(), version.to_owned());

@@ -244,20 +244,6 @@ fn help<T: Document>() -> String {
     format!("docs/formats/schema/{name}-v{}.schema.json describes every key", T::MAJOR)
 }
 
-/// The JSON Schema of every document that several programs share, by the name of its schema file: `NAME-vMAJOR`.
-pub fn all_schemas() -> Vec<(String, Value)> {
-    vec![
-        schema::<crate::capture::CaptureDocument>(),
-        schema::<crate::camera_path::CameraPathDocument>(),
-        schema::<crate::decomposition::DecompositionDocument>(),
-        schema::<crate::metrics::MetricsDocument>(),
-        schema::<crate::run_record::RunRecord>(),
-        schema::<crate::selection::SelectionDocument>(),
-        schema::<crate::statistics::StatisticsDocument>(),
-        schema::<crate::train_report::TrainReportDocument>(),
-    ]
-}
-
 /// The JSON Schema of a document and the name of its schema file.
 pub fn schema<T: Document>() -> (String, Value) {
     let name = T::FORMAT.trim_start_matches("motes/");

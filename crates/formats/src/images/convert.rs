@@ -1,6 +1,7 @@
 //! Decoded pixels of any type to 8 bits.
 
 use image::{DynamicImage, ImageBuffer, Pixel};
+use motes_math::srgb;
 use motes_scene::ImageU8;
 
 /// 3 channels, or 4 when the image has alpha.
@@ -37,10 +38,7 @@ fn encode_srgb<P: Pixel<Subpixel = f32>>(
     mut image: ImageBuffer<P, Vec<f32>>,
 ) -> ImageBuffer<P, Vec<f32>> {
     for pixel in image.pixels_mut() {
-        pixel.apply_without_alpha(|linear| {
-            let v = linear.clamp(0.0, 1.0);
-            if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 }
-        });
+        pixel.apply_without_alpha(|linear| srgb::encode(linear.clamp(0.0, 1.0)));
     }
     image
 }

@@ -2,6 +2,7 @@
 
 use super::options::{DepthRange, FrameFormat, PictureFormat, PreviewAov};
 use motes_formats::exr_aov::AovChannel;
+use motes_math::srgb;
 use motes_raster::Rendering;
 use motes_scene::{ImageF32, ImageU8};
 
@@ -57,8 +58,7 @@ pub fn exr_channels(rendering: &Rendering) -> Vec<AovChannel> {
     let plane = |image: &ImageF32, c: usize| -> Vec<f32> {
         image.data.iter().skip(c).step_by(image.channels).copied().collect()
     };
-    let linear =
-        [0, 1, 2].map(|c| plane(&rendering.color, c).into_iter().map(linear_from_srgb).collect());
+    let linear = [0, 1, 2].map(|c| plane(&rendering.color, c).into_iter().map(linear).collect());
     let fits = fits_half(&linear);
     let mut channels: Vec<AovChannel> = ["R", "G", "B"]
         .into_iter()
@@ -86,15 +86,9 @@ fn fits_half(planes: &[Vec<f32>; 3]) -> bool {
     brightest == 0.0 || (1e-3..=65_504.0).contains(&brightest)
 }
 
-/// The sRGB transfer function backwards, continued beyond 1 and mirrored below 0.
-fn linear_from_srgb(encoded: f32) -> f32 {
-    let magnitude = encoded.abs();
-    let linear = if magnitude <= 0.040_45 {
-        magnitude / 12.92
-    } else {
-        ((magnitude + 0.055) / 1.055).powf(2.4)
-    };
-    linear.min(f32::MAX).copysign(encoded)
+/// Linear value of an sRGB-encoded one; what single precision cannot hold becomes its largest value.
+fn linear(encoded: f32) -> f32 {
+    srgb::decode(encoded).clamp(f32::MIN, f32::MAX)
 }
 
 /// 2nd and 98th percentile of the expected depth where something is; `None` where nothing is or

@@ -7,7 +7,8 @@
 pub(crate) mod bands;
 pub(crate) mod criterion;
 pub(crate) mod detail;
-mod options;
+pub(crate) mod options;
+pub(crate) mod probing;
 mod report;
 pub(crate) mod rules;
 
@@ -16,7 +17,9 @@ use serde::{Deserialize, Serialize};
 
 pub use report::{Candidate, Decision, ProbeCost};
 
-use crate::start::{PoseCheck, StartFrom};
+use crate::start::PoseCheck;
+use crate::start::options::StartFrom;
+
 impl ExposureModel {
     /// Whether every photo has an exposure of its own.
     pub(crate) fn is_fitted(self) -> bool {

@@ -1,27 +1,13 @@
 //! What is decided without a probe: by flags, and by the number of views where there is nothing to
 //! hold out.
 
-use super::{BackgroundModel, ExposureModel, ModelChoice};
+use super::options::{BackgroundModel, ExposureModel, ModelChoice};
 use crate::options::FitOptions;
-use crate::plan::Plan;
 
 /// Fewer training views leave none to hold out for a decision.
 pub(crate) const MIN_VIEWS: usize = 6;
 /// One view in so many is held out until everything is decided.
 const HELD_OUT_EVERY: usize = 8;
-/// Shorter probes say nothing.
-pub(crate) const MIN_PROBE_STEPS: u32 = 12;
-/// Share of the run after which exposures are decided: rough colors stand, and the coarse
-/// resolution still makes probes cheap.
-pub(crate) const EXPOSURE_AT: f64 = 0.24;
-/// Share of the second stage after which the SH degree is decided. Not earlier: at the first, coarse
-/// resolution degree 3 gained 0.03 dB where 0.4 dB followed within 100 steps of the second stage, and
-/// nothing where nothing followed.
-const DEGREE_AT: f64 = 0.3;
-/// Share of the run's work that all probes together may take, by [`step_cost`]; a third of it is for
-/// the background. Measured, it is less: there are fewer Gaussians early in a run.
-pub(crate) const PROBE_SHARE: f64 = 0.13;
-
 /// What is known before the first step; `None` waits for evidence.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Choices {
@@ -71,28 +57,6 @@ pub(crate) fn held_out(views: usize) -> Vec<u32> {
     (first..views).step_by(HELD_OUT_EVERY).map(|i| i as u32).collect()
 }
 
-/// Relative cost of a step: a part for the Gaussians and one for the pixels.
-fn step_cost(scale: f64) -> f64 {
-    0.2 + 0.8 * scale * scale
-}
-
-/// Progress at which the SH degree is decided.
-pub(crate) fn degree_at(plan: &Plan) -> f64 {
-    match plan.stages.as_slice() {
-        [first, second, ..] => (first.share + DEGREE_AT * second.share).max(EXPOSURE_AT),
-        _ => EXPOSURE_AT + DEGREE_AT / 2.0,
-    }
-}
-
-/// Steps of each of `probes` probes at `progress` that together take `share` of a run of the preset's
-/// own length: a longer one needs no longer probes.
-pub(crate) fn probe_steps(plan: &Plan, probes: usize, share: f64, progress: f64) -> u32 {
-    let run: f64 = plan.stages.iter().map(|s| s.share * step_cost(s.scale)).sum();
-    let probe = step_cost(plan.stages[plan.stage_at(progress)].scale);
-    let steps = f64::from(plan.iterations) / plan.steps_factor;
-    (steps * share * run / (probes.max(1) as f64 * probe)) as u32
-}
-
 /// Most Gaussians that the photos can determine: no more parameters (14 at SH degree 0) than
 /// numbers in the photos.
 pub(crate) fn most_gaussians(pixels: usize) -> usize {
@@ -123,18 +87,5 @@ mod tests {
         assert_eq!(held_out(6), [3]);
         assert_eq!(held_out(21), [4, 12, 20]);
         assert_eq!(held_out(100).len(), 12);
-    }
-
-    #[test]
-    fn probes_stay_within_their_share() {
-        for schedule in ["0.25:0.25,0.5:0.35,1:0.4", "1:1", "0.5:1"] {
-            let options =
-                FitOptions { resolution_schedule: Some(schedule.into()), ..FitOptions::default() };
-            let plan = Plan::new(&options, 20).unwrap();
-            let run: f64 = plan.stages.iter().map(|s| s.share * step_cost(s.scale)).sum();
-            let probe =
-                step_cost(plan.stages[0].scale) * f64::from(probe_steps(&plan, 6, 0.1, 0.0));
-            assert!(6.0 * probe <= 0.1 * run * f64::from(plan.iterations));
-        }
     }
 }

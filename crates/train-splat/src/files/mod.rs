@@ -2,6 +2,7 @@
 
 mod checkpoint;
 mod command;
+mod failure_words;
 mod model_report;
 mod photos;
 mod profile;
@@ -16,7 +17,7 @@ pub use command::{Args, run};
 pub use model_report::ModelReport;
 pub use photos::load_training_images;
 pub use profile::ProfileReport;
-pub use report::{HistoryRow, TrainReport};
+pub use report::TrainReport;
 pub use scores::{Held, Target, TargetOutcome};
 pub use session::{Session, SessionEnd, default_checkpoint};
 pub use start::{Start, StartRequest, parse_seconds};

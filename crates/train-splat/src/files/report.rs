@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 
 use crate::Plan;
 use motes_formats::documents::Document as _;
-use motes_formats::train_report::TrainReportDocument;
+use motes_formats::train_report::{TrainReportDocument, TrainingPoint};
 use motes_stage::Context;
 use serde::Serialize;
 
@@ -15,22 +15,6 @@ use super::profile::ProfileReport;
 use super::scores::{Held, TargetOutcome};
 use super::session::Session;
 use super::verdict::Verdict;
-
-/// One row of the training curve.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct HistoryRow {
-    /// Steps done.
-    pub step: u32,
-    /// Gaussians.
-    pub gaussians: usize,
-    /// Mean loss since the last row.
-    pub loss: f64,
-    /// Held-out PSNR, dB, when it was evaluated here.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub psnr_test: Option<f64>,
-    /// Seconds of wall time since the fit began.
-    pub seconds: f64,
-}
 
 /// The report of a run, also written by `--metrics`: a [`TrainReportDocument`].
 #[derive(Clone, Debug, Serialize)]
@@ -86,7 +70,7 @@ pub struct TrainReport {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub target: Option<TargetOutcome>,
     /// The training curve.
-    pub history: Vec<HistoryRow>,
+    pub history: Vec<TrainingPoint>,
 }
 
 impl TrainReport {

@@ -3,15 +3,15 @@
 use std::path::{Path, PathBuf};
 
 use crate::{Failure, FitOptions, Lap, Phase, Trainer, TrainingImage};
+use motes_formats::train_report::TrainingPoint;
 use motes_raster::RenderOptions;
 use motes_stage::{Context, StageError};
 use serde_json::json;
 
 use super::checkpoint::{Checkpoint, write_checkpoint};
-use super::report::HistoryRow;
+use super::failure_words::{contradiction, what_is_wrong};
 use super::scores::{Held, Target, TargetOutcome};
 use super::start::Start;
-use super::verdict::{contradiction, what_is_wrong};
 
 /// Rows of the training curve at least this many steps apart.
 const HISTORY_EVERY: u32 = 50;
@@ -48,9 +48,33 @@ pub struct Session<'a> {
     /// What became of it.
     pub outcome: Option<TargetOutcome>,
     /// The curve so far.
-    pub history: Vec<HistoryRow>,
+    pub history: Vec<TrainingPoint>,
     /// What the fit was made from, for another beginning.
     pub(super) start: &'a Start,
+}
+
+impl Start {
+    /// The session around the fit.
+    ///
+    /// # Errors
+    /// As [`Self::trainer`].
+    pub fn session(&self, checkpoint: PathBuf) -> anyhow::Result<Session<'_>> {
+        Ok(Session {
+            trainer: self.trainer()?,
+            held_out: &self.held_out,
+            set_aside: self.set_aside,
+            options: self.options.clone(),
+            seed: self.seed,
+            capture_sha256: self.capture_sha256.clone(),
+            checkpoint,
+            eval_every: None,
+            save_every: None,
+            target: None,
+            outcome: None,
+            history: Vec::new(),
+            start: self,
+        })
+    }
 }
 
 /// Why a session ended.
@@ -110,9 +134,9 @@ impl Session<'_> {
                 false => (None, false),
             };
             if step.is_multiple_of(HISTORY_EVERY) || held.is_some() || self.trainer.is_done() {
-                let row = HistoryRow {
+                let row = TrainingPoint {
                     step,
-                    gaussians: self.trainer.state.gaussians.len(),
+                    gaussians: self.trainer.state.gaussians.len() as u64,
                     loss: loss_sum / f64::from(loss_count.max(1)),
                     psnr_test: held.map(|h| h.psnr),
                     seconds: context.elapsed_seconds() - began,

@@ -1,6 +1,6 @@
 //! What a fit starts from: photos, options, and a checkpoint or a model when there is one.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use crate::{
@@ -15,7 +15,6 @@ use motes_stage::{Context, StageError};
 
 use super::checkpoint::read_checkpoint;
 use super::photos::{load_training_images, sha256_of};
-use super::session::Session;
 use super::world::{into_unit, points_into_unit, unit_world};
 
 /// Reads a time budget.
@@ -186,28 +185,6 @@ impl StartRequest<'_> {
 }
 
 impl Start {
-    /// The session around the fit.
-    ///
-    /// # Errors
-    /// As [`Self::trainer`].
-    pub fn session(&self, checkpoint: PathBuf) -> anyhow::Result<Session<'_>> {
-        Ok(Session {
-            trainer: self.trainer()?,
-            held_out: &self.held_out,
-            set_aside: self.set_aside,
-            options: self.options.clone(),
-            seed: self.seed,
-            capture_sha256: self.capture_sha256.clone(),
-            checkpoint,
-            eval_every: None,
-            save_every: None,
-            target: None,
-            outcome: None,
-            history: Vec::new(),
-            start: self,
-        })
-    }
-
     /// The fit, ready for its first step.
     ///
     /// # Errors

@@ -4,6 +4,7 @@ use motes_stage::Context;
 use rayon::prelude::*;
 use serde::Serialize;
 
+use super::failure_words::{contradiction, what_is_wrong};
 use super::scores::Held;
 use super::session::Session;
 use super::start::Start;
@@ -123,16 +124,6 @@ impl Verdict {
     }
 }
 
-/// The sentence for poses that contradict the photos.
-pub(super) fn contradiction(poses: &PoseCheck) -> String {
-    format!(
-        "the poses contradict the photos: only {} of {} matches between photos that look alike lie \
-         where the poses say; check that every photo has its own pose (file names, order) and the \
-         convention of the poses, or find them again with import-colmap --photos",
-        poses.agreeing, poses.matches
-    )
-}
-
 /// What pictures without shape reach on a few of the photos.
 fn baseline(photos: &[TrainingImage], background: [f32; 3], start: &Start) -> Option<Baseline> {
     // A run that must end on time has none left for more.
@@ -145,19 +136,4 @@ fn baseline(photos: &[TrainingImage], background: [f32; 3], start: &Start) -> Op
     };
     let all: Vec<Baseline> = (0..take).into_par_iter().with_max_len(1).map(of).collect();
     (take > 0).then(|| Baseline::mean(&all))
-}
-
-/// The sentence for a failure, to follow the name of the photos.
-pub(super) fn what_is_wrong(failure: &Failure) -> String {
-    match failure {
-        Failure::Empty => "no Gaussian is left".into(),
-        Failure::BlankPhotos => "there is nothing to see: each shows one color".into(),
-        Failure::FlatAlpha => {
-            "the opacity is the same everywhere, where the photos have an outline".into()
-        }
-        Failure::BelowBaseline { psnr, needed } => format!(
-            "the fit has {psnr:.2} dB, and a picture without any shape (one color or a blur per \
-             photo) {needed:.2} dB"
-        ),
-    }
 }

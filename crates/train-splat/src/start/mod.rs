@@ -13,7 +13,7 @@ mod hull;
 mod keypoints;
 mod matching;
 mod neighbors;
-mod options;
+pub(crate) mod options;
 mod pose_check;
 mod scale_space;
 mod sphere;

@@ -5,6 +5,7 @@ use motes_scene::Gaussians;
 
 use super::Trainer;
 use crate::auto::bands::fold_bands;
+use crate::auto::probing;
 use crate::auto::rules::{self, Choices};
 use crate::auto::{
     BackgroundModel, Decision, ExposureModel, ModelChoice, ModelState, ProbeCost, detail,
@@ -38,8 +39,8 @@ impl ModelState {
             && start.is_none()
             && options.freeze.is_empty()
             && views >= rules::MIN_VIEWS
-            && rules::probe_steps(plan, 4, rules::PROBE_SHARE, rules::degree_at(plan))
-                >= rules::MIN_PROBE_STEPS;
+            && probing::probe_steps(plan, 4, probing::PROBE_SHARE, probing::degree_at(plan))
+                >= probing::MIN_PROBE_STEPS;
         if let (None, Some(start)) = (choices.sh_degree, start) {
             model.sh_degree = start.sh_degree.max(plan.sh_degree);
         }

@@ -6,6 +6,7 @@ use motes_raster::{Frame, GaussianGradients, Modifiers, RenderOptions};
 
 use super::Trainer;
 use crate::auto::criterion::{Colors, Evidence, Residuals};
+use crate::auto::probing;
 use crate::auto::rules::{self, Choices};
 use crate::auto::{BackgroundModel, Candidate, Decision, ExposureModel, ProbeCost};
 use crate::background::OpenSky;
@@ -51,8 +52,8 @@ impl Trainer {
         if !self.state.model.background_decided {
             self.decide_background();
         }
-        if !self.state.model.exposure_decided && progress >= rules::EXPOSURE_AT {
-            let level = self.plan.stage_at(rules::EXPOSURE_AT);
+        if !self.state.model.exposure_decided && progress >= probing::EXPOSURE_AT {
+            let level = self.plan.stage_at(probing::EXPOSURE_AT);
             match Choices::new(&self.options).exposure {
                 Some(exposure) => self.put_exposure(exposure, level),
                 None if self.state.model.probing => self.decide_exposure(level),
@@ -61,7 +62,7 @@ impl Trainer {
             self.state.model.exposure_decided = true;
             self.order.0 = u64::MAX;
         }
-        if !self.state.model.degree_decided && progress >= rules::degree_at(&self.plan) {
+        if !self.state.model.degree_decided && progress >= probing::degree_at(&self.plan) {
             self.decide_degree();
             self.state.model.degree_decided = true;
             // Views that were held out join.
@@ -90,7 +91,7 @@ impl Trainer {
         if sky.share >= NEEDED_OPEN_SHARE {
             decision.by = "probe".into();
             let held = std::mem::replace(&mut self.state.model.background_decided, false);
-            let steps = rules::probe_steps(&self.plan, 3, rules::PROBE_SHARE / 3.0, 0.0);
+            let steps = probing::probe_steps(&self.plan, 3, probing::PROBE_SHARE / 3.0, 0.0);
             let base = self.run_probe("background-model none", (0.0, steps), |_| {});
             let mut best = (BackgroundModel::None, 0.0);
             for background in [BackgroundModel::Color, BackgroundModel::Shell] {
@@ -133,9 +134,9 @@ impl Trainer {
         let mut decision = Decision::new("exposure", "none", "measured", reason);
         if self.state.gain_spread >= PROBED_SPREAD {
             decision.by = "probe".into();
-            let share = rules::PROBE_SHARE / 3.0;
-            let steps = rules::probe_steps(&self.plan, 3, share, rules::EXPOSURE_AT);
-            let at = (rules::EXPOSURE_AT, steps);
+            let share = probing::PROBE_SHARE / 3.0;
+            let steps = probing::probe_steps(&self.plan, 3, share, probing::EXPOSURE_AT);
+            let at = (probing::EXPOSURE_AT, steps);
             let without = self.run_probe("exposure none", at, |_| {});
             let mut best = (ExposureModel::None, 0.0);
             for exposure in [ExposureModel::Gain, ExposureModel::Affine] {
@@ -171,10 +172,10 @@ impl Trainer {
         };
         // What the other components left unused; by the state, so that a resumed fit decides alike.
         let used = f64::from(u8::from(probed("background-model")) + u8::from(probed("exposure")));
-        let share = rules::PROBE_SHARE * (1.0 - used / 3.0);
-        let progress = rules::degree_at(&self.plan);
+        let share = probing::PROBE_SHARE * (1.0 - used / 3.0);
+        let progress = probing::degree_at(&self.plan);
         let probes = usize::from(top) + 1;
-        let at = (progress, rules::probe_steps(&self.plan, probes, share, progress));
+        let at = (progress, probing::probe_steps(&self.plan, probes, share, progress));
         let base = self.run_probe("sh-degree 0", at, |fork| fork.put_sh_degree(0));
         let (mut best, mut kept) = (0.0, 0);
         for degree in (1..=top).rev() {

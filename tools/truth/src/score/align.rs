@@ -57,11 +57,6 @@ impl FactorFit {
     }
 }
 
-/// The linear value of an sRGB-encoded one, 0 to 1 (IEC 61966-2-1).
-pub fn decode(encoded: f32) -> f32 {
-    if encoded <= 0.040_45 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -6,11 +6,12 @@ use std::path::Path;
 use glam::Vec3;
 use motes_formats::exr_aov::open_exr;
 use motes_math::metrics::psnr_from_mse;
+use motes_math::srgb::encode_f64;
 use motes_scene::{ImageF32, ImageU8};
 use serde::{Deserialize, Serialize};
 
-use super::PSNR_CAP_DB;
 use super::align::{Align, FactorFit};
+use super::pictures::PSNR_CAP_DB;
 use super::truth_folder::{TruthBuffers, TruthFolder, channels};
 
 /// Pixels next to a border of objects that do not count: their buffers are mixtures.
@@ -177,7 +178,8 @@ fn of_pixels(
                 let ours = (f64::from(p[c]) * factors[c]).clamp(0.0, 1.0);
                 let real = f64::from(t[c]);
                 linear += (real - ours).powi(2);
-                encoded += (srgb(real) - srgb(ours)).powi(2);
+                encoded +=
+                    (encode_f64(real.clamp(0.0, 1.0)) - encode_f64(ours.clamp(0.0, 1.0))).powi(2);
             }
         }
         let db = |sum: f64| psnr_from_mse(sum / (3.0 * n)).min(PSNR_CAP_DB);
@@ -186,9 +188,4 @@ fn of_pixels(
         out.base_color.insert(align, score);
     }
     out
-}
-
-fn srgb(v: f64) -> f64 {
-    let v = v.clamp(0.0, 1.0);
-    if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 }
 }

@@ -21,9 +21,6 @@ use self::materials::{MaterialScores, Prediction};
 use self::pictures::PictureScores;
 use self::truth_folder::TruthFolder;
 
-/// PSNR of pictures that are the same.
-pub const PSNR_CAP_DB: f64 = 99.0;
-
 /// What was made from the photos of a ground-truth folder.
 #[derive(Clone, Debug, Default)]
 pub struct Results {

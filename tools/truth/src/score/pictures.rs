@@ -5,13 +5,16 @@ use std::path::Path;
 
 use motes_formats::exr_aov::open_exr;
 use motes_math::metrics::{SsimBorder, psnr_from_mse, ssim};
+use motes_math::srgb;
 use motes_scene::ImageU8;
 use serde::{Deserialize, Serialize};
 
-use super::PSNR_CAP_DB;
-use super::align::{Align, FactorFit, decode};
+use super::align::{Align, FactorFit};
 use super::truth_folder::{TruthFolder, channels};
-use crate::folder::encode;
+use crate::photos::encode;
+
+/// PSNR of pictures that are the same.
+pub const PSNR_CAP_DB: f64 = 99.0;
 
 /// Scores of the test views under one light.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -41,7 +44,7 @@ pub struct Linear {
 }
 
 fn decoded(image: &ImageU8) -> Vec<f32> {
-    image.data.iter().map(|&v| decode(f32::from(v) / 255.0)).collect()
+    image.data.iter().map(|&v| srgb::decode(f32::from(v) / 255.0)).collect()
 }
 
 /// Our picture of a view: the PNG, or the channels `R G B` of an EXR where that is all there is.

@@ -11,7 +11,7 @@ use super::align::Align;
 use super::materials::Prediction;
 use super::truth_folder::TruthFolder;
 use super::{Results, Scores, pictures};
-use crate::folder::encode;
+use crate::photos::encode;
 
 /// Width of a picture on the sheet, pixels.
 const CELL: usize = 240;

@@ -3,7 +3,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::{Problem, Source};
+use crate::problem::Problem;
+use crate::sources::Source;
 
 /// Files of a circle that need no mention.
 const MOST: usize = 2;
@@ -44,7 +45,7 @@ fn circles(package: &str, files: &[(&str, &Source)]) -> Vec<Problem> {
             told.extend(circle.iter().map(|m| (*m).clone()));
             let names: Vec<String> = circle.iter().map(|m| shown(m)).collect();
             let text = format!("{} modules use each other: {}", names.len(), names.join(", "));
-            problems.push(Problem::warning(format!("{package}/src"), 0, text));
+            problems.push(Problem::error(format!("{package}/src"), 0, text));
         }
     }
     problems

@@ -2,7 +2,8 @@
 //! and no page leads out of the site.
 
 use super::prose::{prose, words};
-use super::{Problem, Source};
+use crate::problem::Problem;
+use crate::sources::Source;
 
 const SUMMARY: &str = "docs/SUMMARY.md";
 /// A method is read in one sitting.

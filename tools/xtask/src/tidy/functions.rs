@@ -1,6 +1,7 @@
 //! Short functions: a reader holds one on a screen.
 
-use super::{Problem, Source};
+use crate::problem::Problem;
+use crate::sources::Source;
 
 const LONG: usize = 80;
 /// On the line above a longer function, with the reason.

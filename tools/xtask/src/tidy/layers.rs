@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use serde_json::Value;
 
-use super::Problem;
 use crate::metadata::{list, text};
+use crate::problem::Problem;
 
 const FILE: &str = "docs/ARCHITECTURE.md";
 /// Usable by tests of every crate.

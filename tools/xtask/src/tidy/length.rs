@@ -1,6 +1,7 @@
 //! Short files: one concept each.
 
-use super::{Problem, Source};
+use crate::problem::Problem;
+use crate::sources::Source;
 
 const LONG: usize = 400;
 const TOO_LONG: usize = 700;

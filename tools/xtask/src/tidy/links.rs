@@ -1,6 +1,7 @@
 //! Links between documents lead somewhere.
 
-use super::{Problem, Source};
+use crate::problem::Problem;
+use crate::sources::Source;
 
 /// What a path leads to.
 pub(super) trait Places {

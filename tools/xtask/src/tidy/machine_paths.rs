@@ -1,6 +1,7 @@
 //! No file names a place that exists on one machine only.
 
-use super::{Problem, Source};
+use crate::problem::Problem;
+use crate::sources::Source;
 
 /// Written in two parts, so that this file passes.
 const PLACES: [&str; 5] = [

@@ -2,7 +2,8 @@
 
 use super::prose::{prose, words};
 use super::vocabulary::is_page;
-use super::{Problem, Source};
+use crate::problem::Problem;
+use crate::sources::Source;
 
 /// What only a record says.
 const PHRASES: [&str; 7] = [

@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use super::{Problem, Source};
+use crate::problem::Problem;
+use crate::sources::Source;
 
 /// Enums of one word, or of none, are no list.
 const LEAST_WORDS: usize = 2;

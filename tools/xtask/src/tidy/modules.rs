@@ -1,7 +1,8 @@
 //! In a stage crate, the command line and the session are named in `src/files/` alone; structs of
 //! options, in modules called `options`, derive their flags where they are defined.
 
-use super::{Problem, Source};
+use crate::problem::Problem;
+use crate::sources::Source;
 
 /// What an algorithm module may not name, and what it is.
 const ABOVE: [(&str, &str); 2] = [("clap::", "the command line"), ("motes_stage::", "the session")];

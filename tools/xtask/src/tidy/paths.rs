@@ -2,7 +2,8 @@
 
 use super::links::Places;
 use super::vocabulary::is_page;
-use super::{Problem, Source};
+use crate::problem::Problem;
+use crate::sources::Source;
 
 const FOLDERS: [&str; 5] = ["crates/", "tools/", "scripts/", "testdata/", "pipelines/"];
 

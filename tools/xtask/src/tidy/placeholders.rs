@@ -1,6 +1,7 @@
 //! Nothing is left to be done later.
 
-use super::{Problem, Source};
+use crate::problem::Problem;
+use crate::sources::Source;
 
 pub(super) fn check(source: &Source) -> Vec<Problem> {
     if !source.path.ends_with(".rs") {

@@ -2,7 +2,8 @@
 //! program. Call `$(BIN)/export` or `motes export`.
 
 use super::shell::{command_words, logical_lines};
-use super::{Problem, Source};
+use crate::problem::Problem;
+use crate::sources::Source;
 
 /// Names of the suite that are reserved before their stage exists.
 const RESERVED: [&str; 5] = ["decompose", "relight", "segment-select", "edit", "export"];

@@ -1,6 +1,7 @@
 //! Tables of pages render: every row has as many cells as the head, and a head has its rule.
 
-use super::{Problem, Source};
+use crate::problem::Problem;
+use crate::sources::Source;
 
 pub(super) fn check(source: &Source) -> Vec<Problem> {
     if !source.path.ends_with(".md") {

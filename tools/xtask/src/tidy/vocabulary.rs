@@ -4,7 +4,8 @@
 use std::fmt;
 
 use super::prose::{Word, words_of_markdown};
-use super::{Problem, Source};
+use crate::problem::Problem;
+use crate::sources::Source;
 
 pub(crate) const FILE: &str = "docs/GLOSSARY.md";
 const BEGIN: &str = "<!-- words: begin -->";
