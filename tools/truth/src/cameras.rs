@@ -8,6 +8,9 @@ use motes_shading::tracing::Ray;
 
 use crate::scenes::SceneRecipe;
 
+/// Height of a target that the elevations of cameras are given for, in units of the scene.
+const LEVEL: f64 = 0.1;
+
 /// A posed pinhole camera.
 #[derive(Clone, Debug)]
 pub struct Shot {
@@ -45,17 +48,22 @@ impl Shot {
 /// `train` shots once around, then `test` shots, each between two neighbors.
 pub fn ring(recipe: &SceneRecipe, size: (usize, usize), train: usize, test: usize) -> Vec<Shot> {
     let unit = f64::from(recipe.unit);
-    let (distance, low, high) = recipe.ring;
+    let views = &recipe.views;
+    let (distance, (low, high)) = (views.distance, views.elevation_deg);
+    let (start, span) = (views.azimuth_deg.0.to_radians(), TAU * views.azimuth_deg.1 / 360.0);
     let shot = |name: String, turn: f64, wobble: f64| {
+        let wobble = wobble * views.unsteady;
         // Three rises per round, so that neighbors differ in height.
         let wave = 0.5 + 0.5 * (3.0 * TAU * turn + 0.7).sin();
         let elevation = f64::from(low) + f64::from(high - low) * wave;
         let (sin, cos) = elevation.to_radians().sin_cos();
-        let (s, c) = (TAU * turn).sin_cos();
+        let (s, c) = (start + span * turn).sin_cos();
         let r = f64::from(distance) * unit * (1.0 + 0.04 * wobble);
         let origin = recipe.origin.as_dvec3();
-        let eye = origin + DVec3::new(c * cos, s * cos, sin) * r;
-        let target = origin + DVec3::new(0.03 * wobble, -0.04 * wobble, 0.1) * unit;
+        let raised = DVec3::Z * (views.target.z - LEVEL) * unit;
+        let eye = origin + raised + DVec3::new(c * cos, s * cos, sin) * r;
+        let aside = DVec3::new(0.03 * wobble, -0.04 * wobble, 0.0);
+        let target = origin + (views.target + aside) * unit;
         let pose = Pose::look_at(eye, target, DVec3::Z).unwrap_or(Pose::IDENTITY);
         let focal = f64::from(recipe.focal) * size.0 as f64;
         Shot { name, camera_from_world: pose, size, focal }

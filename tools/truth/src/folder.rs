@@ -14,7 +14,8 @@ use serde_json::{Value, json};
 use crate::MakeOptions;
 use crate::cameras::Shot;
 use crate::lights::horizontal_irradiance;
-use crate::photos::{Photos, encode};
+use crate::photography::Camera;
+use crate::photos::Photos;
 use crate::points::SparsePoint;
 use crate::render::Buffers;
 use crate::scenes::SceneRecipe;
@@ -25,6 +26,7 @@ use crate::world::World;
 pub struct Folder {
     root: PathBuf,
     exposure: f64,
+    camera: Camera,
 }
 
 fn half_rgb(image: &ImageF32) -> Vec<AovChannel> {
@@ -45,7 +47,12 @@ impl Folder {
             let path = root.join(part);
             std::fs::create_dir_all(&path).with_context(|| path.display().to_string())?;
         }
-        Ok(Self { root: root.to_path_buf(), exposure })
+        Ok(Self { root: root.to_path_buf(), exposure, camera: Camera::default() })
+    }
+
+    /// Pictures are developed as this camera does; [`Self::light`]'s previews, too.
+    pub fn taken_with(self, camera: Camera) -> Self {
+        Self { camera, ..self }
     }
 
     fn exr(&self, name: &str, image: &ImageF32, channels: &[AovChannel]) -> anyhow::Result<()> {
@@ -73,14 +80,20 @@ impl Folder {
         self.photo(&format!("env/{name}_preview.png"), picture)
     }
 
-    /// Radiance as a photo.
+    /// Radiance as a picture without noise and drift.
     ///
     /// # Errors
     /// When it cannot be written.
     pub fn photo(&self, name: &str, radiance: &ImageF32) -> anyhow::Result<()> {
-        let data = radiance.data.iter().map(|v| encode(v * self.exposure as f32)).collect();
-        let image = ImageU8::from_data(radiance.width, radiance.height, 3, data);
-        Ok(write_png(&self.root.join(name), &image)?)
+        self.png(name, &self.camera.developed(&radiance.clone().scaled(self.exposure as f32)))
+    }
+
+    /// A picture as it is.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub fn png(&self, name: &str, image: &ImageU8) -> anyhow::Result<()> {
+        Ok(write_png(&self.root.join(name), image)?)
     }
 
     /// Radiance of the test views, as photos and as EXR without exposure.
@@ -209,10 +222,12 @@ impl Folder {
             let file = format!("env/{name}.exr");
             ((*name).to_owned(), json!({"file": file, "horizontal_irradiance_rgb": irradiance}))
         };
-        let names = std::iter::once("ground").chain(recipe.things.iter().map(|t| t.name));
-        let paints = std::iter::once(&recipe.ground).chain(recipe.things.iter().map(|t| &t.paint));
+        let lamp = crate::world::shade();
+        let ground = std::iter::once(("ground", &recipe.ground));
+        let things = recipe.things.iter().map(|t| (t.name, &t.paint));
+        let named = ground.chain(things).chain(recipe.lamps.iter().map(|l| (l.name, &lamp)));
         let objects: Vec<Value> = (1..)
-            .zip(names.zip(paints))
+            .zip(named)
             .zip(&world.bounds)
             .map(|((id, (name, paint)), (low, high))| {
                 let lambert = recipe.lambert;
@@ -234,6 +249,7 @@ impl Folder {
             "cx": w as f64 / 2.0, "cy": h as f64 / 2.0, "exposure": self.exposure,
             "capture_light": recipe.capture_light.0, "relight_lights": relights, "bsdf": bsdf,
             "objects": objects, "lights": lights.iter().map(of_light).collect::<serde_json::Map<_, _>>(),
+            "lamps": recipe.lamps.iter().map(|l| l.name).collect::<Vec<_>>(), "faults": self.camera.faults,
             "samples": options.samples, "bounces": options.bounces, "seed": options.seed,
         });
         self.text("scene.json", &serde_json::to_string_pretty(&scene)?)?;

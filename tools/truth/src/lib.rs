@@ -8,10 +8,13 @@
 
 pub mod cameras;
 mod denoise;
+pub mod faults;
 pub mod folder;
+pub mod lamps;
 pub mod lights;
 pub mod oracle;
 pub mod path;
+pub mod photography;
 pub mod photos;
 mod points;
 mod removed;
@@ -27,12 +30,13 @@ use std::path::Path;
 use anyhow::Context as _;
 use motes_scene::ImageF32;
 use motes_shading::brdf::Lobes;
-use motes_shading::environment::Environment;
 
 use crate::cameras::{Shot, ring};
+use crate::faults::Fault;
 use crate::folder::Folder;
 use crate::lights::{Light, environment};
 use crate::path::PathTracer;
+use crate::photography::Camera;
 use crate::photos::Photos;
 use crate::render::{Buffers, buffers, radiance};
 use crate::scenes::SceneName;
@@ -41,7 +45,7 @@ use crate::world::World;
 pub use removed::make_removed;
 
 /// How a scene is made.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct MakeOptions {
     /// Columns; rows are three quarters.
     pub width: usize,
@@ -55,6 +59,8 @@ pub struct MakeOptions {
     pub bounces: u32,
     /// Lobes of what is not Lambert.
     pub lobes: Lobes,
+    /// What is wrong with the camera; the scene's own faults when none.
+    pub faults: Option<Vec<Fault>>,
     /// Key of all random numbers.
     pub seed: u64,
 }
@@ -68,6 +74,7 @@ impl Default for MakeOptions {
             samples: 8,
             bounces: 3,
             lobes: Lobes::Burley,
+            faults: None,
             seed: 0,
         }
     }
@@ -93,22 +100,29 @@ pub fn make(
     let guides: Vec<Buffers> = shots.iter().map(|shot| buffers(&world, shot)).collect();
     let train = options.train_views;
 
+    let faults = options.faults.clone().unwrap_or_else(|| recipe.faults.clone());
+    let camera = Camera { faults, seed: options.seed };
+
+    // Salt 0 is the light of the photos, which the scene's lamps are part of.
     let take = |light: &Light, which: std::ops::Range<usize>, samples, salt: u64| {
         let picture = light.picture()?;
         let environment = environment(&picture)?;
         let seed = options.seed ^ (salt << 32);
         let frames = shots[which.clone()].iter().zip(&guides[which.clone()]).zip(which.clone());
-        let frames = expose(&world, &environment, frames, samples, options.bounces, seed);
-        anyhow::Ok((picture, frames))
+        let tracer = PathTracer::new(&world, &environment, options.bounces, seed);
+        let tracer = if salt == 0 { tracer.with_lamps() } else { tracer };
+        anyhow::Ok((picture, expose(&tracer, frames, samples, seed)))
     };
     let (capture, light) = &recipe.capture_light;
     say(&format!("{}: {train} photos under {capture}", recipe.name));
     let (picture, photos) = take(light, 0..train, options.samples, 0)?;
     let exposure = exposure_of(&photos);
     let out = Folder::create(folder, exposure).context("the folder of the scene")?;
+    let out = out.taken_with(camera.clone());
     out.light(capture, &picture)?;
-    for (shot, frame) in shots.iter().zip(&photos) {
-        out.photo(&format!("images/{}.png", shot.name), frame)?;
+    for (view, (shot, frame)) in (0..).zip(shots.iter().zip(&photos)) {
+        let photo = camera.photo(&frame.clone().scaled(exposure as f32), shot.focal, view);
+        out.png(&format!("images/{}.png", shot.name), &photo)?;
     }
     let (_, frames) = take(light, train..shots.len(), options.samples, 0)?;
     out.frames("test/capture", &shots[train..], &frames)?;
@@ -127,22 +141,23 @@ pub fn make(
         out.ids(shot, guide)?;
     }
     let all = Photos { shots: &shots, train, guides: &guides, photos: &photos, exposure };
+    let target = recipe.origin.as_dvec3() + recipe.views.target * f64::from(recipe.unit);
+    let mut told = camera.told(&shots[..train], target);
+    told.extend_from_slice(&shots[train..]);
     let points = points::sparse_points(&world, &all, options.seed);
+    let all = Photos { shots: &told, ..all };
     out.colmap(&all, &points)?;
     out.documents(&recipe, &world, &all, &lights, options)
 }
 
 fn expose<'a>(
-    world: &World,
-    light: &Environment,
+    tracer: &PathTracer<'_>,
     views: impl Iterator<Item = ((&'a Shot, &'a Buffers), usize)>,
     samples: u32,
-    bounces: u32,
     seed: u64,
 ) -> Vec<ImageF32> {
-    let tracer = PathTracer::new(world, light, bounces, seed);
     views
-        .map(|((shot, guide), i)| radiance(&tracer, shot, guide, samples, (seed, i as u64)))
+        .map(|((shot, guide), i)| radiance(tracer, shot, guide, samples, (seed, i as u64)))
         .collect()
 }
 

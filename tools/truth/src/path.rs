@@ -4,10 +4,11 @@
 use glam::Vec3;
 use motes_shading::brdf::Brdf;
 use motes_shading::environment::Environment;
-use motes_shading::integrate::LightPool;
+use motes_shading::integrate::{LightPool, SurfacePoint};
 use motes_shading::sampling::{PointSet, unit_f32};
 use motes_shading::tracing::{Ray, offset_origin};
 
+use crate::lamps::{Lamp, SHORT};
 use crate::world::World;
 
 /// Directions from the light at the first surface; one at each later one.
@@ -18,6 +19,8 @@ const LOG2_POOL: u32 = 18;
 pub struct PathTracer<'a> {
     world: &'a World,
     light: &'a Environment,
+    /// Lamps that are lit: all of the world, or none.
+    lamps: &'a [Lamp],
     pool: LightPool,
     /// Surfaces that a path may meet; light after the last is left out.
     surfaces: u32,
@@ -28,7 +31,12 @@ impl<'a> PathTracer<'a> {
     /// For paths over `1 + bounces` surfaces.
     pub fn new(world: &'a World, light: &'a Environment, bounces: u32, seed: u64) -> Self {
         let pool = LightPool::new(light, LOG2_POOL, seed);
-        Self { world, light, pool, surfaces: bounces + 1, seed }
+        Self { world, light, lamps: &[], pool, surfaces: bounces + 1, seed }
+    }
+
+    /// With the lamps of the world lit, too.
+    pub fn with_lamps(self) -> Self {
+        Self { lamps: self.world.lamps(), ..self }
     }
 
     /// Radiance along `ray`: sample `sample` of `samples` of `item`.
@@ -42,6 +50,10 @@ impl<'a> PathTracer<'a> {
                 let weight = last.map_or(1.0, |(p_b, n)| p_b / (p_b + n * p_l));
                 return sum + throughput * radiance * weight;
             };
+            // Of later surfaces every lamp was asked already.
+            if let (0, Some(lamp)) = (depth, seen.lamp.and_then(|k| self.lamps.get(k as usize))) {
+                return throughput * lamp.radiance;
+            }
             if depth == self.surfaces {
                 return sum;
             }
@@ -65,6 +77,14 @@ impl<'a> PathTracer<'a> {
                     sum += throughput * f.total() * light.radiance * scale;
                 }
             }
+            for (lamp, k) in self.lamps.iter().zip(0u32..) {
+                let points = PointSet::new(self.seed, item, purpose + 3 + k, samples * n);
+                for i in 0..n {
+                    let u = points.point(sample * n + i).map(unit_f32);
+                    let sent = self.sent_by(lamp, [u[0], u[1]], point, &brdf);
+                    sum += throughput * sent / n as f32;
+                }
+            }
             let u = PointSet::new(self.seed, item, purpose + 1, samples).point(sample);
             let Some(w) = brdf.sample(u.map(unit_f32)) else { return sum };
             let (f, p_b) = brdf.eval_pdf(w);
@@ -82,5 +102,25 @@ impl<'a> PathTracer<'a> {
             ray = next;
         }
         sum
+    }
+
+    /// What a point of a lamp sends over a surface to its viewer, over the density of that point.
+    fn sent_by(&self, lamp: &Lamp, u: [f32; 2], point: &SurfacePoint, brdf: &Brdf) -> Vec3 {
+        let at = lamp.point(u);
+        let way = at.position - point.position;
+        let distance = way.length();
+        let to_light = way / distance;
+        let (n, cosine) = (point.geometric_normal, -at.normal.dot(to_light));
+        if !(cosine > 0.0 && n.dot(to_light) > 0.0) {
+            return Vec3::ZERO;
+        }
+        let origin = offset_origin(point.position, n, to_light, 0.0);
+        let ray = Ray { t_max: (1.0 - SHORT) * distance, ..Ray::new(origin, to_light) };
+        if self.world.occluded(&ray) {
+            return Vec3::ZERO;
+        }
+        // `f` holds the cosine at the surface.
+        let (f, _) = brdf.eval_pdf(to_light);
+        f.total() * lamp.radiance * (cosine * at.area / (distance * distance))
     }
 }

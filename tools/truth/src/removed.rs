@@ -8,8 +8,11 @@ use serde::Deserialize;
 
 use crate::cameras::ring;
 use crate::expose;
+use crate::faults::Fault;
 use crate::folder::Folder;
 use crate::lights::environment;
+use crate::path::PathTracer;
+use crate::photography::Camera;
 use crate::render::{Buffers, buffers};
 use crate::scenes::SceneName;
 use crate::world::World;
@@ -23,6 +26,8 @@ struct Made {
     bounces: u32,
     seed: u64,
     bsdf: String,
+    #[serde(default)]
+    faults: Vec<Fault>,
 }
 
 #[derive(Deserialize)]
@@ -60,8 +65,10 @@ pub fn make_removed(name: SceneName, object: &str, folder: &Path) -> anyhow::Res
         shots[train..].iter().map(|shot| buffers(&world, shot)).collect();
     let light = environment(&recipe.capture_light.1.picture()?)?;
     let views = shots[train..].iter().zip(&guides).zip(train..);
-    let frames = expose(&world, &light, views, made.samples, made.bounces, made.seed);
-    let out = Folder::create(folder, made.exposure)?;
+    let tracer = PathTracer::new(&world, &light, made.bounces, made.seed).with_lamps();
+    let frames = expose(&tracer, views, made.samples, made.seed);
+    let camera = Camera { faults: made.faults, seed: made.seed };
+    let out = Folder::create(folder, made.exposure)?.taken_with(camera);
     let place = format!("test/removed_{object}");
     out.frames(&place, &shots[train..], &frames)?;
     for (shot, guide) in shots[train..].iter().zip(&mut guides) {

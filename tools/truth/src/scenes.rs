@@ -1,9 +1,14 @@
 //! The scenes: objects, paints and lights as numbers.
 
-use glam::{EulerRot, Mat3, Vec2, Vec3};
+mod bedroom;
+mod garden;
+
+use glam::{DVec3, EulerRot, Mat3, Vec2, Vec3};
 use motes_math::srgb;
 use motes_shading::environment::SunSky;
 
+use crate::faults::Fault;
+use crate::lamps::Lamp;
 use crate::lights::Light;
 use crate::shapes::Shape;
 use crate::texture::{Paint, Pattern};
@@ -17,6 +22,10 @@ pub enum SceneName {
     Studio,
     /// Mixed materials on uneven ground in the evening.
     Hillside,
+    /// A plush toy on a bed in the corner of a room, lit by a lamp and a window; photographed by a phone.
+    Bedroom,
+    /// Shrubs, stems and pots on a lawn under the sky, which the photos show; photographed by a phone.
+    Garden,
 }
 
 /// A thing on the ground.
@@ -34,6 +43,8 @@ pub struct Thing {
     pub place: Vec2,
     /// Turned about x, y, z before it is set down, radians.
     pub turned: Vec3,
+    /// How far its lowest point is above the ground, in units of the scene.
+    pub lift: f32,
 }
 
 impl Thing {
@@ -41,6 +52,43 @@ impl Thing {
     pub fn rotation(&self) -> Mat3 {
         let t = self.turned;
         Mat3::from_euler(EulerRot::XYZ, t.x, t.y, t.z)
+    }
+}
+
+/// A flat piece of a room: a parallelogram whose front is where `along` x `up` points.
+#[derive(Clone, Debug)]
+pub struct Wall {
+    /// A corner, in units of the scene.
+    pub corner: Vec3,
+    /// From the corner along one side.
+    pub along: Vec3,
+    /// From the corner along the other.
+    pub up: Vec3,
+    /// Paint, in units of the scene.
+    pub paint: Paint,
+}
+
+/// Where the cameras are.
+#[derive(Clone, Copy, Debug)]
+pub struct Views {
+    /// Of the cameras from the target.
+    pub distance: f32,
+    /// Lowest and highest elevation, degrees.
+    pub elevation_deg: (f32, f32),
+    /// First azimuth and how far around they go, degrees.
+    pub azimuth_deg: (f64, f64),
+    /// What they look at, in units of the scene.
+    pub target: DVec3,
+    /// How unevenly they are held: 1 a tripod that was moved, more by hand.
+    pub unsteady: f64,
+}
+
+impl Views {
+    /// Once around something on the ground.
+    fn around(distance: f32, low: f32, high: f32) -> Self {
+        let target = DVec3::new(0.0, 0.0, 0.1);
+        let azimuth_deg = (0.0, 360.0);
+        Self { distance, elevation_deg: (low, high), azimuth_deg, target, unsteady: 1.0 }
     }
 }
 
@@ -61,8 +109,14 @@ pub struct SceneRecipe {
     pub ground: Paint,
     /// What stands on it.
     pub things: Vec<Thing>,
-    /// Distance and elevations (lowest, highest, degrees) of the cameras.
-    pub ring: (f32, f32, f32),
+    /// Flat pieces around it; they count as support.
+    pub walls: Vec<Wall>,
+    /// Lamps and windows: lit in the photos, dark in the relit pictures.
+    pub lamps: Vec<Lamp>,
+    /// Where the cameras are.
+    pub views: Views,
+    /// What is wrong with the camera when nothing else is asked for.
+    pub faults: Vec<Fault>,
     /// Focal length over the width of a picture.
     pub focal: f32,
     /// The light of the photos.
@@ -88,7 +142,7 @@ fn thing(
     place: (f32, f32),
     turned: (f32, f32, f32),
 ) -> Thing {
-    Thing { name, shape, paint, size, place: place.into(), turned: turned.into() }
+    Thing { name, shape, paint, size, place: place.into(), turned: turned.into(), lift: 0.0 }
 }
 
 fn sky(azimuth_deg: f64, elevation_deg: f64, turbidity: f64, irradiance: f32) -> Light {
@@ -125,6 +179,8 @@ impl SceneName {
             Self::Matte => matte(),
             Self::Studio => studio(),
             Self::Hillside => hillside(),
+            Self::Bedroom => bedroom::recipe(),
+            Self::Garden => garden::recipe(),
         }
     }
 }
@@ -168,7 +224,10 @@ fn matte() -> SceneRecipe {
                 (0.0, 0.0, 0.0),
             ),
         ],
-        ring: (1.75, 27.0, 56.0),
+        walls: Vec::new(),
+        lamps: Vec::new(),
+        views: Views::around(1.75, 27.0, 56.0),
+        faults: Vec::new(),
         focal: 1.08,
         capture_light: ("noon", sky(-35.0, 52.0, 3.0, 3.2)),
         relights: vec![
@@ -222,7 +281,10 @@ fn studio() -> SceneRecipe {
             ),
             thing("cube", block(0.4, 0.4, 0.4, 0.16), stone, 0.36, (0.0, -0.02), (0.0, 0.0, 0.35)),
         ],
-        ring: (1.9, 26.0, 60.0),
+        walls: Vec::new(),
+        lamps: Vec::new(),
+        views: Views::around(1.9, 26.0, 60.0),
+        faults: Vec::new(),
         focal: 1.12,
         capture_light: ("boxes", soft_boxes()),
         relights: vec![
@@ -296,7 +358,10 @@ fn hillside() -> SceneRecipe {
                 (0.15, 0.1, 0.0),
             ),
         ],
-        ring: (1.85, 25.0, 58.0),
+        walls: Vec::new(),
+        lamps: Vec::new(),
+        views: Views::around(1.85, 25.0, 58.0),
+        faults: Vec::new(),
         focal: 1.05,
         capture_light: ("evening", sky(-60.0, 27.0, 3.5, 2.2)),
         relights: vec![

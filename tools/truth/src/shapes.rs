@@ -2,8 +2,12 @@
 
 use std::f32::consts::{PI, TAU};
 
-use glam::Vec3;
+use glam::{Quat, Vec3};
+use motes_math::rng::keyed_rng;
 use motes_shading::tracing::TriangleMesh;
+use rand::RngExt;
+
+use crate::texture::fractal;
 
 /// A shape about the origin, about one unit large.
 #[derive(Clone, Copy, Debug)]
@@ -55,6 +59,22 @@ pub enum Shape {
         /// Half the height.
         half_height: f32,
     },
+    /// A pillow or a heap of cloth: a soft block with folds.
+    Cloth {
+        /// Half axes.
+        axes: Vec3,
+        /// Height of the folds.
+        wrinkles: f32,
+    },
+    /// Flat leaves strewn in a ball.
+    Leaves {
+        /// Of the ball.
+        radius: f32,
+        /// Length of a leaf.
+        leaf: f32,
+        /// How many.
+        count: u16,
+    },
 }
 
 /// A mesh with unit normals at its vertices.
@@ -85,6 +105,7 @@ impl Shape {
                 let (sin, cos) = v.sin_cos();
                 at(u) + (side * cos + side.cross(tangent) * sin) * tube
             }),
+            Self::Leaves { radius, leaf, count } => leaves(radius, leaf, count),
             _ => revolve(2 * n, n, false, |u, v| self.on_sphere(u, v)),
         }
     }
@@ -119,9 +140,49 @@ impl Shape {
                 let r = radius * belly.max(0.25) * end;
                 Vec3::new(r * u.cos(), r * u.sin(), half_height * t)
             }
-            Self::Torus { .. } | Self::Knot { .. } => d,
+            Self::Cloth { axes, wrinkles } => {
+                let soft = |x: f32| x.signum() * x.abs().powf(0.5);
+                let r = soft(v.cos());
+                let p = axes * Vec3::new(r * soft(u.cos()), r * soft(u.sin()), soft(v.sin()));
+                // Ridges of two noises (Musgrave 1994) are folds.
+                let ridge = |q: Vec3| 1.0 - (2.0 * fractal(q, 2) - 1.0).abs() * 2.0;
+                let fold = ridge(p * 9.0) + 0.5 * ridge(p * 19.0 + Vec3::splat(4.0));
+                p + d * (wrinkles * fold)
+            }
+            Self::Torus { .. } | Self::Knot { .. } | Self::Leaves { .. } => d,
         }
     }
+}
+
+/// Flat octahedra at places and with turns that their number decides.
+fn leaves(radius: f32, leaf: f32, count: u16) -> SmoothMesh {
+    let mut all = SmoothMesh::default();
+    for i in 0..u64::from(count) {
+        let mut rng = keyed_rng(i, 0x1eaf, u64::from(count));
+        let mut within = || Vec3::from_array([(); 3].map(|()| 2.0 * rng.random::<f32>() - 1.0));
+        // More of them near the outside, as light wants it.
+        let place = within();
+        let place = place.normalize_or(Vec3::Z) * (radius * place.length().min(1.0).sqrt());
+        let turn = Quat::from_scaled_axis(within() * PI);
+        let size = leaf * (0.75 + 0.25 * within().x);
+        let corner = |axis: Vec3| place + turn * (axis * size);
+        let vertices = [Vec3::X, Vec3::Y * 0.5, Vec3::Z * 0.04]
+            .into_iter()
+            .flat_map(|axis| [corner(axis), corner(-axis)])
+            .collect();
+        let mut triangles = Vec::with_capacity(8);
+        for (x, y, z) in (0..8u32).map(|k| (k & 1, k >> 1 & 1, k >> 2)) {
+            let [a, b, c] = [x, 2 + y, 4 + z];
+            // A mirror image turns the other way.
+            triangles.push(if (x + y + z) % 2 == 0 { [a, b, c] } else { [b, a, c] });
+        }
+        let one = TriangleMesh { vertices, triangles };
+        let first = all.mesh.vertices.len() as u32;
+        all.normals.extend(vertex_normals(&one));
+        all.mesh.triangles.extend(one.triangles.iter().map(|t| t.map(|v| v + first)));
+        all.mesh.vertices.extend(one.vertices);
+    }
+    all
 }
 
 /// A grid over (u, v), u around, v around too (`closed`) or from pole to pole.
@@ -177,6 +238,8 @@ mod tests {
             Shape::Lumpy { radius: 0.5, amplitude: 0.1, waves: 4.0 },
             Shape::Knot { size: 0.6, tube: 0.12 },
             Shape::Vase { radius: 0.4, half_height: 0.6 },
+            Shape::Cloth { axes: Vec3::new(0.4, 0.5, 0.2), wrinkles: 0.02 },
+            Shape::Leaves { radius: 0.6, leaf: 0.2, count: 400 },
         ] {
             let SmoothMesh { mesh, normals } = shape.mesh(48);
             let corner = |i: u32| mesh.vertices[i as usize].as_dvec3();

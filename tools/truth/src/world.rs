@@ -5,9 +5,10 @@ use motes_shading::brdf::{Lobes, Material};
 use motes_shading::integrate::SurfacePoint;
 use motes_shading::tracing::{BuildQuality, MeshError, MeshTracer, Ray, Tracer, TriangleMesh};
 
+use crate::lamps::{Lamp, parallelogram};
 use crate::scenes::SceneRecipe;
-use crate::shapes::vertex_normals;
-use crate::texture::{Paint, fractal};
+use crate::shapes::{SmoothMesh, vertex_normals};
+use crate::texture::{Paint, Pattern, fractal};
 
 /// Steps of the shapes' meshes.
 const STEPS: u32 = 112;
@@ -22,6 +23,10 @@ struct Object {
     paint: Paint,
     /// Into the coordinates of the paint.
     to_paint: (Mat3, Vec3, f32),
+    /// In the buffers: 1 the support, 2 and up everything else.
+    id: u8,
+    /// Number among the lamps.
+    lamp: Option<u8>,
 }
 
 /// A scene, ready for rays. Object ids start at 1, the ground's.
@@ -33,6 +38,7 @@ pub struct World {
     /// Object of every triangle.
     owners: Vec<u16>,
     lobes: Lobes,
+    lamps: Vec<Lamp>,
     /// Lowest and highest corner of every object, world.
     pub bounds: Vec<(Vec3, Vec3)>,
 }
@@ -46,6 +52,8 @@ pub struct Seen {
     pub distance: f32,
     /// Id of the object.
     pub object: u8,
+    /// Number among the lamps, on their bright side.
+    pub lamp: Option<u8>,
 }
 
 impl World {
@@ -62,12 +70,14 @@ impl World {
             objects: Vec::new(),
             owners: Vec::new(),
             lobes: if recipe.lambert { Lobes::Lambert } else { lobes },
+            lamps: Vec::new(),
             bounds: Vec::new(),
         };
         let ground = ground(recipe);
         let normals = vertex_normals(&ground);
         let to_paint = (Mat3::IDENTITY, recipe.origin, unit);
-        world.add(ground, normals, Object { paint: recipe.ground.clone(), to_paint });
+        let still = |paint: &Paint, id| Object { paint: paint.clone(), to_paint, id, lamp: None };
+        world.add(ground, normals, still(&recipe.ground, 1));
         for thing in &recipe.things {
             let smooth = thing.shape.mesh(STEPS);
             let (rotation, scale) = (thing.rotation(), unit * thing.size);
@@ -77,13 +87,29 @@ impl World {
             let at = thing.place * unit;
             // Down to the ground, and a little into it where that is uneven.
             let z = height(recipe, thing.place.x, thing.place.y) * unit - lowest;
-            let sunk = 0.25 * recipe.waves * unit;
+            let sunk = (0.25 * recipe.waves - thing.lift) * unit;
             let origin = recipe.origin + Vec3::new(at.x, at.y, z - sunk);
             let vertices = turned.iter().map(|&p| p + origin).collect();
             let normals = smooth.normals.iter().map(|&n| rotation * n).collect();
             let mesh = TriangleMesh { vertices, triangles: smooth.mesh.triangles };
             let to_paint = (rotation.transpose(), origin, scale);
-            world.add(mesh, normals, Object { paint: thing.paint.clone(), to_paint });
+            let id = world.objects.len() as u8 + 1;
+            let object = Object { paint: thing.paint.clone(), to_paint, id, lamp: None };
+            world.add(mesh, normals, object);
+        }
+        for (lamp, number) in recipe.lamps.iter().zip(0u8..) {
+            let lamp = lamp.placed(unit, recipe.origin);
+            let SmoothMesh { mesh, normals } = lamp.mesh();
+            let id = world.objects.len() as u8 + 1;
+            let object = Object { lamp: Some(number), ..still(&shade(), id) };
+            world.add(mesh, normals, object);
+            world.lamps.push(lamp);
+        }
+        for wall in &recipe.walls {
+            let corner = wall.corner * unit + recipe.origin;
+            let SmoothMesh { mesh, normals } =
+                parallelogram(corner, wall.along * unit, wall.up * unit);
+            world.add(mesh, normals, still(&wall.paint, 1));
         }
         world.tracer = MeshTracer::new(&world.mesh, BuildQuality::Balanced)?;
         Ok(world)
@@ -125,7 +151,9 @@ impl World {
             to_viewer,
             material,
         };
-        Some(Seen { point, distance: hit.distance, object: owner as u8 + 1 })
+        let object = &self.objects[owner as usize];
+        let lamp = object.lamp.filter(|_| geometric.dot(to_viewer) > 0.0);
+        Some(Seen { point, distance: hit.distance, object: object.id, lamp })
     }
 
     fn material(&self, owner: u16, position: Vec3) -> Material {
@@ -156,10 +184,21 @@ impl World {
         &self.mesh.triangles
     }
 
+    /// The lamps, world units.
+    pub fn lamps(&self) -> &[Lamp] {
+        &self.lamps
+    }
+
     /// Whether anything is in the way.
     pub fn occluded(&self, ray: &Ray) -> bool {
         self.tracer.occluded(ray)
     }
+}
+
+/// What a lamp is made of: bright even when it is off.
+pub(crate) fn shade() -> Paint {
+    let palette = vec![Vec3::splat(0.8); 2];
+    Paint { pattern: Pattern::Clouds, palette, cell: 1.0, roughness: 0.9, metallic: 0.0 }
 }
 
 /// Height of the ground, in units of the scene: waves that fade out far away.

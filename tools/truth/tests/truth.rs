@@ -11,7 +11,10 @@ use motes_formats::exr_aov::{AovChannel, open_exr, write_exr};
 use motes_formats::images::{read_image, write_png};
 use motes_scene::ImageF32;
 use motes_shading::brdf::Lobes;
+use motes_shading::tracing::Ray;
 use motes_truth::cameras::ring;
+use motes_truth::faults::Fault;
+use motes_truth::lamps::LampShape;
 use motes_truth::lights::environment;
 use motes_truth::path::PathTracer;
 use motes_truth::render::{buffers, radiance};
@@ -52,8 +55,8 @@ fn files(root: &Path) -> BTreeMap<String, Vec<u8>> {
 #[test]
 fn the_files_are_the_same_at_any_thread_count() {
     let (one, three) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
-    made(SceneName::Matte, 1, one.path());
-    made(SceneName::Matte, 3, three.path());
+    made(SceneName::Bedroom, 1, one.path());
+    made(SceneName::Bedroom, 3, three.path());
     let (one, three) = (files(one.path()), files(three.path()));
     // 4 photos, 4 lights with previews, 2 test views under 4 lights as PNG and EXR, ...
     assert!(one.len() > 40, "{} files", one.len());
@@ -124,6 +127,56 @@ fn nothing_shines_in_a_furnace_and_open_ground_returns_its_base_color() {
     }
     let mean = open.iter().sum::<f32>() / open.len() as f32;
     assert!(open.len() > 50 && (mean - 1.0).abs() < 0.03, "{mean} over {} pixels", open.len());
+}
+
+#[test]
+fn a_lamp_over_the_ground_lights_it_by_the_square_of_its_distance() {
+    let radius = 0.05;
+    let mut recipe = SceneName::Bedroom.recipe();
+    recipe.things.clear();
+    recipe.walls.clear();
+    recipe.lambert = true;
+    recipe.lamps.truncate(1);
+    recipe.lamps[0].shape = LampShape::Ball { center: Vec3::Z, radius };
+    recipe.lamps[0].radiance = Vec3::splat(40.0);
+    let world = World::new(&recipe, Lobes::Burley).unwrap();
+    let black = environment(&ImageF32::filled(16, 8, 3, 0.0)).unwrap();
+    let dark = PathTracer::new(&world, &black, 0, 1);
+    let lit = PathTracer::new(&world, &black, 0, 1).with_lamps();
+    for aside in [0.0, 0.8] {
+        let p = recipe.origin + Vec3::new(aside, 0.0, 0.0) * recipe.unit;
+        let from = p + Vec3::new(0.4, 0.7, 1.0) * recipe.unit;
+        let ray = Ray::new(from, (p - from).normalize());
+        let base = world.see(&ray).unwrap().point.material.base_color_linear;
+        // A far sphere shines like a disc of its radius: E = L pi r^2 cos / d^2, here both over pi.
+        let distance2 = 1.0 + aside * aside;
+        let expected = base * 40.0 * radius * radius / (distance2 * distance2.sqrt());
+        let mean: Vec3 = (0..512).map(|i| lit.radiance(ray, 5, i, 512)).sum::<Vec3>() / 512.0;
+        assert!((mean / expected - 1.0).abs().max_element() < 0.03, "{aside}: {mean} {expected}");
+        assert_eq!(dark.radiance(ray, 5, 0, 1), Vec3::ZERO);
+    }
+    // Seen directly it has its radiance.
+    let eye = recipe.origin + Vec3::new(1.0, 0.0, 1.0) * recipe.unit;
+    assert_eq!(lit.radiance(Ray::new(eye, Vec3::NEG_X), 0, 0, 1), Vec3::splat(40.0));
+}
+
+#[test]
+fn faults_change_the_photos_and_the_told_poses_and_leave_the_truth() {
+    let (ideal, phone) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let with = |faults: &[Fault], folder: &Path| {
+        let options = MakeOptions { faults: Some(faults.to_vec()), ..tiny() };
+        make(SceneName::Matte, &options, folder, &mut |_| {}).unwrap();
+    };
+    with(&[], ideal.path());
+    with(&[Fault::PoseNoise, Fault::SensorNoise, Fault::Jpeg], phone.path());
+    let (ideal, phone) = (files(ideal.path()), files(phone.path()));
+    let touched = ["images/train_", "sparse/0/", "transforms_train", "scene.json"];
+    for (name, bytes) in &ideal {
+        let may_differ = touched.iter().any(|start| name.starts_with(start));
+        assert!(may_differ || phone[name] == *bytes, "{name} differs");
+    }
+    assert!(ideal["images/train_000.png"] != phone["images/train_000.png"]);
+    assert!(ideal["transforms_train.json"] != phone["transforms_train.json"]);
 }
 
 /// The truth's own buffers in the names of a prediction, changed by `change`.

@@ -3,9 +3,11 @@
 #![allow(clippy::print_stderr, clippy::print_stdout, reason = "a tool for developers")]
 
 use std::path::PathBuf;
+use std::str::FromStr;
 
-use clap::Parser;
+use clap::{Parser, ValueEnum};
 use motes_shading::brdf::Lobes;
+use motes_truth::faults::Fault;
 use motes_truth::oracle::write_oracle;
 use motes_truth::scenes::SceneName;
 use motes_truth::{MakeOptions, make, make_removed};
@@ -46,12 +48,32 @@ struct Args {
     /// The coat takes its reflection out of the diffuse light, unlike other renderers' `principled`
     #[arg(long)]
     principled: bool,
+    /// What is wrong with the camera that takes the photos: a list, all or none [default: the scene's]
+    #[arg(long, value_name = "FAULT,...")]
+    faults: Option<FaultList>,
     /// Key of all random numbers
     #[arg(long, default_value_t = 0)]
     seed: u64,
     /// Threads; 0 for all
     #[arg(long, value_name = "COUNT", default_value_t = 0)]
     threads: usize,
+}
+
+/// What a camera does to a photo.
+#[derive(Clone, Debug)]
+struct FaultList(Vec<Fault>);
+
+impl FromStr for FaultList {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let words = text.split(',').map(str::trim);
+        Ok(Self(match text {
+            "all" => Fault::ALL.to_vec(),
+            "none" => Vec::new(),
+            _ => words.map(|word| Fault::from_str(word, false)).collect::<Result<_, _>>()?,
+        }))
+    }
 }
 
 fn main() -> anyhow::Result<()> {
@@ -63,6 +85,7 @@ fn main() -> anyhow::Result<()> {
         samples: args.samples.max(1),
         bounces: args.bounces,
         lobes: if args.principled { Lobes::Principled } else { Lobes::Burley },
+        faults: args.faults.map(|list| list.0),
         seed: args.seed,
     };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(args.threads).build()?;
