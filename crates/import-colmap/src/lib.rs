@@ -18,6 +18,7 @@ mod locate_image;
 mod options;
 mod origin;
 mod panorama;
+mod photo_plans;
 mod photos_out;
 mod plan;
 mod progress;
@@ -25,6 +26,7 @@ mod report;
 mod sfm;
 mod source;
 mod split;
+mod start_points;
 mod undistort;
 mod warp;
 

@@ -2,9 +2,17 @@
 
 use std::fmt;
 
+use glam::DVec3;
+use motes_math::median::median;
+use motes_scene::{Capture, Split};
 use serde::Serialize;
 
+use crate::gathered::{Gathered, Photo};
+use crate::geometry;
 use crate::sfm::SfmReport;
+
+/// How images are made, as the report says it.
+const RESAMPLING: &str = "Lanczos-3 on sRGB-encoded 8-bit values, widened by the downscale factor, undistortion and downscale in one pass";
 
 /// Numbers and sentences about a finished import.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -83,4 +91,47 @@ impl fmt::Display for ImportReport {
         }
         self.notes.iter().try_for_each(|note| writeln!(f, "note: {note}"))
     }
+}
+
+/// The report of a capture that was made from `gathered`.
+pub(crate) fn report(gathered: &Gathered, capture: &Capture) -> ImportReport {
+    let count = |split| capture.views_of(split).len();
+    let seen: Vec<&Photo> = gathered.photos.iter().filter(|p| !p.observations.is_empty()).collect();
+    let mut coverage = seen.iter().map(|photo| geometry::grid_coverage(photo)).collect::<Vec<_>>();
+    let mean_coverage =
+        (!coverage.is_empty()).then(|| coverage.iter().sum::<f64>() / coverage.len() as f64);
+    coverage.clear();
+    let image_size =
+        capture.cameras.iter().map(|c| [c.width, c.height]).max_by_key(|s| s[0] * s[1]);
+    ImportReport {
+        source: gathered.description.clone(),
+        photos: gathered.photos_offered,
+        registered: gathered.photos.len(),
+        views: capture.views.len(),
+        train_views: count(Split::Train),
+        test_views: count(Split::Test),
+        cameras: capture.cameras.len(),
+        image_size: image_size.unwrap_or_default(),
+        points: capture.points.len(),
+        mean_reprojection_error_px: geometry::mean_reprojection_error(gathered),
+        median_parallax_degrees: geometry::median_parallax_degrees(gathered),
+        median_points_per_photo: median(seen.iter().map(|photo| photo.observations.len() as f64)),
+        mean_grid_coverage: mean_coverage,
+        world_origin: capture.world_origin.to_array(),
+        camera_bounds: bounds(capture),
+        point_bounds: geometry::robust_bounds(
+            capture.points.positions.iter().map(|p| glam::Vec3::from_array(*p).as_dvec3()),
+        ),
+        sfm: None,
+        resampling: RESAMPLING.into(),
+        notes: gathered.notes.clone(),
+        warnings: gathered.warnings.clone(),
+    }
+}
+
+fn bounds(capture: &Capture) -> Option<[[f64; 3]; 2]> {
+    let centers = || capture.views.iter().map(|view| view.camera_from_world.center_in_world());
+    let low = centers().reduce(DVec3::min)?;
+    let high = centers().reduce(DVec3::max)?;
+    Some([low.to_array(), high.to_array()])
 }
