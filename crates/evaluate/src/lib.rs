@@ -3,7 +3,6 @@
 //! - [`score`]: PSNR, SSIM, LPIPS, color-corrected PSNR of a view; means; bounds.
 //! - [`evaluation`]: contestants against the photos of a capture.
 //! - [`lpips`]: the perceptual distance, with the user's own weights.
-//! - [`photos`]: the pictures that are compared.
 //! - [`page`], [`training_curves`]: the page and its pictures.
 //! - [`files`]: the command line.
 //!
@@ -14,6 +13,5 @@ pub mod evaluation;
 pub mod files;
 pub mod lpips;
 pub mod page;
-pub mod photos;
 pub mod score;
 pub mod training_curves;

@@ -1,9 +1,7 @@
 //! Steps to a selection.
 
-use std::path::Path;
-
 use glam::{DVec3, Vec3};
-use motes_formats::selection::{PlaneDocument, SelectionNotes, read_selection};
+use motes_formats::selection::{PlaneDocument, SelectionNotes};
 use motes_formats::selectors::{
     Candidate, ObjectPrompt, PlaneSide, PostDocument, SelectStep, Selector,
 };
@@ -185,13 +183,7 @@ fn find(source: &SelectSource<'_>, selector: &Selector) -> Result<Selection, Sel
             ids.iter().for_each(|&id| out.confidence[id as usize] = 1.0);
             out
         }
-        Selector::File { path } => {
-            let Some(bound) = source.bound() else {
-                let text = "a selection file needs to know the file of the Gaussians";
-                return Err(SelectError::BadValue(text.into()));
-            };
-            read_selection(Path::new(path), bound)?.selection
-        }
+        Selector::File { path } => source.selection_file(path)?,
         Selector::Label { column, value } => {
             let values = property(g, column)?;
             Selection::where_true(n, |i| values[i] == *value as f64)

@@ -7,7 +7,6 @@
 //! `docs/benchmarks/segment-select.md`.
 
 mod answers;
-mod cache;
 mod color;
 mod continuation;
 mod corrections;

@@ -1,8 +1,5 @@
 //! Masks of any 2D segmenter, lifted: an exact vote where they are, the graph cut elsewhere.
 
-use std::path::Path;
-
-use motes_formats::images::read_mask;
 use motes_formats::selectors::MaskPrompt;
 use motes_raster::label_votes;
 use motes_scene::{Pose, Selection};
@@ -19,29 +16,10 @@ use crate::source::SelectSource;
 const GRAYS: usize = 256;
 
 /// A mask at its own size.
-struct Mask {
-    camera: motes_scene::Pinhole,
-    pose: Pose,
-    labels: Vec<u32>,
-}
-
-fn read(source: &SelectSource<'_>, prompt: &MaskPrompt) -> Result<Mask, SelectError> {
-    let view = source.view_named(&prompt.view)?;
-    let camera = source.camera(view)?;
-    let image = read_mask(Path::new(&prompt.path))?;
-    let ratio = |w: usize, h: usize| w as f64 / h.max(1) as f64;
-    let (found, wanted) = (ratio(image.width, image.height), ratio(camera.width, camera.height));
-    if image.pixel_count() == 0 || !((found / wanted - 1.0).abs() < 0.02) {
-        return Err(SelectError::MaskShape {
-            view: prompt.view.clone(),
-            found: format!("{}x{}", image.width, image.height),
-            wanted: format!("{}x{}", camera.width, camera.height),
-            path: prompt.path.clone(),
-        });
-    }
-    let labels = image.data.iter().step_by(image.channels).map(|&v| u32::from(v)).collect();
-    let pose = source.capture("a mask")?.views[view].camera_from_world;
-    Ok(Mask { camera: camera.resized(image.width, image.height), pose, labels })
+pub(crate) struct Mask {
+    pub(crate) camera: motes_scene::Pinhole,
+    pub(crate) pose: Pose,
+    pub(crate) labels: Vec<u32>,
 }
 
 /// What masks of views select. Gaussians that the masked views show are decided by their vote; the
@@ -50,7 +28,7 @@ pub(crate) fn lift(
     source: &SelectSource<'_>,
     prompts: &[MaskPrompt],
 ) -> Result<Selection, SelectError> {
-    let masks: Result<Vec<Mask>, _> = prompts.iter().map(|p| read(source, p)).collect();
+    let masks: Result<Vec<Mask>, _> = prompts.iter().map(|p| source.mask(p)).collect();
     let masks = masks?;
     let index = source.index()?;
     let n = source.gaussians.len();

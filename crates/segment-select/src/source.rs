@@ -4,14 +4,11 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use glam::DVec3;
-use motes_formats::images::read_image;
 use motes_formats::selection::BoundGaussians;
-use motes_math::resample;
 use motes_raster::{Antialias, RenderOptions};
-use motes_scene::{Capture, Gaussians, ImageF32, Pinhole, Pose, Split};
+use motes_scene::{Capture, Gaussians, Pinhole, Split};
 use rayon::prelude::*;
 
-use crate::cache::ViewCache;
 use crate::error::SelectError;
 use crate::index::SceneIndex;
 use crate::plane::SupportPlane;
@@ -30,9 +27,9 @@ pub struct SelectSource<'a> {
     pub gaussians: &'a Gaussians,
     /// How they are drawn.
     pub options: RenderOptions,
-    capture: Option<(&'a Capture, PathBuf)>,
+    pub(crate) capture: Option<(&'a Capture, PathBuf)>,
     bound: Option<BoundGaussians>,
-    cache: Option<PathBuf>,
+    pub(crate) cache: Option<PathBuf>,
     index: OnceLock<SceneIndex>,
 }
 
@@ -158,7 +155,7 @@ impl<'a> SelectSource<'a> {
     }
 
     /// A camera at the working size.
-    fn working(camera: &Pinhole) -> Pinhole {
+    pub(crate) fn working(camera: &Pinhole) -> Pinhole {
         let longest = camera.width.max(camera.height);
         if longest <= WORKING_PX {
             return *camera;
@@ -166,76 +163,4 @@ impl<'a> SelectSource<'a> {
         let side = |px: usize| (px * WORKING_PX).div_ceil(longest).max(1);
         camera.resized(side(camera.width), side(camera.height))
     }
-
-    /// A photo at the size of a camera. A capture may be moved without its photos: then there is none,
-    /// and the rendering stands in for it.
-    fn photo(file: &Path, camera: &Pinhole) -> Result<Option<ImageF32>, SelectError> {
-        match file.exists() {
-            true => Ok(Some(fitted(&read_image(file)?.to_f32(), camera))),
-            false => Ok(None),
-        }
-    }
-
-    /// Camera at the working size, pose and photo of a view, or its rendering where there is none.
-    pub(crate) fn picture(&self, view: usize) -> Result<(Pinhole, Pose, ImageF32), SelectError> {
-        let camera = Self::working(&self.camera(view)?);
-        let Some((capture, folder)) = &self.capture else {
-            return Err(SelectError::NoCapture("a picture"));
-        };
-        let view = &capture.views[view];
-        let pose = view.camera_from_world;
-        let picture = match Self::photo(&folder.join(&view.image), &camera)? {
-            Some(photo) => photo,
-            None => motes_raster::render(self.gaussians, &camera, &pose, &self.options).color,
-        };
-        Ok((camera, pose, picture))
-    }
-
-    /// Prepares a view, or finds it in the cache.
-    pub(crate) fn prepare(&self, view: usize) -> Result<ViewData, SelectError> {
-        let (capture, folder) = match &self.capture {
-            Some((capture, folder)) => (*capture, folder),
-            None => return Err(SelectError::NoCapture("a prompt in pixels")),
-        };
-        let camera = Self::working(&self.camera(view)?);
-        let view = &capture.views[view];
-        let photo_file = folder.join(&view.image);
-        let cache = match (&self.cache, &self.bound) {
-            (Some(cache), Some(bound)) => Some(ViewCache::new(
-                cache,
-                &bound.sha256,
-                &camera,
-                &view.camera_from_world,
-                self.options.antialias,
-                &photo_file,
-            )),
-            _ => None,
-        };
-        if let Some(found) = cache.as_ref().and_then(|c| c.read(self.gaussians.len())) {
-            return Ok(found);
-        }
-        let photo = Self::photo(&photo_file, &camera)?;
-        let (g, pose) = (self.gaussians, &view.camera_from_world);
-        let data = ViewData::new(g, &camera, pose, photo.as_ref(), &self.options);
-        if let Some(cache) = cache {
-            cache.write(&data)?;
-        }
-        Ok(data)
-    }
-}
-
-/// A photo of three channels at the size of a camera.
-fn fitted(photo: &ImageF32, camera: &Pinhole) -> ImageF32 {
-    let channel = |c: usize| c.min(photo.channels - 1);
-    let channels = if photo.channels < 3 { [0, 0, 0] } else { [0, channel(1), channel(2)] };
-    let data = photo.data.chunks_exact(photo.channels);
-    let data = data.flat_map(|p| channels.map(|c| p[c])).collect();
-    let rgb = ImageF32::from_data(photo.width, photo.height, 3, data);
-    if (rgb.width, rgb.height) == (camera.width, camera.height) {
-        return rgb;
-    }
-    let size = (rgb.width, rgb.height, 3);
-    let new_size = (camera.width, camera.height);
-    let data = resample::resize(&rgb.data, size, new_size, resample::Filter::Triangle);
-    ImageF32::from_data(camera.width, camera.height, 3, data)
 }

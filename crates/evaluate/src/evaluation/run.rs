@@ -3,17 +3,11 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use motes_formats::FormatError;
-use motes_raster::{RenderOptions, render};
-use motes_scene::{Capture, ImageF32, ImageU8, Pinhole, Split, SplitChoice};
+use motes_scene::{Capture, ImageU8, Pinhole, Split, SplitChoice};
 
-use super::EvaluationOptions;
-use crate::lpips::Lpips;
-use crate::page::ModelScores;
-use crate::photos::{load_photo, load_render};
-use crate::score::{Photo, ViewRow, score_view};
+use crate::score::Photo;
 use render::frames::{PlanError, pinhole_of, view_stems, views_of};
-use render::model::{AntialiasChoice, Model};
+use render::model::Model;
 
 /// Where the renders come from.
 #[derive(Clone, Debug)]
@@ -25,14 +19,6 @@ pub enum Contestant {
 }
 
 impl Contestant {
-    /// Reads Gaussians.
-    ///
-    /// # Errors
-    /// When the file cannot be read or is not a Gaussian PLY.
-    pub fn load_model(path: &Path, choice: AntialiasChoice) -> Result<Self, FormatError> {
-        Ok(Self::Model(path.to_owned(), Model::load(path, choice)?))
-    }
-
     /// File or folder.
     pub fn path(&self) -> &Path {
         match self {
@@ -40,7 +26,7 @@ impl Contestant {
         }
     }
 
-    fn gaussians(&self) -> Option<usize> {
+    pub(crate) fn gaussians(&self) -> Option<usize> {
         match self {
             Self::Model(_, model) => Some(model.gaussians.len()),
             Self::Folder(_) => None,
@@ -51,10 +37,10 @@ impl Contestant {
 /// What is scored: views of a capture with their photos.
 #[derive(Clone, Debug)]
 pub struct Course<'a> {
-    document: &'a Path,
-    capture: &'a Capture,
-    stems: Vec<String>,
-    views: Vec<(usize, Pinhole)>,
+    pub(crate) document: &'a Path,
+    pub(crate) capture: &'a Capture,
+    pub(crate) stems: Vec<String>,
+    pub(crate) views: Vec<(usize, Pinhole)>,
 }
 
 /// A view just scored.
@@ -112,60 +98,5 @@ impl<'a> Course<'a> {
         let size = |(_, camera): &(usize, Pinhole)| [camera.width as u64, camera.height as u64];
         let first = self.views.first().map(size)?;
         self.views.iter().all(|view| size(view) == first).then_some(first)
-    }
-
-    /// Scores one contestant on all views and shows each to `watch`.
-    ///
-    /// # Errors
-    /// When a picture cannot be read or scored, or what `watch` returns.
-    pub fn run<E: From<FormatError>>(
-        &self,
-        contestant: &Contestant,
-        options: &EvaluationOptions,
-        lpips: Option<&Lpips>,
-        mut watch: impl FnMut(ScoredView) -> Result<(), E>,
-    ) -> Result<ModelScores, E> {
-        let mut rows = Vec::new();
-        for &(view, camera) in &self.views {
-            let record = &self.capture.views[view];
-            let photo = load_photo(self.document, self.capture, view, options.background.0)?;
-            let render = self.render(contestant, view, &camera, options)?;
-            let score = score_view(&photo, &render, &options.score_options(lpips))
-                .map_err(|error| FormatError::invalid(&record.image, "", error.to_string()))?;
-            watch(ScoredView {
-                split: record.split,
-                name: &record.name,
-                stem: &self.stems[view],
-                photo: &photo,
-                render: &render.to_u8(),
-            })?;
-            rows.push(ViewRow { name: record.name.clone(), split: record.split, score });
-        }
-        let name = contestant.path().display().to_string();
-        Ok(ModelScores { name, gaussians: contestant.gaussians(), rows })
-    }
-
-    fn render(
-        &self,
-        contestant: &Contestant,
-        view: usize,
-        camera: &Pinhole,
-        options: &EvaluationOptions,
-    ) -> Result<ImageF32, FormatError> {
-        let (record, stem) = (&self.capture.views[view], &self.stems[view]);
-        let background = options.background.0;
-        match contestant {
-            Contestant::Model(_, model) => {
-                let gain = model.gain(options.view_exposure, record.exposure_stops);
-                let (antialias, dials) = (model.antialias, options.raster);
-                let options = RenderOptions { background, antialias, dials, ..Default::default() };
-                let pose = &record.camera_from_world;
-                Ok(render(&model.gaussians, camera, pose, &options).color.scaled(gain))
-            }
-            Contestant::Folder(folder) => {
-                let size = (camera.width, camera.height);
-                load_render(folder, &record.name, stem, size, background).map(|i| i.to_f32())
-            }
-        }
     }
 }

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use super::read_training;
 use crate::evaluation::{
     Contestant, Course, EvaluationOptions, EvaluationOutputs, EvaluationReport, Results, protocol,
     protocol_words,
@@ -9,7 +10,7 @@ use crate::evaluation::{
 use crate::lpips::Lpips;
 use crate::page::{EvaluationPage, PictureChoice};
 use crate::score::GateMetric;
-use crate::training_curves::{Training, read_training};
+use crate::training_curves::Training;
 use clap::Parser;
 use motes_formats::atomic::write_atomic;
 use motes_formats::capture::read_capture;

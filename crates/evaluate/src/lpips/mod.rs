@@ -16,12 +16,9 @@ mod options;
 mod tests;
 
 use std::collections::BTreeMap;
-use std::path::Path;
 
-use motes_formats::FormatError;
-use motes_formats::tensors::{TensorData, read_tensors};
+use motes_formats::tensors::TensorData;
 use motes_scene::ImageF32;
-use sha2::{Digest as _, Sha256};
 use thiserror::Error;
 
 use convolution::{Convolution, FeatureMap};
@@ -63,30 +60,13 @@ pub enum LpipsError {
 pub struct Lpips {
     net: LpipsNet,
     range: LpipsRange,
-    weights_sha256: String,
+    pub(crate) weights_sha256: String,
     convolutions: Vec<Convolution>,
     /// Per tapped layer, one weight per channel.
     channel_weights: Vec<Vec<f32>>,
 }
 
 impl Lpips {
-    /// Reads the weights of `net` from a safetensors file, see [`Self::new`].
-    ///
-    /// # Errors
-    /// When the file cannot be read or holds other tensors.
-    pub fn load(path: &Path, net: LpipsNet, range: LpipsRange) -> Result<Self, FormatError> {
-        let (tensors, _) = read_tensors(path)?;
-        let mut lpips = Self::new(net, range, &tensors).map_err(|error| {
-            let text = error.to_string();
-            let (cause, help) = text.split_once("\nhelp: ").unwrap_or((&text, ""));
-            FormatError::invalid(path, "", cause).with_remedy(help)
-        })?;
-        let bytes = std::fs::read(path).map_err(|error| FormatError::io(path, error))?;
-        let digest = Sha256::digest(&bytes);
-        lpips.weights_sha256 = digest.iter().map(|byte| format!("{byte:02x}")).collect();
-        Ok(lpips)
-    }
-
     /// Takes the weights of `net` from named tensors: `features.N.weight` `[out, in, k, k]` and
     /// `features.N.bias` `[out]` as torchvision numbers them, `linK.weight` with one value per
     /// channel of tap `K`.

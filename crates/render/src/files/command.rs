@@ -3,10 +3,11 @@
 use std::path::PathBuf;
 
 use super::ChosenFrames;
+use super::FrameWriter;
 use super::MaskFlags;
 use crate::frames::{
-    BetweenOptions, FrameFiles, FrameFormat, FrameLook, FrameSelection, FrameSize, FrameWriter,
-    RenderReport, VideoOptions, ffmpeg_exists, numbered, run_ffmpeg, shell_words,
+    BetweenOptions, FrameFiles, FrameFormat, FrameLook, FrameSelection, FrameSize, RenderReport,
+    VideoOptions, ffmpeg_exists, numbered, run_ffmpeg, shell_words,
 };
 use crate::model::{Model, ModelInput};
 use anyhow::Context as _;

@@ -7,7 +7,6 @@ mod options;
 mod plan;
 mod report;
 mod video;
-mod write;
 
 pub use cryptomatte::MatteObjects;
 pub use files::{FrameFiles, depth_range, exr_channels, preview};
@@ -16,8 +15,8 @@ pub use options::{
     PictureFormat, PreviewAov, Projection, VideoOptions, parse_background,
 };
 pub use plan::{
-    Frame, FrameSource, PlanError, numbered, pinhole_of, plan_frames, view_stems, views_of,
+    Frame, FrameSource, PlanError, numbered, path_frames, pinhole_of, plan_frames, view_stems,
+    views_of,
 };
 pub use report::RenderReport;
 pub use video::{ffmpeg_exists, run_ffmpeg, shell_words};
-pub use write::{FrameWriter, path_frames};

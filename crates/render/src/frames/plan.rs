@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use glam::DVec3;
+use motes_formats::camera_path::CameraPath;
 use motes_scene::camera_path::{self, CameraPathError};
 use motes_scene::{Capture, Pinhole, Pose, Split, told_apart};
 use thiserror::Error;
@@ -88,10 +89,10 @@ pub fn plan_frames(capture: &Capture, source: &FrameSource) -> Result<Vec<Frame>
             Ok(times.iter().enumerate().map(frame).collect())
         }
         FrameSource::Orbit(frames) => {
-            path_frames(capture, |cameras, _| camera_path::orbit(cameras, *frames))
+            frames_along(capture, |cameras, _| camera_path::orbit(cameras, *frames))
         }
         FrameSource::Spiral(frames) => {
-            path_frames(capture, |cameras, depth| camera_path::spiral(cameras, depth, *frames))
+            frames_along(capture, |cameras, depth| camera_path::spiral(cameras, depth, *frames))
         }
     }
 }
@@ -168,7 +169,16 @@ fn view_frames(capture: &Capture, views: &[usize]) -> Result<Vec<Frame>, PlanErr
     views.iter().map(frame).collect()
 }
 
-fn path_frames(
+/// The frames of a camera path document, numbered.
+pub fn path_frames(path: &CameraPath) -> Vec<Frame> {
+    let frame = |(i, &(camera, camera_from_world))| {
+        let name = numbered(i);
+        Frame { name, camera, camera_from_world, exposure_stops: None }
+    };
+    path.frames.iter().enumerate().map(frame).collect()
+}
+
+fn frames_along(
     capture: &Capture,
     path: impl Fn(&[Pose], Option<f64>) -> Result<Vec<Pose>, CameraPathError>,
 ) -> Result<Vec<Frame>, PlanError> {

@@ -14,7 +14,7 @@ use motes_formats::{FormatError, Result};
 use motes_scene::{Capture, ImageU8, Split};
 
 use crate::pages::{LabPage, LabRun, LabView};
-use evaluate::photos::load_photo;
+use evaluate::files::photos::load_photo;
 use render::frames::view_stems;
 
 /// Reads the runs, most training photos first, and lines up what they render.

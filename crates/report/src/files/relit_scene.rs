@@ -15,7 +15,7 @@ use motes_math::metrics::psnr_f32;
 use motes_scene::{Convention, ImageF32, ImageU8, Split};
 
 use crate::pages::{RelightPage, RelightStep, RelightTerm, RelightView};
-use evaluate::photos::load_photo;
+use evaluate::files::photos::load_photo;
 use evaluate::score::{PSNR_CAP_DB, Photo};
 use render::frames::view_stems;
 

@@ -1,8 +1,10 @@
 //! The files around a selection: Gaussians, views and prompts in; a selection, overlays and labels out.
 
+mod cached_view;
 mod command;
 mod flags;
 mod inputs;
+mod pictures;
 mod products;
 mod report;
 mod view_cache;

@@ -1,14 +1,13 @@
-//! Writing rendered frames.
+//! Rendered frames as files.
 
 use std::path::{Path, PathBuf};
 
 use motes_formats::Result;
-use motes_formats::camera_path::CameraPath;
 use motes_formats::exr_aov::{AovChannel, write_finite_exr};
 use motes_formats::images::write_png;
 use motes_raster::Rendering;
 
-use super::{DepthRange, Frame, FrameFiles, depth_range, exr_channels, numbered, preview};
+use crate::frames::{DepthRange, FrameFiles, depth_range, exr_channels, preview};
 
 /// Text attributes of every EXR: what its values mean.
 const EXR_ATTRIBUTES: [(&str, &str); 4] = [
@@ -79,13 +78,4 @@ impl FrameWriter {
         }
         Ok(())
     }
-}
-
-/// The frames of a camera path document, numbered.
-pub fn path_frames(path: &CameraPath) -> Vec<Frame> {
-    let frame = |(i, &(camera, camera_from_world))| {
-        let name = numbered(i);
-        Frame { name, camera, camera_from_world, exposure_stops: None }
-    };
-    path.frames.iter().enumerate().map(frame).collect()
 }
