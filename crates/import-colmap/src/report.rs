@@ -7,9 +7,9 @@ use motes_math::median::median;
 use motes_scene::{Capture, Split};
 use serde::Serialize;
 
+use crate::files::sfm::SfmReport;
 use crate::gathered::{Gathered, Photo};
 use crate::geometry;
-use crate::sfm::SfmReport;
 
 /// How images are made, as the report says it.
 const RESAMPLING: &str = "Lanczos-3 on sRGB-encoded 8-bit values, widened by the downscale factor, undistortion and downscale in one pass";

@@ -212,7 +212,7 @@ fn a_triangulation_that_fails_is_an_error_only_when_it_was_asked_for() {
 #[test]
 fn the_driver_ends_cleanly_while_motes_lives() {
     // The driver listens to its standard input, which motes keeps open until the driver has ended.
-    let driver = concat!(env!("CARGO_MANIFEST_DIR"), "/src/sfm/pycolmap_driver.py");
+    let driver = concat!(env!("CARGO_MANIFEST_DIR"), "/src/files/sfm/pycolmap_driver.py");
     let empty = tempfile::tempdir().unwrap();
     let folder = empty.path().to_str().unwrap();
     let mut child = std::process::Command::new("python3")

@@ -9,9 +9,9 @@ use motes_formats::transforms::{Transforms, TransformsFrame, read_transforms};
 use motes_scene::Split;
 
 use crate::error::{IngestError, Result};
-use crate::from_colmap::{largest, points_of, report_missing};
+use crate::files::from_colmap::{largest, points_of, report_missing};
+use crate::files::locate_image::ImageFinder;
 use crate::gathered::{Gathered, Lens, Photo, Point};
-use crate::locate_image::ImageFinder;
 
 /// Cameras of `transforms.json` and of a model beside it agree when their centers are this close,
 /// relative to the extent of the cameras.

@@ -6,10 +6,10 @@ use motes_formats::images::{image_dimensions, image_dimensions_upright};
 use motes_scene::Split;
 
 use crate::error::{IngestError, Result};
+use crate::files::locate_image::find_mask;
+use crate::files::photos_out::{Done, Outcome, broken_photo};
 use crate::gathered::{Gathered, Photo};
-use crate::locate_image::find_mask;
 use crate::options::ImportOptions;
-use crate::photos_out::{Done, Outcome, broken_photo};
 use crate::plan::Plans;
 
 /// The plan of every photo, and what is wrong with those that cannot be read, which lose their split.

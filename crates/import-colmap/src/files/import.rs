@@ -10,19 +10,20 @@ use motes_scene::{Camera, Capture, Pose, Split, UnitWorld, View, told_apart};
 
 use crate::error::{IngestError, Result};
 use crate::exposure_response::{self, PhotoBrightness};
-use crate::gathered::Gathered;
-use crate::options::ImportOptions;
-use crate::photo_plans::{
+use crate::files::photo_plans::{
     left_out, masks_of, plan_photos, protect_sources, some_train, without_broken,
 };
-use crate::photos_out::{Done, Job, run, unique_stems};
+use crate::files::photos_out::{Done, Job, run, unique_stems};
+use crate::files::sfm::{self, SfmOptions};
+use crate::files::source::Source;
+use crate::files::start_points::{find_points, start_points};
+use crate::files::{from_colmap, from_transforms, split};
+use crate::gathered::Gathered;
+use crate::options::ImportOptions;
 use crate::plan::{Kind, Plan, Plans};
 use crate::progress::Progress;
 use crate::report::{ImportReport, report};
-use crate::sfm::{self, SfmOptions};
-use crate::source::Source;
-use crate::start_points::{find_points, start_points};
-use crate::{from_colmap, from_transforms, origin, panorama, split};
+use crate::{origin, panorama};
 
 /// Imports a source into the folder `output` (which exists) and writes `capture.json` there.
 ///

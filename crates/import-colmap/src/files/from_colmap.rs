@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use motes_formats::colmap::{ColmapModel, read_model};
 
 use crate::error::{IngestError, Result};
+use crate::files::locate_image::{ImageFinder, is_image};
 use crate::gathered::{Gathered, Lens, Photo, Point};
-use crate::locate_image::{ImageFinder, is_image};
 
 /// Reads the models, keeps the one with the most images, and finds its photos.
 pub(crate) fn gather(models: &[PathBuf], images: &Path) -> Result<Gathered> {

@@ -6,10 +6,10 @@ use glam::DVec3;
 use motes_scene::{Capture, SparsePoints, Split, Switch, UnitWorld};
 
 use crate::error::{IngestError, Result};
+use crate::files::sfm::{self, SfmOptions};
 use crate::gathered::{Gathered, Point};
 use crate::options::ImportOptions;
 use crate::progress::Progress;
-use crate::sfm::{self, SfmOptions};
 
 pub(crate) fn start_points(
     gathered: &Gathered,

@@ -22,7 +22,7 @@ pub use options::{CameraSharing, Matcher, SfmOptions, SfmTool};
 pub(crate) use triangulate::triangulate;
 
 use crate::error::Result;
-use crate::from_colmap;
+use crate::files::from_colmap;
 use crate::gathered::Gathered;
 use crate::progress::Progress;
 

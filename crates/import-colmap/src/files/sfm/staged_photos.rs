@@ -15,7 +15,7 @@ use rayon::prelude::*;
 
 use super::pycolmap::cannot_write;
 use crate::error::{IngestError, Result};
-use crate::locate_image::is_image;
+use crate::files::locate_image::is_image;
 use crate::progress::Progress;
 
 /// JPEG quality of turned copies; they are only for finding features.
