@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::{Command, Output};
 
-use edit::plan::read_edit_plan;
+use edit::files::read_edit_plan;
 use motes_codecs::{SplatFormat, SplatWriteOptions, write_gaussians};
 use motes_formats::decomposition::read_decomposition;
 use motes_formats::images::read_image;

@@ -5,7 +5,8 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use edit::plan::{EditPlanDocument, read_edit_plan};
+use edit::files::read_edit_plan;
+use edit::plan::EditPlanDocument;
 use motes_formats::FormatError;
 use motes_formats::documents::{parse_document, to_pretty_json};
 

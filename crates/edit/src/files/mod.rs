@@ -2,14 +2,20 @@
 
 mod answer;
 mod command;
+pub(crate) mod editor;
 mod flags;
 mod input;
 mod output;
 mod outputs;
+mod plan_file;
+mod prepare;
+mod resources;
 mod session;
 mod source;
 
 pub use answer::EditAnswer;
 pub use command::{Args, plan_schema, run};
 pub use flags::OpFlags;
+pub use plan_file::read_edit_plan;
+pub use prepare::prepare;
 pub use session::{EditJob, ReshadeFlags, run_edit};

@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
+use super::{prepare, read_edit_plan};
 use crate::EditState;
 use crate::plan::{
-    EditPlanDocument, EditRecord, Edited, MAX_RESHADE_SAMPLES, SkipRecord, check_plan, prepare,
-    read_edit_plan, run_plan,
+    EditPlanDocument, EditRecord, Edited, MAX_RESHADE_SAMPLES, SkipRecord, check_plan, run_plan,
 };
 use crate::refit::{Fills, RefitOptions, RefitReport, Refitted, refit};
 use crate::reshade::{ReshadeOptions, ReshadeReport, moved_surface, reshade};

@@ -1,7 +1,6 @@
 //! Choosing Gaussians.
 
 use motes_formats::documents::brief;
-use motes_formats::selection::read_selection;
 use motes_formats::selectors::{PostDocument, SelectStep, Selector, SelectorStep};
 use motes_scene::Selection;
 use schemars::JsonSchema;
@@ -163,10 +162,8 @@ fn own_selector(
             }
         },
         Selector::File { path } => {
-            let failed = EditError::file(at);
-            let bound = (resources.bound)().map_err(&failed)?;
-            let file = read_selection(&resources.file(path), &bound).map_err(&failed)?;
-            Ok(Some(of_source(state, &file.selection)))
+            let selection = resources.selection(path).map_err(EditError::file(at))?;
+            Ok(Some(of_source(state, &selection)))
         }
         _ => Ok(None),
     }

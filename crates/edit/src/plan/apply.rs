@@ -4,7 +4,6 @@ use glam::DVec3;
 
 use super::check::op_pointer;
 use super::document::EditPlanDocument;
-use super::prepare::Prepared;
 use super::record::{EditRecord, SkipRecord, StepRecord};
 use crate::EditState;
 use crate::ops::OpDocument;
@@ -21,7 +20,16 @@ pub struct Edited {
     pub previews: Vec<Preview>,
 }
 
-/// Applies a plan that was [prepared](super::prepare).
+/// Which operations of a plan are applied.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Prepared {
+    /// Indices, in order.
+    pub effective: Vec<usize>,
+    /// Operations that an `undo` takes back, and the index of that `undo`.
+    pub undone: Vec<(usize, usize)>,
+}
+
+/// Applies a plan that was [prepared](crate::files::prepare).
 ///
 /// # Errors
 /// A target is empty, a selection is stale, a file is broken, or the user asked to stop.

@@ -1,20 +1,18 @@
 //! A plan: its document, what is checked before any Gaussian is read, and how it is applied to a state.
 //!
-//! [`prepare`] checks what needs no Gaussians: files, names, which operations an `undo` takes back. [`run_plan`] applies the rest in
+//! [`prepare`](crate::files::prepare) checks what needs no Gaussians: files, names, which operations an `undo` takes back. [`run_plan`] applies the rest in
 //! order. Nothing is written here: pictures and the record are returned.
 
 mod apply;
 mod check;
 mod document;
 mod parse;
-mod prepare;
 mod record;
 
-pub use apply::{Edited, run_plan};
+pub use apply::{Edited, Prepared, run_plan};
 pub use check::{check_plan, op_pointer};
 pub use document::{EditPlanDocument, MAX_OPS, MAX_PLAN_BYTES, MAX_RESHADE_SAMPLES};
-pub use parse::{parse_edit_plan, parse_op, read_edit_plan};
-pub use prepare::{Prepared, prepare};
+pub use parse::{parse_edit_plan, parse_op};
 pub use record::{EditRecord, SkipRecord, StepRecord};
 
 #[cfg(test)]

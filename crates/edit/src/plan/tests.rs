@@ -3,6 +3,7 @@ use std::path::Path;
 use motes_formats::documents::to_pretty_json;
 
 use super::*;
+use crate::files::read_edit_plan;
 use crate::ops::OP_NAMES;
 
 fn plan(ops: &str) -> String {

@@ -57,13 +57,6 @@ impl Resources<'_> {
     pub fn file(&self, name: &str) -> PathBuf {
         self.folder.join(name)
     }
-
-    /// A file of the plan by its absolute path.
-    pub(crate) fn absolute(&self, name: &str) -> String {
-        let joined = self.file(name);
-        let full = std::fs::canonicalize(&joined).unwrap_or(joined);
-        full.to_string_lossy().into_owned()
-    }
 }
 
 /// Why a plan cannot be applied.

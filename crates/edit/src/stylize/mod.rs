@@ -12,7 +12,6 @@
 //! show at the same points of the surface.
 
 mod consensus;
-mod editor;
 mod refit;
 mod warp;
 
@@ -21,8 +20,8 @@ use motes_raster::{Antialias, RenderOptions, render};
 use motes_scene::{Gaussians, ImageF32, Pinhole, Pose};
 use thiserror::Error;
 
+pub use crate::files::editor::{Editor, EditorError};
 use consensus::{disagreements, harmonized, targets};
-pub use editor::{Editor, EditorError};
 use refit::refit;
 use warp::Sight;
 

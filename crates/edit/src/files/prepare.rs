@@ -2,20 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use super::check::op_pointer;
-use super::document::EditPlanDocument;
 use crate::changes::materials::{material_named, material_names};
 use crate::ops::OpDocument;
+use crate::plan::{EditPlanDocument, Prepared, op_pointer};
 use crate::run::{EditError, Editors};
-
-/// Which operations of a plan are applied.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Prepared {
-    /// Indices, in order.
-    pub effective: Vec<usize>,
-    /// Operations that an `undo` takes back, and the index of that `undo`.
-    pub undone: Vec<(usize, usize)>,
-}
 
 /// Finds what `undo` takes back, and checks that files and materials that the plan names are there. `written` are the
 /// files and folders that the plan will be answered with, `editors` the programs that it may start.
