@@ -17,11 +17,16 @@ CONSUMERS := $(CURDIR)/.consumers
 # In CI the lock file is the law; while developing, cargo may extend it.
 LOCKED := $(if $(CI),--locked)
 
+# The commit stands beside the programs, not in them: a commit then rebuilds nothing.
+revision = revision=$$(git describe --always --dirty --abbrev=10 --exclude '*' 2>/dev/null) && \
+    echo "$$revision" >'$(BIN)/motes-revision.txt' || rm -f '$(BIN)/motes-revision.txt'
+
 .DELETE_ON_ERROR:
 .PHONY: build setup setup-consumers docs test fmt tidy licenses clippy doc unit fuzz lab lab-ci relight relight-ci edit edit-ci truth schemas install uninstall clean help
 
 build: ## build the stages and the dispatcher into target/release (the default)
 	$(CARGO) build --release $(LOCKED) -p motes $(addprefix -p ,$(STAGES))
+	@$(revision)
 
 setup: $(VENV)/.ready ## make the private Python environment .venv for COLMAP (pycolmap)
 
@@ -108,14 +113,15 @@ schemas: ## write docs/formats/schema and the versions in pages from the code
 
 # Only `motes` goes on PATH: `export` and `edit` would collide with the shell and other programs.
 install: ## install to PREFIX (default /usr/local); DESTDIR stages a package
-	MOTES_GIT_REVISION="$$(git rev-parse --short HEAD 2>/dev/null)" \
-	    $(CARGO) build --release $(LOCKED) -p motes $(addprefix -p ,$(STAGES))
+	$(CARGO) build --release $(LOCKED) -p motes $(addprefix -p ,$(STAGES))
+	@$(revision)
 	$(CARGO) run --quiet --release -p xtask -- man
 	install -d '$(DESTDIR)$(PREFIX)/bin' '$(DESTDIR)$(PREFIX)/libexec/motes' '$(DESTDIR)$(PREFIX)/share/man/man1'
 	install -m 755 '$(BIN)/motes' '$(DESTDIR)$(PREFIX)/bin/'
 	for stage in $$(MOTES_STAGE_PATH= PATH=/nowhere '$(BIN)/motes' list); do \
 	    install -m 755 "$(BIN)/$$stage" '$(DESTDIR)$(PREFIX)/libexec/motes/' || exit 1; \
 	done
+	[ ! -f '$(BIN)/motes-revision.txt' ] || install -m 644 '$(BIN)/motes-revision.txt' '$(DESTDIR)$(PREFIX)/libexec/motes/'
 	install -m 644 target/man/*.1 '$(DESTDIR)$(PREFIX)/share/man/man1/'
 	@for place in bash:bash-completion/completions/motes zsh:zsh/site-functions/_motes fish:fish/vendor_completions.d/motes.fish; do \
 	    file='$(DESTDIR)$(PREFIX)/share/'"$${place#*:}"; \

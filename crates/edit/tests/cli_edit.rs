@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 use edit::files::read_edit_plan;
-use motes_codecs::{SplatFormat, SplatWriteOptions, write_gaussians};
+use motes_codecs::{SplatFormat, SplatWriteOptions, open_gaussians, write_gaussians};
 use motes_formats::decomposition::read_decomposition;
 use motes_formats::images::read_image;
 use motes_formats::ply::{read_gaussians, read_surface};
@@ -325,7 +325,7 @@ fn what_is_inserted_in_other_units_is_told() {
 }
 
 #[test]
-fn splats_of_other_codecs_are_edited_and_inserted_but_not_written() {
+fn splats_of_other_codecs_are_edited_inserted_and_written() {
     let toy = toy_scene();
     let gaussians = read_gaussians(&toy.path("scene/gaussians.ply")).unwrap();
     let n = gaussians.len() as u64;
@@ -341,11 +341,17 @@ fn splats_of_other_codecs_are_edited_and_inserted_but_not_written() {
         let line = [&insert[..], &["--no-provenance", "--json", "-q", "--overwrite"]].concat();
         let said = answer(&edit(&toy, &line));
         assert_eq!(said["gaussians"].as_u64(), Some(2 * n), "{name}: {said}");
+        let edited = format!("edited-{name}");
+        // The file comes first, without its flag.
+        let line = ["scene/gaussians.ply", "--order", "-o", &edited, "--json", "-q"];
+        answer(&edit(&toy, &line));
+        assert_eq!(open_gaussians(&toy.path(&edited)).unwrap().gaussians.len() as u64, n, "{name}");
     }
-    let done = edit(&toy, &["--gaussians", "scene/gaussians.ply", "--order", "-o", "out.spz"]);
+    let line = ["--gaussians", "scene/gaussians.ply", "--order", "-o", "out.txt"];
+    let done = edit(&toy, &line);
     assert_code(&done, 2);
-    assert!(text(&done).contains("export turns it into other formats"), "{}", text(&done));
-    assert!(!toy.path("out.spz").exists());
+    assert!(text(&done).contains("names no format of Gaussians"), "{}", text(&done));
+    assert!(!toy.path("out.txt").exists());
 }
 
 #[test]

@@ -151,6 +151,31 @@ fn refusals_are_clear_and_leave_nothing() {
 
 #[cfg(target_os = "linux")]
 #[test]
+fn many_files_go_into_a_folder_and_a_broken_one_loses_no_other() {
+    let bench = Bench::new();
+    bench.put("h.ply", &motes_testkit::random_gaussians(4, 100, 0));
+    let said = bench.export(&["g.ply", "h.ply", "--format", "spz", "-o", "small/"]);
+    assert_eq!(said["files"].as_array().unwrap().len(), 2, "{said}");
+    for (name, count) in [("small/g.spz", 200), ("small/h.spz", 100)] {
+        assert_eq!(open_gaussians(&bench.path(name)).unwrap().gaussians.len(), count, "{name}");
+    }
+    let again = bench.refusal(2, &["g.ply", "h.ply", "--format", "spz", "-o", "small"]);
+    assert!(again.contains("exists already"), "{again}");
+    fs::create_dir(bench.path("other")).unwrap();
+    fs::write(bench.path("other/g.ply"), "ply").unwrap();
+    let twins = bench.refusal(2, &["g.ply", "other/g.ply", "--format", "spz", "-o", "new/"]);
+    assert!(twins.contains("would both become new/g.spz"), "{twins}");
+    fs::write(bench.path("bad.ply"), "ply").unwrap();
+    let line = ["g.ply", "bad.ply", "h.ply", "--format", "sog", "-o", "new/"];
+    let output = bench.run("export", &line);
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(3), "{said}");
+    assert!(said.contains("1 of 3 files were not exported: bad.ply"), "{said}");
+    assert!(bench.path("new/g.sog").exists() && bench.path("new/h.sog").exists());
+    assert!(!bench.path("new/bad.sog").exists());
+}
+
+#[test]
 fn a_full_disk_is_an_error_in_every_format() {
     let bench = Bench::new();
     for codec in CODECS.iter().filter(|codec| codec.is_writable()) {

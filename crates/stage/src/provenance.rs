@@ -8,8 +8,7 @@ use motes_formats::run_record::RunRecord;
 use serde::Serialize;
 use serde_json::Value;
 
-use crate::run::GIT_REVISION;
-use crate::{Context, clock, resources};
+use crate::{Context, clock, resources, revision};
 
 /// `a/b.ply` to `a/b.ply.run.json`; a folder's record lies beside the folder.
 pub(crate) fn record_path(output: &Path) -> PathBuf {
@@ -37,7 +36,7 @@ pub(crate) fn write<A: Serialize, R: Serialize>(
         version: RunRecord::version(),
         tool: context.program.clone(),
         tool_version: Some(env!("CARGO_PKG_VERSION").to_owned()),
-        git: GIT_REVISION.map(str::to_owned),
+        git: revision::git().map(str::to_owned),
         argv: arguments.iter().map(|argument| argument.to_string_lossy().into_owned()).collect(),
         seed: config.get("seed").and_then(Value::as_u64),
         config,

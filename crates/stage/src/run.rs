@@ -16,23 +16,16 @@ use crate::context::DryRun;
 use crate::error::{Explanation, explain, status_of};
 use crate::{
     CommonArgs, Context, ExitStatus, HasCommon, ProgressMode, StageError, config, generate,
-    interrupt, log, memory, panics, provenance, stdout,
+    interrupt, leading_inputs, log, memory, panics, provenance, revision, stdout,
 };
 
 /// Set by the dispatcher, so that usage lines show what the user typed.
 pub const INVOKED_AS_VARIABLE: &str = "MOTES_INVOKED_AS";
 
-/// The commit, when the build was told it: `make install` does. Other builds are not, so that a
-/// commit does not rebuild every stage.
-pub(crate) const GIT_REVISION: Option<&str> = match option_env!("MOTES_GIT_REVISION") {
-    Some(commit) if !commit.is_empty() => Some(commit),
-    _ => None,
-};
-
 /// `0.1.0`, or `0.1.0 (commit)`.
 static VERSION: LazyLock<String> = LazyLock::new(|| {
     let version = env!("CARGO_PKG_VERSION");
-    GIT_REVISION.map_or_else(|| version.to_owned(), |commit| format!("{version} ({commit})"))
+    revision::git().map_or_else(|| version.to_owned(), |commit| format!("{version} ({commit})"))
 });
 
 /// Runs a stage: parses arguments, prepares logging, threads and interruption, calls `run`,
@@ -77,7 +70,12 @@ where
 }
 
 pub(crate) fn command<A: Parser + HasCommon>(program: &str) -> clap::Command {
-    let command = crate::help_order::experts_last(A::command());
+    let mut command = crate::help_order::experts_last(A::command());
+    let first = leading_inputs::help(&command);
+    if !first.is_empty() {
+        let rest = command.get_after_help().map(ToString::to_string).unwrap_or_default();
+        command = command.after_help(format!("{first}\n{rest}"));
+    }
     crate::short_help::shorten(as_program(command, program), A::BASIC)
 }
 
@@ -154,9 +152,10 @@ where
     if let Some(what) = generate::requested(arguments) {
         return Ok(Parsed::Print(generate::text(what, command)?));
     }
-    let merged = match config::config_path(arguments) {
-        Some(path) => config::merged(&command, arguments, &path)?,
-        None => Merged { line: arguments.to_vec(), from_config: Vec::new() },
+    let line = leading_inputs::with_flags(&command, arguments);
+    let merged = match config::config_path(&line) {
+        Some(path) => config::merged(&command, &line, &path)?,
+        None => Merged { line, from_config: Vec::new() },
     };
     let parsed = command.try_get_matches_from(merged.line).and_then(|mut matches| {
         A::from_arg_matches_mut(&mut matches)

@@ -19,8 +19,8 @@ use std::process::{Command, ExitCode};
 const USAGE: &str = "\
 cargo xtask TASK
 
-  tidy         layers, file lengths, schemas, versions, links, contents, words and numbers of
-               pages, names of stages, paths of machines
+  tidy         layers, file lengths, schemas, versions, recipes, links, contents, words and numbers
+               of pages, names of stages, paths of machines
   schemas      write docs/formats/schema/ and the version numbers of pages from the code
   licenses     compare the licenses of all dependencies with deny.toml
   man          write the manual pages of the built stages to target/man/

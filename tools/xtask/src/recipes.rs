@@ -1,10 +1,12 @@
 //! The recipes of `docs/extending.md`, tried: each patch of `docs/extending/` is applied to a checkout of HEAD, and the commands
 //! that it names are run there.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context as _, bail, ensure};
+
+use crate::problem::Problem;
 
 const FOLDER: &str = "docs/extending";
 /// Starts the lines of a patch that say how to check it.
@@ -12,12 +14,34 @@ const CHECK: &str = "Check: ";
 /// What a recipe may touch beside tests and pages.
 const MOST_FILES: usize = 3;
 
-pub(crate) fn run(root: &Path) -> anyhow::Result<()> {
+/// The patches, in the order of their names.
+fn patches(root: &Path) -> std::io::Result<Vec<PathBuf>> {
     let mut patches: Vec<_> = std::fs::read_dir(root.join(FOLDER))?
         .filter_map(|entry| Some(entry.ok()?.path()))
         .filter(|path| path.extension().is_some_and(|suffix| suffix == "patch"))
         .collect();
     patches.sort();
+    Ok(patches)
+}
+
+/// Patches that no longer apply to the working tree.
+pub(crate) fn stale(root: &Path) -> Vec<Problem> {
+    let check = |patch: PathBuf| {
+        let done =
+            Command::new("git").args(["apply", "--check"]).arg(&patch).current_dir(root).output();
+        let name = format!("{FOLDER}/{}", patch.file_name().unwrap_or_default().to_string_lossy());
+        let said = match done {
+            Ok(done) if done.status.success() => return None,
+            Ok(done) => String::from_utf8_lossy(&done.stderr).trim().replace('\n', "; "),
+            Err(error) => error.to_string(),
+        };
+        Some(Problem::error(name, 0, format!("does not apply: {said}")))
+    };
+    patches(root).unwrap_or_default().into_iter().filter_map(check).collect()
+}
+
+pub(crate) fn run(root: &Path) -> anyhow::Result<()> {
+    let patches = patches(root)?;
     ensure!(!patches.is_empty(), "there are no patches in {FOLDER}");
     let checkout = root.join("target/recipes/checkout");
     remove(root, &checkout)?;
@@ -85,13 +109,8 @@ mod tests {
 
     #[test]
     fn every_recipe_says_how_to_check_it_and_touches_few_files() {
-        let folder = crate::root().join(FOLDER);
         let mut count = 0;
-        for entry in std::fs::read_dir(folder).unwrap() {
-            let path = entry.unwrap().path();
-            if path.extension().is_none_or(|suffix| suffix != "patch") {
-                continue;
-            }
+        for path in patches(&crate::root()).unwrap() {
             let text = std::fs::read_to_string(&path).unwrap();
             let code = sources(&text);
             assert!((1..=MOST_FILES).contains(&code.len()), "{}: {code:?}", path.display());

@@ -25,7 +25,7 @@ use anyhow::bail;
 
 use crate::problem::Problem;
 use crate::sources::{Source, sources};
-use crate::{generate, metadata, schemas, versions};
+use crate::{generate, metadata, recipes, schemas, versions};
 
 pub(crate) fn run(root: &Path) -> anyhow::Result<()> {
     let sources = sources(root)?;
@@ -39,6 +39,7 @@ pub(crate) fn run(root: &Path) -> anyhow::Result<()> {
         None => problems.push(Problem::error("docs/ARCHITECTURE.md", 0, "is missing")),
     }
     problems.extend(versions::stale(&sources));
+    problems.extend(recipes::stale(root));
     problems.extend(contents::check(&sources));
     problems.extend(circles::check(&sources));
     problems.extend(mirrors::check(&sources));

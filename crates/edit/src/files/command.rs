@@ -45,7 +45,7 @@ pub struct Args {
     #[arg(long, value_name = "FILE")]
     capture: Option<PathBuf>,
 
-    /// Scene folder or splat (.ply) to write
+    /// Scene folder, or splat to write; its suffix determines the format
     #[arg(short, long, value_name = "PATH")]
     output: PathBuf,
 

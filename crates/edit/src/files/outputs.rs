@@ -3,9 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use crate::plan::EditPlanDocument;
+use motes_codecs::{SplatFormat, SplatWriteOptions};
 use motes_formats::decomposition::SCENE_FILES;
-use motes_formats::ply::write_gaussians;
-use motes_scene::Surface;
+use motes_formats::ply::{PlyWriteOptions, write_gaussians};
+use motes_scene::{Gaussians, Surface};
 use motes_stage::{Context, StageError};
 
 use super::input::Input;
@@ -15,6 +16,8 @@ use super::output::{log_path, write_log, write_scene};
 pub(super) struct Outputs {
     /// The splat or scene folder.
     pub(super) output: PathBuf,
+    /// Format of the splat.
+    format: SplatFormat,
     /// The plan as executed.
     pub(super) log: PathBuf,
     /// Folder of pictures.
@@ -25,19 +28,14 @@ impl Outputs {
     /// Claims the outputs of an edit of a scene, or of the splat `gaussians`.
     ///
     /// # Errors
-    /// When one is taken, or an edited splat is not to be a PLY file.
+    /// When one is taken, or the suffix of an edited splat names no format.
     pub(super) fn claim(
         output: &Path,
         thumbnails: Option<&Path>,
         is_scene: bool,
         context: &Context,
     ) -> anyhow::Result<Self> {
-        let is_ply = output.extension().is_some_and(|end| end.eq_ignore_ascii_case("ply"));
-        if !is_scene && !is_ply {
-            let text = format!("an edited splat is written as .ply: {}", output.display());
-            let help = "export turns it into other formats; a scene folder needs --scene";
-            return Err(StageError::usage(text).help(help).into());
-        }
+        let format = if is_scene { SplatFormat::Ply } else { format_of(output)? };
         let output = context.output(output)?;
         if is_scene {
             context.output_files(&output, &SCENE_FILES)?;
@@ -45,7 +43,7 @@ impl Outputs {
         let log = log_path(&output, is_scene);
         let log = if is_scene { log } else { context.output(log)? };
         let thumbnails = thumbnails.map(|folder| context.output(folder)).transpose()?;
-        Ok(Self { output, log, thumbnails })
+        Ok(Self { output, format, log, thumbnails })
     }
 
     pub(super) fn paths(&self) -> Vec<&Path> {
@@ -65,6 +63,7 @@ impl Outputs {
         input: &Input,
         surface: &Surface,
         executed: &EditPlanDocument,
+        context: &Context,
     ) -> anyhow::Result<()> {
         match (&input.decomposition, &input.state.parts) {
             (Some(decomposition), Some(parts)) => {
@@ -72,10 +71,46 @@ impl Outputs {
                 write_scene(&self.output, &input.state, parts, surface, document, options, executed)
             }
             _ => {
-                let gaussians = &input.state.gaussians;
-                write_gaussians(&self.output, gaussians, &input.write_options)?;
+                self.write_splat(&input.state.gaussians, &input.write_options, context)?;
                 write_log(&self.log, executed)
             }
         }
     }
+
+    fn write_splat(
+        &self,
+        gaussians: &Gaussians,
+        options: &PlyWriteOptions,
+        context: &Context,
+    ) -> anyhow::Result<()> {
+        if self.format == SplatFormat::Ply {
+            return Ok(write_gaussians(&self.output, gaussians, options)?);
+        }
+        let codec = self.format.codec();
+        if gaussians.sh_degree > codec.max_sh_degree || !codec.lossless {
+            context.warn(format!("the format {} rounds: {}", codec.name, codec.loses));
+        }
+        let options = SplatWriteOptions {
+            render_mode: options.render_mode,
+            exposure_response: options.exposure_response,
+            comments: options.comments.clone(),
+            ..SplatWriteOptions::default()
+        };
+        Ok(motes_codecs::write_gaussians(&self.output, self.format, gaussians, &options)?)
+    }
+}
+
+/// The format of Gaussians that the suffix names: one that can be read again.
+fn format_of(output: &Path) -> Result<SplatFormat, StageError> {
+    let is_splat = |format: &SplatFormat| {
+        let codec = format.codec();
+        codec.is_readable() && codec.is_writable()
+    };
+    SplatFormat::of_name(output).filter(is_splat).ok_or_else(|| {
+        let all = SplatFormat::ALL.iter().filter(|format| is_splat(format));
+        let suffixes: Vec<&str> = all.flat_map(|f| f.codec().suffixes).copied().collect();
+        let text = format!("the suffix names no format of Gaussians: {}", output.display());
+        let help = format!("take one of {}; a scene folder needs --scene", suffixes.join(", "));
+        StageError::usage(text).help(help)
+    })
 }

@@ -163,7 +163,7 @@ pub fn run_edit(job: &EditJob<'_>, context: &Context) -> anyhow::Result<EditAnsw
     if let Some(folder) = thumbnails {
         answer.thumbnails = write_previews(folder, &previews)?;
     }
-    outputs.write(&input, &surface, &executed)?;
+    outputs.write(&input, &surface, &executed, context)?;
     answer.cpu_seconds = context.cpu_seconds();
     Ok(answer)
 }

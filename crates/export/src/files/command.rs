@@ -2,19 +2,23 @@
 
 use std::path::PathBuf;
 
+use super::batch::{claim, export_all, is_folder};
 use super::{
-    Asset, AssetJob, AssetOptions, CameraOptions, CameraReport, ExportFormat, ExportReport,
-    InputOptions, Outcome, SplatOptions, VerifyOptions, verify, write_asset, write_splat,
+    Asset, AssetJob, AssetOptions, BatchReport, CameraOptions, CameraReport, ExportFormat,
+    ExportReport, InputOptions, Outcome, SplatOptions, VerifyOptions, verify, write_asset,
+    write_splat,
 };
 use clap::Parser;
 use motes_codecs::SplatFormat;
-use motes_stage::{CommonArgs, Context, HasCommon};
+use motes_stage::{CommonArgs, Context, HasCommon, StageError};
 use serde::Serialize;
 
 const EXAMPLES: &str = "\
 Examples:
   A small file for web viewers, verified by rendering it again:
     export gaussians.ply -o gaussians.spz --verify --min-psnr 40
+  Many files, each as a file of the same name in a folder:
+    export captures/*.ply --format spz -o small/
   One HTML page that shows the splat and compares it with photos:
     export gaussians.ply --capture capture/capture.json -o viewer.html
   A relightable mesh for Blender, with its environment map:
@@ -30,7 +34,8 @@ pub struct Args {
     #[serde(flatten)]
     input: InputOptions,
 
-    /// File or folder to write; the suffix determines the format
+    /// File or folder to write; the suffix determines the format. With --format and a folder that
+    /// exists or ends in a slash, each input becomes a file in it
     #[arg(short, long, value_name = "PATH")]
     output: PathBuf,
 
@@ -82,12 +87,16 @@ impl HasCommon for Args {
 /// # Errors
 /// Whatever ends it: bad input, a gate that is not met, a product that cannot be written.
 pub fn run(args: &Args, context: &Context) -> anyhow::Result<Outcome> {
-    let output = context.output(&args.output)?;
     let given = args.asset.html.then_some(ExportFormat::Asset(Asset::Html)).or(args.format);
+    if let (Some(ExportFormat::Splat(splat)), true) = (given, is_folder(&args.output)) {
+        return export_batch(args, splat, context).map(|report| Outcome::Batch(report.into()));
+    }
+    let output = context.output(&args.output)?;
     let format = ExportFormat::choose(given, &output)?;
     match format {
         ExportFormat::Splat(splat) => {
-            let report = export_splat(args, format, splat, output, context)?;
+            args.verify.check(splat, &output)?;
+            let report = export_splat(args, &args.input, splat, output, context)?;
             Ok(Outcome::Splat(report.into()))
         }
         ExportFormat::Asset(asset) => {
@@ -105,15 +114,32 @@ pub fn run(args: &Args, context: &Context) -> anyhow::Result<Outcome> {
     }
 }
 
+/// Every input as a file of its own.
+fn export_batch(args: &Args, splat: SplatFormat, context: &Context) -> anyhow::Result<BatchReport> {
+    let inputs: Vec<PathBuf> =
+        args.input.inputs.iter().chain(&args.input.gaussians).cloned().collect();
+    if inputs.is_empty() {
+        let text = format!("a folder of files needs files: {}", args.output.display());
+        return Err(StageError::usage(text).help("name them, or write to a file").into());
+    }
+    let outputs = claim(&inputs, &args.output, splat, context)?;
+    outputs.iter().try_for_each(|output| args.verify.check(splat, output))?;
+    context.stop_if_dry_run()?;
+    export_all(&inputs, outputs, &args.output, context, |input, output| {
+        let own =
+            InputOptions { inputs: vec![input.to_owned()], gaussians: None, ..args.input.clone() };
+        export_splat(args, &own, splat, output, context)
+    })
+}
+
 fn export_splat(
     args: &Args,
-    format: ExportFormat,
+    input: &InputOptions,
     splat: SplatFormat,
     output: PathBuf,
     context: &Context,
 ) -> anyhow::Result<ExportReport> {
-    let source = args.input.load(context)?;
-    args.verify.check(splat, &output)?;
+    let source = input.load(context)?;
     context.stop_if_dry_run()?;
     let start = context.cpu_seconds();
     write_splat(&source, splat, &args.splat, &output, context)?;
@@ -126,7 +152,7 @@ fn export_splat(
     let gaussians = source.file.gaussians.len();
     let bytes = std::fs::metadata(&output).ok().map(|found| found.len());
     Ok(ExportReport {
-        format,
+        format: ExportFormat::Splat(splat),
         output,
         gaussians,
         sh_degree: source.file.gaussians.sh_degree,

@@ -1,6 +1,7 @@
 //! What the stage `export` reads, makes and says. One module per kind of product.
 
 mod assets;
+mod batch;
 mod cameras;
 mod command;
 mod format;
@@ -10,6 +11,7 @@ mod splat;
 mod verify;
 
 pub use assets::{Asset, AssetJob, AssetOptions, AssetReport, write_asset};
+pub use batch::BatchReport;
 pub use cameras::{CameraFormat, CameraOptions, CameraSource};
 pub use command::{Args, run};
 pub use format::ExportFormat;

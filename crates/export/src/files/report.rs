@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
-use super::{AssetReport, ExportFormat, VerifyReport};
+use super::{AssetReport, BatchReport, ExportFormat, VerifyReport};
 
 /// What the stage says.
 #[derive(Clone, Debug, Serialize)]
@@ -13,6 +13,8 @@ use super::{AssetReport, ExportFormat, VerifyReport};
 pub enum Outcome {
     /// Of Gaussians.
     Splat(Box<ExportReport>),
+    /// Of many files of Gaussians.
+    Batch(Box<BatchReport>),
     /// Of cameras.
     Cameras(CameraReport),
     /// Of a page, a mesh, a shadow.
@@ -24,6 +26,7 @@ impl fmt::Display for Outcome {
         match self {
             Self::Splat(report) => report.fmt(f),
             Self::Asset(report) => report.fmt(f),
+            Self::Batch(report) => report.fmt(f),
             Self::Cameras(report) => {
                 write!(f, "{} poses in {}", report.poses, report.output.display())
             }
