@@ -7,9 +7,10 @@ use motes_formats::camera_path::{CameraPathDocument, write_camera_path};
 use motes_formats::capture::write_capture;
 use motes_formats::exr_aov::read_exr;
 use motes_formats::images::read_image;
-use motes_formats::ply::{PlyWriteOptions, write_gaussians};
-use motes_scene::ExposureResponse;
+use motes_formats::ply::{PlyWriteOptions, read_gaussians, write_gaussians};
+use motes_scene::{ExposureResponse, Materials};
 use motes_testkit::toy_capture::{ToyCapture, assert_code, run, stderr, toy_capture};
+use motes_testkit::toy_scene::toy_scene;
 
 fn render(toy: &ToyCapture, arguments: &[&str]) -> Output {
     let mut all = vec!["--gaussians", "true.ply", "--no-provenance"];
@@ -34,6 +35,28 @@ fn views_are_rendered_under_their_names() {
     assert_eq!(files(&toy, "renders"), ["view_2.png", "view_5.png"]);
     let (photo, render) = (toy.path("images/view_2.png"), toy.path("renders/view_2.png"));
     assert_eq!(read_image(&photo).unwrap(), read_image(&render).unwrap());
+}
+
+#[test]
+fn polished_metal_in_a_scene_is_sent_to_relight() {
+    let toy = toy_scene();
+    let warned = |metallic: f32| {
+        let path = toy.folder.path().join("scene/gaussians.ply");
+        let mut gaussians = read_gaussians(&path).unwrap();
+        let mut materials = Materials::of(&gaussians).unwrap();
+        materials.roughness[..100].fill(0.1);
+        materials.metallic[..100].fill(metallic);
+        materials.attach(&mut gaussians);
+        write_gaussians(&path, &gaussians, &PlyWriteOptions::default()).unwrap();
+        let line = ["--scene", "scene", "--capture", "capture.json", "--split", "test"];
+        let more = ["-o", "out", "-w", "--dry-run"];
+        let done =
+            run(env!("CARGO_BIN_EXE_render"), toy.folder.path(), &[&line[..], &more[..]].concat());
+        assert_code(&done, 0);
+        stderr(&done).contains("100 Gaussians are of polished metal")
+    };
+    assert!(warned(1.0));
+    assert!(!warned(0.0));
 }
 
 #[test]

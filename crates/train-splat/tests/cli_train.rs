@@ -302,6 +302,25 @@ fn a_fit_that_fails_says_why_and_ends_with_4() {
 }
 
 #[test]
+fn flags_that_a_checkpoint_contradicts_are_refused_and_a_dry_run_says_the_numbers() {
+    let folder = imported();
+    ok(&train(folder.path(), &["-n=2", "-o", "k.ply", "--save-every", "1"]));
+    let line = ["-o", "r.ply", "--resume", "k.checkpoint.safetensors"];
+    let output = train(folder.path(), &[&line[..], &["-n=9", "--seed", "5"]].concat());
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    for words in ["--iterations is 9 here and 2 there", "--seed is 5 here", "--init-ply"] {
+        assert!(said.contains(words), "{words}: {said}");
+    }
+    assert!(!folder.path().join("r.ply").exists());
+    let line = ["-o", "d.ply", "--preset", "draft", "-n=7", "--dry-run", "--json"];
+    let output = train(folder.path(), &line);
+    let said: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(said["report"]["iterations"], 7, "{said}");
+    assert_eq!(said["report"]["max_gaussians"], 1500, "{said}");
+}
+
+#[test]
 fn a_checkpoint_that_was_changed_or_is_not_finite_is_refused() {
     let folder = imported();
     let path = |name: &str| folder.path().join(name);

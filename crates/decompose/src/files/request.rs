@@ -155,7 +155,7 @@ impl Request<'_> {
         let mut shown = |progress: Progress| {
             let Progress { doing, step, of, done } = progress;
             line.message(format!("{doing}, {step} of {of}"));
-            line.set((PERCENT * done) as u64);
+            line.set((PERCENT * done).round() as u64);
             if context.interrupted() { Err(DecomposeError::Canceled) } else { Ok(()) }
         };
         for step in self.steps.range() {
@@ -163,6 +163,9 @@ impl Request<'_> {
             if let Some(work) = work {
                 work.save(step, pipeline)?;
             }
+        }
+        if self.steps.range().end() + 1 == STEPS.len() {
+            line.set(PERCENT as u64);
         }
         Ok(())
     }

@@ -1,6 +1,6 @@
 //! Arguments of `render` and what happens to them.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::ChosenFrames;
 use super::FrameWriter;
@@ -12,6 +12,7 @@ use crate::frames::{
 use crate::model::{Model, ModelInput};
 use anyhow::Context as _;
 use clap::Parser;
+use motes_scene::{Gaussians, Materials};
 use motes_stage::{CommonArgs, Context, HasCommon, StageError};
 use serde::Serialize;
 
@@ -119,6 +120,9 @@ pub fn run(args: &Args, context: &Context) -> anyhow::Result<RenderReport> {
     let gaussians = args.input.file()?;
     context.input("gaussians", &gaussians)?;
     let model = Model::load(&gaussians, args.look.antialias)?;
+    if let Some(scene) = &args.input.scene {
+        warn_of_mirrors(&model.gaussians, scene, context);
+    }
     let projection = (files.exr, args.look.projection);
     let objects = args.objects.load(&args.input, &model, projection, context)?;
     let matte = args.look.options(&model, false);
@@ -157,4 +161,26 @@ pub fn run(args: &Args, context: &Context) -> anyhow::Result<RenderReport> {
             .filter(|s| s.is_finite()),
         video_command: is_video.then(|| shell_words(&command)),
     })
+}
+
+/// Roughness and metallic from which reflections are sharper than the harmonics of a color can hold.
+const MIRROR_ROUGHNESS: f32 = 0.3;
+const MIRROR_METALLIC: f32 = 0.5;
+/// Share of the Gaussians that is worth a warning.
+const WORTH_A_WARNING: f64 = 0.005;
+
+/// Says that colors of Gaussians do not show what polished metal reflects.
+fn warn_of_mirrors(gaussians: &Gaussians, scene: &Path, context: &Context) {
+    let Ok(materials) = Materials::of(gaussians) else { return };
+    let of = |(roughness, metallic): &(&f32, &f32)| {
+        **roughness < MIRROR_ROUGHNESS && **metallic > MIRROR_METALLIC
+    };
+    let count = materials.roughness.iter().zip(&materials.metallic).filter(of).count();
+    if count as f64 > WORTH_A_WARNING * gaussians.len() as f64 {
+        context.warn(format!(
+            "{count} Gaussians are of polished metal: their colors are too smooth for what it \
+             reflects; relight --scene {} with the same views shades it under the same light",
+            scene.display()
+        ));
+    }
 }

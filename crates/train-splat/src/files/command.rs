@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use super::report::DryRun;
 use super::{
     SessionEnd, StartRequest, Target, TrainReport, Verdict, default_checkpoint, parse_seconds,
 };
@@ -126,7 +127,10 @@ pub fn run(args: &Args, context: &Context) -> anyhow::Result<TrainReport> {
         needs_held_out: args.target.is_some(),
     };
     let start = request.load(context)?;
-    context.stop_if_dry_run()?;
+    if context.dry_run() {
+        context
+            .stop_if_dry_run_with(&DryRun { plan: start.plan()?, timed: start.end.is_some() })?;
+    }
 
     let checkpoint = args.checkpoint.clone().unwrap_or_else(|| default_checkpoint(&args.output));
     let mut session = start.session(checkpoint)?;

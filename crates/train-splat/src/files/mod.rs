@@ -7,6 +7,7 @@ mod model_report;
 mod photos;
 mod profile;
 mod report;
+mod resumed;
 mod scores;
 mod session;
 mod start;

@@ -170,3 +170,36 @@ impl fmt::Display for TrainReport {
         }
     }
 }
+
+/// What a dry run says: the numbers of the run that would follow.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct DryRun {
+    /// What preset, flags and number of photos come to.
+    #[serde(flatten)]
+    pub(super) plan: Plan,
+    /// Whether `--time-budget` decides the numbers in the end.
+    #[serde(skip)]
+    pub(super) timed: bool,
+}
+
+impl fmt::Display for DryRun {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let plan = &self.plan;
+        if self.timed {
+            return write!(f, "--time-budget decides steps, Gaussians and resolutions");
+        }
+        write!(f, "{} steps", plan.iterations)?;
+        if plan.longest > 1.0 {
+            let most = f64::from(plan.iterations) * plan.longest;
+            write!(f, " (to {most:.0} where photos see little of the scene each)")?;
+        }
+        write!(
+            f,
+            ", at most {} Gaussians, SH degree {}, refined every {} steps, resolutions {}",
+            plan.max_gaussians,
+            plan.sh_degree,
+            plan.refine_every,
+            plan.schedule()
+        )
+    }
+}

@@ -15,6 +15,7 @@ use motes_stage::{Context, StageError};
 
 use super::checkpoint::read_checkpoint;
 use super::photos::{load_training_images, sha256_of};
+use super::resumed::agrees;
 use super::world::{into_unit, points_into_unit, unit_world};
 
 /// Reads a time budget.
@@ -127,6 +128,7 @@ impl StartRequest<'_> {
                 let remedy = "use --init-ply to start from its model";
                 return Err(StageError::bad_input(text).help(remedy).into());
             }
+            agrees(&options, seed, &checkpoint, path)?;
             (options, seed) = (checkpoint.options, checkpoint.seed);
             state = Some(checkpoint.state);
         }
@@ -185,6 +187,14 @@ impl StartRequest<'_> {
 }
 
 impl Start {
+    /// The numbers that preset, flags and number of photos come to.
+    ///
+    /// # Errors
+    /// When an option cannot be used.
+    pub fn plan(&self) -> anyhow::Result<Plan> {
+        Ok(Plan::new(&self.options, self.train.len()).map_err(to_stage)?)
+    }
+
     /// The fit, ready for its first step.
     ///
     /// # Errors
