@@ -17,7 +17,7 @@ mod lloyd;
 use groups::{Groups, shares};
 use lloyd::{Centroids, lloyd};
 
-/// Dials of [`kmeans`].
+/// Parameters of [`kmeans`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KmeansOptions {
     /// Centroids; fewer come back when there are fewer points.

@@ -4,8 +4,8 @@ use glam::{Mat3, Quat, Vec3};
 use motes_scene::{Gaussians, ImageF32};
 use rayon::prelude::*;
 
-use crate::dials::RasterDials;
 use crate::frame::Frame;
+use crate::parameters::RasterParameters;
 use crate::project::ViewTransform;
 use crate::render::Aovs;
 use crate::splat::Splat;
@@ -15,7 +15,7 @@ pub(crate) fn tile_aovs(
     frame: &Frame,
     gaussians: &Gaussians,
     view: &ViewTransform,
-    dials: &RasterDials,
+    parameters: &RasterParameters,
 ) -> Aovs {
     let [width, height] = view.size;
     let normals: Vec<Vec3> = (0..gaussians.len())
@@ -36,7 +36,7 @@ pub(crate) fn tile_aovs(
                             (&row.splats[e as usize], normals[row.ids[e as usize] as usize])
                         })
                     });
-                    composite(splats, x as f32 + 0.5, y as f32 + 0.5, dials)
+                    composite(splats, x as f32 + 0.5, y as f32 + 0.5, parameters)
                 })
                 .collect()
         })
@@ -63,12 +63,12 @@ fn composite<'a>(
     splats: impl Iterator<Item = (&'a Splat, Vec3)>,
     x: f32,
     y: f32,
-    dials: &RasterDials,
+    parameters: &RasterParameters,
 ) -> PixelAovs {
     let mut transmittance = 1.0f32;
     let (mut depth, mut weights, mut normal, mut median) = (0.0f32, 0.0f32, Vec3::ZERO, 0.0f32);
     for (s, n) in splats {
-        let Some(alpha) = s.alpha_at(x, y, dials.exp_degree.into()) else {
+        let Some(alpha) = s.alpha_at(x, y, parameters.exp_degree.into()) else {
             continue;
         };
         let weight = alpha * transmittance;
@@ -80,7 +80,7 @@ fn composite<'a>(
             median = s.depth;
         }
         transmittance = next;
-        if transmittance < dials.transmittance_min {
+        if transmittance < parameters.transmittance_min {
             break;
         }
     }

@@ -8,7 +8,7 @@
 use fearless_simd::dispatch;
 use rayon::prelude::*;
 
-use crate::dials::{RasterDials, Sorting};
+use crate::parameters::{RasterParameters, Sorting};
 use crate::sort::sort_by_high_word;
 use crate::splat::Splat;
 
@@ -177,21 +177,26 @@ pub(crate) struct Bins {
 
 impl Bins {
     /// Lists the projected Gaussians. Reuses memory.
-    pub(crate) fn fill(&mut self, projected: &[Splat], size: [usize; 2], dials: &RasterDials) {
-        let tile = dials.tile_size as usize;
+    pub(crate) fn fill(
+        &mut self,
+        projected: &[Splat],
+        size: [usize; 2],
+        parameters: &RasterParameters,
+    ) {
+        let tile = parameters.tile_size as usize;
         let (tiles_x, tiles_y) = (size[0].div_ceil(tile), size[1].div_ceil(tile));
         self.tile = tile;
         self.chunks.resize_with(projected.len().div_ceil(CHUNK), ChunkLists::default);
         let chunks = self.chunks.par_iter_mut().zip(projected.par_chunks(CHUNK)).enumerate();
         chunks.with_max_len(4).for_each(|(c, (lists, splats))| {
-            dispatch!(dials.level(), _simd => lists.fill(splats, c * CHUNK, tile, tiles_y));
+            dispatch!(parameters.level(), _simd => lists.fill(splats, c * CHUNK, tile, tiles_y));
         });
         self.rows.resize_with(tiles_y, TileRow::default);
         let chunks = &self.chunks;
         self.rows.par_iter_mut().enumerate().with_max_len(1).for_each(|(r, row)| {
             row.fill(projected, chunks, r);
-            dispatch!(dials.level(), _simd => row.list_tiles(r, tile, tiles_x));
-            if dials.sort != Sorting::Global {
+            dispatch!(parameters.level(), _simd => row.list_tiles(r, tile, tiles_x));
+            if parameters.sort != Sorting::Global {
                 row.sort_tiles(r, tile);
             }
         });
@@ -269,9 +274,10 @@ mod tests {
     fn every_touched_tile_lists_the_splat_once_in_depth_order() {
         let splats = scene();
         for (tile, sort) in [(8, Sorting::Global), (16, Sorting::Global), (32, Sorting::Tile)] {
-            let dials = RasterDials { tile_size: tile as u8, sort, ..RasterDials::default() };
+            let parameters =
+                RasterParameters { tile_size: tile as u8, sort, ..RasterParameters::default() };
             let mut bins = Bins::default();
-            bins.fill(&splats, [70, 50], &dials);
+            bins.fill(&splats, [70, 50], &parameters);
             assert_eq!(bins.rows.len(), 50usize.div_ceil(tile));
             for (ty, row) in bins.rows.iter().enumerate() {
                 for tx in 0..70usize.div_ceil(tile) {
@@ -307,7 +313,7 @@ mod tests {
     fn positions_lead_from_chunks_to_splats() {
         let splats = scene();
         let mut bins = Bins::default();
-        bins.fill(&splats, [70, 50], &RasterDials::default());
+        bins.fill(&splats, [70, 50], &RasterParameters::default());
         for (r, row) in bins.rows.iter().enumerate() {
             let mut seen = 0;
             for (c, chunk) in bins.chunks.iter().enumerate() {

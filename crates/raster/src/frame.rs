@@ -9,10 +9,10 @@ use rayon::prelude::*;
 
 use crate::backward::MOMENTS;
 use crate::binning::{Bins, CHUNK};
-use crate::dials::{Accumulation, Sorting};
 use crate::forward::PairCount;
 use crate::gradients::GaussianGradients;
 use crate::options::{Modifiers, RenderOptions};
+use crate::parameters::{Accumulation, Sorting};
 use crate::planes::Planes;
 use crate::project::{ViewTransform, project};
 use crate::project_backward::project_backward;
@@ -59,7 +59,7 @@ pub struct Frame {
     image: Option<Planes>,
     /// Per strip of 16 rows: blocks that each entry of its lists reaches.
     masks: Vec<Vec<u16>>,
-    /// Per strip; which of the two is used is a dial.
+    /// Per strip; which of the two is used is a parameter.
     moments_f32: Vec<Vec<[f32; MOMENTS]>>,
     moments_f64: Vec<Vec<[f64; MOMENTS]>>,
     view: Option<ViewTransform>,
@@ -104,7 +104,7 @@ impl Frame {
         options: &RenderOptions,
     ) -> &Planes {
         let start = (self.clock)();
-        let level = options.dials.level();
+        let level = options.parameters.level();
         let cutoffs = Cutoffs::new(options);
         self.projected.resize(gaussians.len(), Splat::INVISIBLE);
         let chunks = self.projected.par_chunks_mut(CHUNK).enumerate();
@@ -119,7 +119,7 @@ impl Frame {
         self.stats.project = (self.clock)() - start;
 
         let start = (self.clock)();
-        self.bins.fill(&self.projected, view.size, &options.dials);
+        self.bins.fill(&self.projected, view.size, &options.parameters);
         self.stats.bin = (self.clock)() - start;
         self.stats.visible = self.bins.visible();
         self.stats.tile_entries = self.bins.entries();
@@ -172,7 +172,7 @@ impl Frame {
             .with_max_len(1)
             .map(|(y, (rows, masks))| {
                 let strip = Strip { bins, options, y, stride };
-                match options.dials.sort {
+                match options.parameters.sort {
                     Sorting::Pixel => strip.forward_resorted(rows),
                     Sorting::Global | Sorting::Tile => strip.forward(rows, masks, count_pairs),
                 }
@@ -199,9 +199,12 @@ impl Frame {
         gradient: &Planes,
         out: &mut GaussianGradients,
     ) {
-        assert!(options.dials.sort != Sorting::Pixel, "sorting per pixel is for rendering only");
+        assert!(
+            options.parameters.sort != Sorting::Pixel,
+            "sorting per pixel is for rendering only"
+        );
         assert!(self.view.is_some(), "backward needs a forward pass first");
-        match options.dials.accumulate {
+        match options.parameters.accumulate {
             Accumulation::F32 => {
                 let mut moments = std::mem::take(&mut self.moments_f32);
                 self.chain(gaussians, modifiers, options, gradient, &mut moments, out);
@@ -241,7 +244,7 @@ impl Frame {
         self.stats.backward = (self.clock)() - start;
 
         let start = (self.clock)();
-        let level = options.dials.level();
+        let level = options.parameters.level();
         out.resize(gaussians);
         out.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, mut rows)| {
             let first = chunk * CHUNK;

@@ -16,13 +16,13 @@ mod aovs;
 mod backward;
 mod batch;
 mod binning;
-mod dials;
 mod equirectangular;
 mod exp2;
 mod forward;
 mod frame;
 mod gradients;
 mod options;
+mod parameters;
 mod planes;
 mod project;
 mod project_backward;
@@ -36,7 +36,6 @@ mod splat;
 mod strip;
 mod votes;
 
-pub use dials::{Accumulation, RasterDials, SimdLevel, Sorting};
 pub use equirectangular::render_equirectangular;
 pub use frame::{Frame, FrameStats, PhaseClock};
 pub use gradients::GaussianGradients;
@@ -44,6 +43,7 @@ pub use options::{
     ALPHA_MAX, ALPHA_MIN, Antialias, BLUR_VARIANCE_PX2, Modifiers, RenderOptions, TILE,
     TRANSMITTANCE_MIN,
 };
+pub use parameters::{Accumulation, RasterParameters, SimdLevel, Sorting};
 pub use planes::Planes;
 pub use project::ViewTransform;
 pub use render::{Aovs, Painter, Rendering, render};

@@ -1,6 +1,6 @@
-//! Constants of the image formation and the dials of a rendering.
+//! Constants of the image formation and the parameters of a rendering.
 
-use crate::dials::RasterDials;
+use crate::parameters::RasterParameters;
 
 /// Side of a square tile, pixels. Larger tiles sort less and test more pixels in vain.
 pub const TILE: usize = 16;
@@ -38,7 +38,7 @@ pub struct RenderOptions {
     /// Also produce depth and normals.
     pub aovs: bool,
     /// Time against accuracy.
-    pub dials: RasterDials,
+    pub parameters: RasterParameters,
 }
 
 impl Default for RenderOptions {
@@ -49,7 +49,7 @@ impl Default for RenderOptions {
             near: 0.0,
             antialias: Antialias::Classic,
             aovs: false,
-            dials: RasterDials::default(),
+            parameters: RasterParameters::default(),
         }
     }
 }

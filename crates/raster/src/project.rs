@@ -11,8 +11,8 @@ use motes_math::sh::{sh_basis, sh_coefficients};
 use motes_math::sigmoid::sigmoid;
 use motes_scene::{Gaussians, Pinhole, Pose};
 
-use crate::dials::Sorting;
 use crate::options::{Antialias, BLUR_VARIANCE_PX2, Modifiers, RenderOptions};
+use crate::parameters::Sorting;
 use crate::splat::{Cutoffs, Splat};
 
 /// One view in single precision, with the camera center kept apart from the rotation so that
@@ -248,7 +248,7 @@ fn project_visible(
     if !color.iter().all(|v| v.is_finite()) {
         return None;
     }
-    let depth_slope = match options.dials.sort {
+    let depth_slope = match options.parameters.sort {
         Sorting::Global => [0.0; 2],
         Sorting::Tile | Sorting::Pixel => f.depth_slope(view),
     };

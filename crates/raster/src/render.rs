@@ -44,7 +44,7 @@ pub fn render(
 ) -> Rendering {
     let (painter, mut rendering) = Painter::new(gaussians, camera, camera_from_world, options);
     let Painter { frame, view, .. } = &painter;
-    rendering.aovs = options.aovs.then(|| tile_aovs(frame, gaussians, view, &options.dials));
+    rendering.aovs = options.aovs.then(|| tile_aovs(frame, gaussians, view, &options.parameters));
     rendering
 }
 

@@ -53,8 +53,8 @@ impl Pixel {
 impl Strip<'_> {
     /// As [`Self::forward`], each pixel in its own order.
     pub(crate) fn forward_resorted(&self, rows: &mut [f32]) -> PairCount {
-        let dials = &self.options.dials;
-        let (plane, degree) = (TILE * self.stride, usize::from(dials.exp_degree));
+        let parameters = &self.options.parameters;
+        let (plane, degree) = (TILE * self.stride, usize::from(parameters.exp_degree));
         let mut pairs = PairCount::default();
         let mut waiting = Vec::with_capacity(WINDOW + 1);
         for p in 0..plane {
@@ -74,7 +74,7 @@ impl Strip<'_> {
                     let depth = splat.depth_at(x, y);
                     pixel.insert(Waiting { depth, alpha, color: splat.color });
                     if pixel.waiting.len() > WINDOW {
-                        open = pixel.pop(dials.transmittance_min);
+                        open = pixel.pop(parameters.transmittance_min);
                         if !open {
                             break;
                         }
@@ -82,7 +82,7 @@ impl Strip<'_> {
                 }
             }
             while open {
-                open = pixel.pop(dials.transmittance_min);
+                open = pixel.pop(parameters.transmittance_min);
             }
             for c in 0..3 {
                 rows[c * plane + p] =

@@ -25,9 +25,13 @@ pub(crate) struct Cutoffs {
 
 impl Cutoffs {
     pub(crate) fn new(options: &RenderOptions) -> Self {
-        let dials = &options.dials;
-        let extent = dials.extent_sigmas.map_or(f32::INFINITY, |s| s * s / MAHALANOBIS);
-        Self { alpha_min: dials.alpha_min, level_min: dials.alpha_min.log2() / 8.0, extent }
+        let parameters = &options.parameters;
+        let extent = parameters.extent_sigmas.map_or(f32::INFINITY, |s| s * s / MAHALANOBIS);
+        Self {
+            alpha_min: parameters.alpha_min,
+            level_min: parameters.alpha_min.log2() / 8.0,
+            extent,
+        }
     }
 }
 

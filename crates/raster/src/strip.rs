@@ -78,9 +78,9 @@ impl Strip<'_> {
     /// Composites the strip into `rows` (four planes) and notes in `masks` which blocks each entry
     /// of its lists can reach.
     pub(crate) fn forward(&self, rows: &mut [f32], masks: &mut Vec<u16>, count: bool) -> PairCount {
-        let dials = &self.options.dials;
+        let parameters = &self.options.parameters;
         // The whole strip in one dispatch, so that all of it uses the wide instructions.
-        dispatch!(dials.level(), simd => match (dials.exp_degree, count) {
+        dispatch!(parameters.level(), simd => match (parameters.exp_degree, count) {
             (2, false) => self.forward_with::<_, 2, false>(simd, rows, masks),
             (3, false) => self.forward_with::<_, 3, false>(simd, rows, masks),
             (4, false) => self.forward_with::<_, 4, false>(simd, rows, masks),
@@ -100,7 +100,7 @@ impl Strip<'_> {
         masks: &mut Vec<u16>,
     ) -> PairCount {
         let Self { bins, options, y, stride } = *self;
-        let stop = options.dials.transmittance_min;
+        let stop = options.parameters.transmittance_min;
         let mut pairs = PairCount::default();
         let plane = TILE * stride;
         let mut batch = Batch::new();
@@ -147,8 +147,8 @@ impl Strip<'_> {
         masks: &[u16],
         moments: &mut Vec<[T; MOMENTS]>,
     ) {
-        let dials = &self.options.dials;
-        dispatch!(dials.level(), simd => match dials.exp_degree {
+        let parameters = &self.options.parameters;
+        dispatch!(parameters.level(), simd => match parameters.exp_degree {
             2 => self.backward_with::<_, T, 2>(simd, image, gradient, masks, moments),
             3 => self.backward_with::<_, T, 3>(simd, image, gradient, masks, moments),
             4 => self.backward_with::<_, T, 4>(simd, image, gradient, masks, moments),
@@ -166,7 +166,7 @@ impl Strip<'_> {
         moments: &mut Vec<[T; MOMENTS]>,
     ) {
         let Self { bins, options, y, stride } = *self;
-        let stop = options.dials.transmittance_min;
+        let stop = options.parameters.transmittance_min;
         let count = rows_of_strip(bins, y).map(|row| bins.rows[row].ids.len()).sum();
         moments.clear();
         moments.resize(count, [T::default(); MOMENTS]);

@@ -7,9 +7,9 @@
 use motes_scene::{Gaussians, Pinhole, Pose};
 use rayon::prelude::*;
 
-use crate::dials::RasterDials;
 use crate::frame::Frame;
 use crate::options::{Modifiers, RenderOptions};
+use crate::parameters::RasterParameters;
 use crate::project::ViewTransform;
 
 /// A pixel without a label.
@@ -81,7 +81,7 @@ pub fn label_votes(
                 (first..(first + LABELS_PER_TASK).min(label_count))
                     .map(|l| {
                         let size = (camera.width, of_label(l));
-                        sum_of_label(&frame, size, &options.dials, sums, touched, least)
+                        sum_of_label(&frame, size, &options.parameters, sums, touched, least)
                     })
                     .collect()
             },
@@ -100,7 +100,7 @@ pub fn label_votes(
 fn sum_of_label(
     frame: &Frame,
     (width, pixels): (usize, &[u32]),
-    dials: &RasterDials,
+    parameters: &RasterParameters,
     sums: &mut [f32],
     touched: &mut Vec<u32>,
     least: f32,
@@ -115,7 +115,7 @@ fn sum_of_label(
         for &entry in entries {
             let splat = &row.splats[entry as usize];
             let at = (x as f32 + 0.5, y as f32 + 0.5);
-            let Some(alpha) = splat.alpha_at(at.0, at.1, dials.exp_degree.into()) else {
+            let Some(alpha) = splat.alpha_at(at.0, at.1, parameters.exp_degree.into()) else {
                 continue;
             };
             let id = row.ids[entry as usize];
@@ -125,7 +125,7 @@ fn sum_of_label(
             }
             *sum += alpha * transmittance;
             transmittance -= alpha * transmittance;
-            if transmittance < dials.transmittance_min {
+            if transmittance < parameters.transmittance_min {
                 break;
             }
         }

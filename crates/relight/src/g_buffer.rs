@@ -3,7 +3,7 @@
 
 use glam::{DMat3, DVec3, Vec3};
 use motes_math::srgb;
-use motes_raster::{Painter, RasterDials, RenderOptions, Rendering};
+use motes_raster::{Painter, RasterParameters, RenderOptions, Rendering};
 use motes_scene::{Gaussians, Pinhole, Pose};
 use motes_shading::brdf::Material;
 use motes_shading::integrate::SurfacePoint;
@@ -131,13 +131,13 @@ impl GBuffer {
         detailed: bool,
         with_residual: bool,
     ) -> Self {
-        let draw = |gaussians: &Gaussians, camera: &Pinhole, dials: RasterDials| {
+        let draw = |gaussians: &Gaussians, camera: &Pinhole, parameters: RasterParameters| {
             let antialias = scene.antialias;
-            let options = RenderOptions { antialias, dials, ..RenderOptions::default() };
+            let options = RenderOptions { antialias, parameters, ..RenderOptions::default() };
             Painter::new(gaussians, camera, camera_from_world, &options)
         };
-        let exact = RasterDials::default();
-        let quick = RasterDials { alpha_min: 0.01, transmittance_min: 0.01, ..exact };
+        let exact = RasterParameters::default();
+        let quick = RasterParameters { alpha_min: 0.01, transmittance_min: 0.01, ..exact };
         let (mut painter_of_colors, color) =
             draw(&scene.base_color_splats, camera, if detailed { exact } else { quick });
         let residual = with_residual
@@ -145,7 +145,7 @@ impl GBuffer {
             .flatten()
             .map(|of_scene| painter_of_colors.paint_as(&of_scene.splats));
         // Roughness and metallic change little under what is nearly hidden.
-        let coarse = RasterDials { alpha_min: 0.02, transmittance_min: 0.02, ..exact };
+        let coarse = RasterParameters { alpha_min: 0.02, transmittance_min: 0.02, ..exact };
         let every = if detailed { 1 } else { StandIn::COARSER };
         let reduced = camera.resized(camera.width.div_ceil(every), camera.height.div_ceil(every));
         let (painter, properties) = draw(&scene.property_splats, &reduced, coarse);

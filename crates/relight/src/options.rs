@@ -189,7 +189,7 @@ pub enum ViewTransform {
     Agx,
 }
 
-/// How light is computed. Dials that are not given follow the quality.
+/// How light is computed. Parameters that are not given follow the quality.
 #[derive(Args, Clone, Debug, Default, Serialize)]
 #[command(next_help_heading = "Quality")]
 pub struct QualityOptions {

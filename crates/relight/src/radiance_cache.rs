@@ -8,7 +8,7 @@
 //! A view that meets a vertex's triangle takes the interpolated `B`: as if everything it does not
 //! see directly were diffuse. A metal's albedo is its base color.
 //!
-//! Approximated by the dial `--light-spacing`: vertices of one cell of a grid whose normals point
+//! Approximated by the parameter `--light-spacing`: vertices of one cell of a grid whose normals point
 //! the same way share the light that falls on them. Every vertex keeps its own albedo.
 
 use std::collections::HashMap;

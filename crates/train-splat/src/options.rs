@@ -1,7 +1,7 @@
 //! Parameters of the fit, their defaults and the presets.
 
 use clap::{Args, ValueEnum};
-use motes_raster::RasterDials;
+use motes_raster::RasterParameters;
 use motes_scene::Switch;
 use serde::{Deserialize, Serialize};
 
@@ -348,7 +348,7 @@ pub struct FitOptions {
     /// Time against accuracy of the rasterizer
     #[command(flatten)]
     #[serde(flatten)]
-    pub raster: RasterDials,
+    pub raster: RasterParameters,
 }
 
 impl FitOptions {

@@ -17,7 +17,7 @@ mod step;
 
 use std::sync::Arc;
 
-use motes_raster::{Frame, GaussianGradients, Planes, RasterDials};
+use motes_raster::{Frame, GaussianGradients, Planes, RasterParameters};
 use motes_scene::Gaussians;
 
 use self::budget::Clock;
@@ -86,8 +86,8 @@ impl Trainer {
         gaussians
     }
 
-    /// Dials of the rasterizer.
-    pub fn raster_dials(&self) -> RasterDials {
+    /// Parameters of the rasterizer.
+    pub fn raster_parameters(&self) -> RasterParameters {
         self.options.raster
     }
 

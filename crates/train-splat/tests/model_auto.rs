@@ -184,8 +184,8 @@ fn a_uniform_background_becomes_one_color_or_less() {
 fn decisions_do_not_depend_on_threads_and_survive_a_checkpoint() {
     let truth = scene(5, 1.0);
     let images = photos(&truth, 9, |i| if i % 2 == 0 { 0.85 } else { 1.15 });
-    let dials = FitOptions { background_model: None, ..options(800) };
-    let new = || Trainer::new(&images, &points(&truth), None, &dials, 3).unwrap();
+    let parameters = FitOptions { background_model: None, ..options(800) };
+    let new = || Trainer::new(&images, &points(&truth), None, &parameters, 3).unwrap();
     let run = |mut trainer: Trainer, steps: u32| {
         for _ in 0..steps {
             trainer.step();
@@ -199,7 +199,7 @@ fn decisions_do_not_depend_on_threads_and_survive_a_checkpoint() {
     // Between the decisions, and after them.
     for stop in [100, 300, 600] {
         let state = run(new(), stop).state;
-        let resumed = Trainer::resume(&images, &points(&truth), state, &dials, 3).unwrap();
+        let resumed = Trainer::resume(&images, &points(&truth), state, &parameters, 3).unwrap();
         assert!(run(resumed, 640 - stop).state == whole, "stopped after {stop}");
     }
 }

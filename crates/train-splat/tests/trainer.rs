@@ -85,7 +85,7 @@ fn one_two_and_three_threads_give_the_same_bits() {
     assert!(fit(2) == one && fit(3) == one);
 }
 
-/// Every dial of the speed of a step, away from its default.
+/// Every parameter of the speed of a step, away from its default.
 fn fast(iterations: u32) -> FitOptions {
     FitOptions {
         batch_views: 2,
@@ -97,7 +97,7 @@ fn fast(iterations: u32) -> FitOptions {
 }
 
 #[test]
-fn dials_of_speed_keep_the_bits_over_threads_and_resume() {
+fn parameters_of_speed_keep_the_bits_over_threads_and_resume() {
     let truth = random_gaussians(2, 50, 0);
     let images = photos(&truth, 5);
     let new = || Trainer::new(&images, &points(&truth), None, &fast(120), 5).unwrap();

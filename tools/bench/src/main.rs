@@ -19,7 +19,7 @@ use std::path::PathBuf;
 
 use anyhow::Context as _;
 use clap::Parser;
-use motes_raster::{RasterDials, SimdLevel};
+use motes_raster::{RasterParameters, SimdLevel};
 use serde::Serialize;
 
 use crate::floor::Floor;
@@ -55,13 +55,13 @@ struct Args {
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     #[command(flatten)]
-    dials: RasterDials,
+    parameters: RasterParameters,
 }
 
 /// Everything measured.
 #[derive(Debug, Serialize)]
 struct Record {
-    dials: RasterDials,
+    parameters: RasterParameters,
     floors: Vec<(String, Floor)>,
     rows: Vec<Row>,
 }
@@ -79,7 +79,7 @@ fn main() -> anyhow::Result<()> {
 }
 
 fn measure_all(args: &Args) -> anyhow::Result<Record> {
-    let mut levels = vec![args.dials.simd];
+    let mut levels = vec![args.parameters.simd];
     if args.all_levels {
         levels = vec![SimdLevel::Avx512, SimdLevel::Avx2, SimdLevel::Sse42, SimdLevel::Baseline];
         levels.retain(|level| level.level().is_some());
@@ -88,18 +88,18 @@ fn measure_all(args: &Args) -> anyhow::Result<Record> {
     if let (Some(gaussians), Some(capture)) = (&args.gaussians, &args.capture) {
         workloads.push(scenes::model(gaussians, capture, args.views)?);
     }
-    let mut record = Record { dials: args.dials, floors: Vec::new(), rows: Vec::new() };
+    let mut record = Record { parameters: args.parameters, floors: Vec::new(), rows: Vec::new() };
     for &simd in &levels {
         let Some(level) = simd.level() else { continue };
         record.floors.push((format!("{simd:?}"), floor::measure(level)));
         for workload in &workloads {
-            let mut dials = args.dials;
-            dials.simd = simd;
-            record.rows.push(measure::run(workload, dials, args.repetitions));
+            let mut parameters = args.parameters;
+            parameters.simd = simd;
+            record.rows.push(measure::run(workload, parameters, args.repetitions));
         }
     }
     if args.scaling {
-        let curve = |workload: Workload| measure::run(&workload, args.dials, 3);
+        let curve = |workload: Workload| measure::run(&workload, args.parameters, 3);
         for size in [256, 512, 1024, 1536, 2048] {
             record.rows.push(curve(scenes::synthetic(100_000, size, size)));
         }

@@ -3,14 +3,14 @@
 use std::time::Duration;
 
 use motes_raster::{
-    Frame, FrameStats, GaussianGradients, Modifiers, Planes, RasterDials, RenderOptions,
+    Frame, FrameStats, GaussianGradients, Modifiers, Planes, RasterParameters, RenderOptions,
 };
 use serde::Serialize;
 
 use crate::clock::process_time;
 use crate::scenes::Workload;
 
-/// One workload with one setting of the dials: means over the views of the fastest repetition.
+/// One workload with one setting of the parameters: means over the views of the fastest repetition.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Row {
     pub(crate) workload: String,
@@ -51,8 +51,8 @@ impl Row {
 }
 
 /// Runs all views of a workload `repetitions` times on the current thread pool.
-pub(crate) fn run(workload: &Workload, dials: RasterDials, repetitions: usize) -> Row {
-    let options = RenderOptions { dials, ..RenderOptions::default() };
+pub(crate) fn run(workload: &Workload, parameters: RasterParameters, repetitions: usize) -> Row {
+    let options = RenderOptions { parameters, ..RenderOptions::default() };
     let modifiers = Modifiers::default();
     let mut frame = Frame::new();
     frame.clock = process_time;
@@ -60,7 +60,7 @@ pub(crate) fn run(workload: &Workload, dials: RasterDials, repetitions: usize) -
     let count = workload.views.len() as f64;
     let mut row = Row {
         workload: workload.name.clone(),
-        simd: format!("{:?}", dials.simd),
+        simd: format!("{:?}", parameters.simd),
         threads: rayon::current_num_threads(),
         gaussians: workload.gaussians.len(),
         pixels: 0.0,

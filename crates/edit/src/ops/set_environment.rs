@@ -1,7 +1,6 @@
 //! Another environment for a decomposed scene.
 
 use glam::DVec3;
-use motes_formats::environment::read_environment;
 use motes_scene::Convention;
 use motes_shading::environment::MapAxes;
 use relight::{Exposure, LightSource, Place, environment_image};
@@ -82,7 +81,7 @@ fn set_environment(
     resources: &Resources<'_>,
     at: &str,
 ) -> Result<(), EditError> {
-    let image = read_environment(&resources.file(&op.file)).map_err(EditError::file(at))?;
+    let image = resources.environment(&op.file).map_err(EditError::file(at))?;
     let convention = op.convention;
     let rows = image.height.max(LEAST_ROWS);
     let axes = match op.up {

@@ -33,7 +33,7 @@ pub struct Fills {
     pub rim: Vec<u32>,
 }
 
-/// Dials.
+/// Parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RefitOptions {
     /// Steps, one view each.

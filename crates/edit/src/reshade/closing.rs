@@ -153,8 +153,8 @@ fn copy_patch(state: &mut EditState, hole: &Hole, shift: [f32; 2]) -> usize {
     copies.gather(&rows);
     for mean in &mut copies.means {
         let (from, to) = (Vec3::from(*mean), Vec3::from(*mean) - offset);
-        let relief = |p: Vec3| hole.grid.relief_at(plane.flat(p));
-        *mean = (to + plane.normal * (relief(to) - relief(from))).to_array();
+        let field = |p: Vec3| hole.grid.field_at(plane.flat(p));
+        *mean = (to + plane.normal * (field(to) - field(from))).to_array();
     }
     let origins = rows.iter().map(|&i| state.origins[i as usize]).collect();
     let first = state.len() as u32;

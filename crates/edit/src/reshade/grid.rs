@@ -18,7 +18,7 @@ pub(super) struct Grid {
     pub(super) pitch: f32,
     pub(super) size: [usize; 2],
     /// Height of the ground over the plane per cell, world units; empty where it is the plane.
-    pub(super) relief: Vec<f32>,
+    pub(super) heights: Vec<f32>,
 }
 
 impl Grid {
@@ -44,7 +44,7 @@ impl Grid {
             low,
             pitch,
             size,
-            relief: Vec::new(),
+            heights: Vec::new(),
         })
     }
 

@@ -10,9 +10,9 @@ use relight::RelightScene;
 use super::colors::Projection;
 use super::cover::Cover;
 use super::grid::Grid;
+use super::height_field::{LEVEL, LOOSE, Oriented, raise};
 use super::images::Images;
 use super::plane_picture::plane_picture;
-use super::relief::{LEVEL, LOOSE, Oriented, raise};
 use super::support::support_plane;
 use crate::Fill;
 

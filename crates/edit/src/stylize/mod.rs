@@ -36,7 +36,7 @@ pub struct StyleView {
     pub camera_from_world: Pose,
 }
 
-/// Dials.
+/// Parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StyleOptions {
     /// Views that are edited first and warped to the others; 0: each on its own.

@@ -67,8 +67,9 @@ impl Course<'_> {
         match contestant {
             Contestant::Model(_, model) => {
                 let gain = model.gain(options.view_exposure, record.exposure_stops);
-                let (antialias, dials) = (model.antialias, options.raster);
-                let options = RenderOptions { background, antialias, dials, ..Default::default() };
+                let (antialias, parameters) = (model.antialias, options.raster);
+                let options =
+                    RenderOptions { background, antialias, parameters, ..Default::default() };
                 let pose = &record.camera_from_world;
                 Ok(render(&model.gaussians, camera, pose, &options).color.scaled(gain))
             }

@@ -28,7 +28,7 @@ pub struct LiftJob<'a> {
     pub gaussians: &'a Path,
     /// Pictures named after views.
     pub images: &'a Path,
-    /// Dials.
+    /// Parameters.
     pub options: &'a LiftOptions,
 }
 

@@ -157,7 +157,7 @@ fn an_exposure_is_metered_said_and_darker_at_dusk() {
     assert!((mean("noon") / mean("own") - 1.0).abs() < 0.15, "{} {}", mean("noon"), mean("own"));
     assert!(mean("sunrise") < 0.92 * mean("noon"), "{} {}", mean("sunrise"), mean("noon"));
     assert!(mean("overcast") < 0.95 * mean("noon"));
-    // A dial on top, and what it does to the highlights is said; a film curve keeps them.
+    // A parameter on top, and what it does to the highlights is said; a film curve keeps them.
     let bright = lit("bright", &["--sun", "noon", "--exposure-compensation", "2"]);
     assert!(bright.contains("brighter than white and clipped"), "{bright}");
     assert!(!noon.contains("clipped"), "{noon}");

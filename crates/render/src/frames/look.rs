@@ -31,7 +31,7 @@ impl FrameLook {
             aovs,
             sh_degree_limit: self.sh_degree_limit,
             antialias: model.antialias,
-            dials: self.raster,
+            parameters: self.raster,
             ..RenderOptions::default()
         }
     }

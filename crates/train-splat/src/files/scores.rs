@@ -37,8 +37,8 @@ impl Held {
         end: Option<Instant>,
     ) -> Option<Self> {
         let poses: Vec<Pose> = images.iter().map(|image| image.camera_from_world).collect();
-        let (background, dials) = (trainer.background(), trainer.raster_dials());
-        let options = RenderOptions { background, dials, ..RenderOptions::default() };
+        let (background, parameters) = (trainer.background(), trainer.raster_parameters());
+        let options = RenderOptions { background, parameters, ..RenderOptions::default() };
         Self::score_model(&trainer.model(), &options, images, &poses, most, end)
     }
 

@@ -185,8 +185,9 @@ impl Session<'_> {
         let most = usize::MAX;
         // As the written model shows them.
         let model = start.world.gaussians_in_world(self.trainer.model());
-        let (background, dials) = (self.trainer.background(), self.trainer.raster_dials());
-        let options = RenderOptions { background, dials, ..RenderOptions::default() };
+        let (background, parameters) =
+            (self.trainer.background(), self.trainer.raster_parameters());
+        let options = RenderOptions { background, parameters, ..RenderOptions::default() };
         let [train_poses, test_poses] = &start.world_poses;
         let score =
             |images, poses| Held::score_model(&model, &options, images, poses, most, start.end);

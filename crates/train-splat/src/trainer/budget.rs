@@ -200,8 +200,8 @@ impl Trainer {
         let (transform, target) = &self.views[0].levels[stage];
         let _: usize = target.width;
         let start = Instant::now();
-        let (background, dials) = (self.background(), self.options.raster);
-        let options = RenderOptions { background, dials, ..RenderOptions::default() };
+        let (background, parameters) = (self.background(), self.options.raster);
+        let options = RenderOptions { background, parameters, ..RenderOptions::default() };
         let modifiers = Modifiers::with_filter(&self.state.filter_3d);
         let gaussians = &self.state.gaussians;
         let image = self.frame.forward(gaussians, transform, &modifiers, &options);

@@ -222,8 +222,11 @@ impl Trainer {
         let take = n.min(JUDGES);
         let background = self.color_behind();
         let modifiers = Modifiers::with_filter(&self.state.filter_3d);
-        let options =
-            RenderOptions { background, dials: self.options.raster, ..RenderOptions::default() };
+        let options = RenderOptions {
+            background,
+            parameters: self.options.raster,
+            ..RenderOptions::default()
+        };
         let mut gradient: Option<Planes> = None;
         let mut scores = Vec::with_capacity(take);
         for i in 0..take {

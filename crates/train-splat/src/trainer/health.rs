@@ -53,7 +53,7 @@ impl Trainer {
             let options = RenderOptions {
                 background: behind,
                 sh_degree_limit: Some(0),
-                dials: self.options.raster,
+                parameters: self.options.raster,
                 ..RenderOptions::default()
             };
             let modifiers = Modifiers::with_filter(&self.state.filter_3d);

@@ -276,7 +276,7 @@ impl Trainer {
         let options = RenderOptions {
             background: self.color_behind(),
             sh_degree_limit: Some(0),
-            dials: self.options.raster,
+            parameters: self.options.raster,
             ..RenderOptions::default()
         };
         let modifiers = Modifiers::default();

@@ -269,7 +269,7 @@ impl Trainer {
     fn measure_held_out(&mut self, level: usize) -> Probe {
         let options = RenderOptions {
             background: self.color_behind(),
-            dials: self.options.raster,
+            parameters: self.options.raster,
             ..RenderOptions::default()
         };
         let modifiers = Modifiers::with_filter(&self.state.filter_3d);

@@ -41,7 +41,7 @@ impl Trainer {
         let options = RenderOptions {
             background: self.background(),
             sh_degree_limit: Some(self.sh_degree_at(progress)),
-            dials: self.options.raster,
+            parameters: self.options.raster,
             ..RenderOptions::default()
         };
         let modifiers = Modifiers::with_filter(&self.state.filter_3d);

@@ -111,7 +111,7 @@ impl Trainer {
         let render_options = RenderOptions {
             background,
             sh_degree_limit: Some(self.sh_degree_at(progress)),
-            dials: self.options.raster,
+            parameters: self.options.raster,
             ..RenderOptions::default()
         };
         let exposure = self.state.model.exposure;

@@ -53,7 +53,7 @@ pub fn run(
 
 fn term(moved: &Displaced) -> Term {
     Term {
-        name: "relief by shading".into(),
+        name: "shape from shading".into(),
         kept: true,
         evidence: format!(
             "normals of {} vertices turned by {:.1} degrees on average, so that neighbors have one base color",

@@ -5,14 +5,14 @@ use std::collections::{BTreeMap, BTreeSet};
 use glam::Vec3;
 use motes_math::median::quantile;
 
-use super::facets::{Facet, find};
+use super::planar_faces::{PlanarFace, find};
 use crate::mesh::{Mesh, Neighbors};
 
-/// Rings around a facet that may belong to its edges.
+/// Rings around a planar face that may belong to its edges.
 const EDGE_RINGS: usize = 3;
-/// Farthest that a vertex beside a facet is moved, voxels.
+/// Farthest that a vertex beside a planar face is moved, voxels.
 const EDGE_REACH: f32 = 2.0;
-/// Vertices beside a facet and nearer to it than this lie on it, voxels.
+/// Vertices beside a planar face and nearer to it than this lie on it, voxels.
 const ON_FACE: f32 = 0.3;
 /// Vertices nearer to an edge than this come to lie on it, voxels.
 const ON_EDGE: f32 = 1.2;
@@ -25,61 +25,61 @@ const CREASE: f32 = 0.9;
 
 /// How far above a sheet every vertex may end and be extended down to it: `least`, or for what rises from the sheet as a flat face half
 /// of that face's own height. Its foot is in the shade, where photos tell little.
-pub(super) fn reach_down(facets: &[Facet], mesh: &Mesh, up: Vec3, least: f32) -> Vec<f32> {
+pub(super) fn reach_down(faces: &[PlanarFace], mesh: &Mesh, up: Vec3, least: f32) -> Vec<f32> {
     let mut reach = vec![least; mesh.vertices.len()];
-    for facet in facets.iter().filter(|facet| facet.plane.normal.dot(up).abs() < UPRIGHT) {
+    for face in faces.iter().filter(|face| face.plane.normal.dot(up).abs() < UPRIGHT) {
         let height = |v: &u32| mesh.vertices[*v as usize].dot(up);
-        let heights = || facet.vertices.iter().map(height);
+        let heights = || face.vertices.iter().map(height);
         let tall = heights().fold(f32::MIN, f32::max) - heights().fold(f32::MAX, f32::min);
-        facet.vertices.iter().for_each(|&v| reach[v as usize] = (0.5 * tall).max(least));
+        face.vertices.iter().for_each(|&v| reach[v as usize] = (0.5 * tall).max(least));
     }
     reach
 }
 
 /// Puts flat faces at least `width` voxels wide onto their planes.
-pub(super) fn flatten(mesh: &mut Mesh, voxel: f32, width: f32) -> Vec<Facet> {
+pub(super) fn flatten(mesh: &mut Mesh, voxel: f32, width: f32) -> Vec<PlanarFace> {
     let neighbors = Neighbors::of(mesh);
-    let mut facets = find(mesh, &neighbors, voxel, width);
-    facets.iter_mut().for_each(|facet| facet.take_pits(mesh, &neighbors, voxel));
+    let mut faces = find(mesh, &neighbors, voxel, width);
+    faces.iter_mut().for_each(|face| face.take_pits(mesh, &neighbors, voxel));
     let mut planes_at: Vec<Vec<u16>> = vec![Vec::new(); mesh.vertices.len()];
-    for (k, facet) in facets.iter().enumerate() {
+    for (k, face) in faces.iter().enumerate() {
         let mut is_reached = vec![false; mesh.vertices.len()];
-        let mut ring = facet.vertices.clone();
+        let mut ring = face.vertices.clone();
         for &v in &ring {
             is_reached[v as usize] = true;
             planes_at[v as usize].push(k as u16);
         }
         for _ in 0..EDGE_RINGS {
             ring = next_ring(&ring, &neighbors, &mut is_reached);
-            let height = |v: u32| facet.plane.height(mesh.vertices[v as usize]).abs();
+            let height = |v: u32| face.plane.height(mesh.vertices[v as usize]).abs();
             for &v in ring.iter().filter(|v| height(**v) <= EDGE_REACH * voxel) {
                 planes_at[v as usize].push(k as u16);
             }
         }
     }
     let mut own = vec![u16::MAX; mesh.vertices.len()];
-    for (k, facet) in facets.iter().enumerate() {
-        facet.vertices.iter().for_each(|&v| own[v as usize] = k as u16);
+    for (k, face) in faces.iter().enumerate() {
+        face.vertices.iter().for_each(|&v| own[v as usize] = k as u16);
     }
-    let edges = sharp_edges(&facets, mesh, &planes_at, voxel);
+    let edges = sharp_edges(&faces, mesh, &planes_at, voxel);
     for (v, near) in planes_at.iter().enumerate() {
-        let at = Beside { facets: &facets, edges: &edges, near, own: own[v], voxel };
+        let at = Beside { faces: &faces, edges: &edges, near, own: own[v], voxel };
         mesh.vertices[v] = at.moved(mesh.vertices[v]);
     }
-    facets
+    faces
 }
 
-/// Pairs of facets whose edge is sharp, ascending: of the vertices near both planes, half lie within a voxel of each. What is round,
+/// pairs of planar faces whose edge is sharp, ascending: of the vertices near both planes, half lie within a voxel of each. What is round,
 /// or cut off, keeps away from one of them.
 fn sharp_edges(
-    facets: &[Facet],
+    faces: &[PlanarFace],
     mesh: &Mesh,
     planes_at: &[Vec<u16>],
     voxel: f32,
 ) -> BTreeSet<(u16, u16)> {
     let mut apart: BTreeMap<(u16, u16), Vec<f32>> = BTreeMap::new();
     for (p, near) in mesh.vertices.iter().zip(planes_at) {
-        let height = |k: u16| facets[k as usize].plane.height(*p).abs();
+        let height = |k: u16| faces[k as usize].plane.height(*p).abs();
         for (i, &b) in near.iter().enumerate() {
             for &a in &near[..i] {
                 apart.entry((a, b)).or_default().push(height(a).max(height(b)));
@@ -90,13 +90,13 @@ fn sharp_edges(
     apart.into_iter().filter_map(|(pair, mut v)| is_sharp(&mut v).then_some(pair)).collect()
 }
 
-/// A vertex near some facets.
+/// A vertex near some planar faces.
 struct Beside<'a> {
-    facets: &'a [Facet],
+    faces: &'a [PlanarFace],
     edges: &'a BTreeSet<(u16, u16)>,
     /// Ascending.
     near: &'a [u16],
-    /// The facet that it lies in, or none.
+    /// The planar face that it lies in, or none.
     own: u16,
     voxel: f32,
 }
@@ -104,7 +104,7 @@ struct Beside<'a> {
 impl Beside<'_> {
     /// Where the vertex at `p` belongs.
     fn moved(&self, p: Vec3) -> Vec3 {
-        let plane = |k: u16| self.facets[k as usize].plane;
+        let plane = |k: u16| self.faces[k as usize].plane;
         let height = |k: u16| plane(k).height(p).abs();
         let nearest = self.near.iter().copied().min_by(|&a, &b| height(a).total_cmp(&height(b)));
         let is_own = self.near.contains(&self.own);
@@ -136,7 +136,7 @@ impl Beside<'_> {
                 out -= step;
             }
         }
-        // Beside a facet: what is round between two faces stays round.
+        // Beside a planar face: what is round between two faces stays round.
         let beside = along.is_some() || height(first) <= ON_FACE * self.voxel;
         let near = beside && (out - p).length() <= EDGE_REACH * self.voxel;
         if is_own || near { out } else { p }
@@ -258,8 +258,8 @@ mod tests {
                 p.z -= 2.5;
             }
         }
-        let facets = flatten(&mut cube, 1.0, 20.0);
-        assert_eq!(facets.len(), 6);
+        let faces = flatten(&mut cube, 1.0, 20.0);
+        assert_eq!(faces.len(), 6);
         let deepest =
             cube.vertices.iter().map(|p| 20.0 - p.abs().max_element()).fold(0.0, f32::max);
         assert!(deepest < 0.6, "{deepest}");
@@ -274,8 +274,8 @@ mod tests {
     #[test]
     fn faces_that_end_above_a_sheet_reach_down_by_half_their_height() {
         let mut cube = mesh(Some(1.0), 0.0);
-        let facets = flatten(&mut cube, 1.0, 20.0);
-        let reach = reach_down(&facets, &cube, Vec3::Z, 8.0);
+        let faces = flatten(&mut cube, 1.0, 20.0);
+        let reach = reach_down(&faces, &cube, Vec3::Z, 8.0);
         let wall = cube
             .vertices
             .iter()

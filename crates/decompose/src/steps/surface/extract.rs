@@ -152,10 +152,10 @@ fn surface_of(
         report.agreement.push(agreement);
     }
     report.pieces_dropped += clean(&mut mesh, views, &sheets, voxel, options);
-    let facets = creases::flatten(&mut mesh, voxel, options.planar_face_width);
-    report.facets = facets.len();
+    let faces = creases::flatten(&mut mesh, voxel, options.planar_face_width);
+    report.planar_faces = faces.len();
     seams::skirts(&mut mesh, &sheets, |mesh, up| {
-        creases::reach_down(&facets, mesh, up, SKIRT * voxel)
+        creases::reach_down(&faces, mesh, up, SKIRT * voxel)
     });
     let mut normals = mesh.vertex_normals();
     if options.smooth_normals > 0 {

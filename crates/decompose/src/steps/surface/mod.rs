@@ -2,10 +2,10 @@
 
 mod creases;
 mod extract;
-mod facets;
 mod options;
 mod outlines;
 mod patches;
+mod planar_faces;
 mod planes;
 mod refine;
 mod report;

@@ -22,9 +22,9 @@ pub struct GeometryReport {
     pub pieces_dropped: usize,
     /// Dominant planes that were found.
     pub planes: usize,
-    /// Flat faces of things that were found.
-    #[serde(default)]
-    pub facets: usize,
+    /// Planar faces of objects that were found.
+    #[serde(default, alias = "facets")]
+    pub planar_faces: usize,
     /// Share of the pixels that see dominant planes.
     pub pixels_on_planes: f64,
     /// Blocks of voxels.

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use motes_math::metrics::SsimBorder;
-use motes_raster::RasterDials;
+use motes_raster::RasterParameters;
 use serde::Serialize;
 
 use crate::lpips::{Lpips, LpipsNet, LpipsRange};
@@ -65,7 +65,7 @@ pub struct EvaluationOptions {
     /// Time against accuracy of the rasterizer
     #[command(flatten)]
     #[serde(flatten)]
-    pub raster: RasterDials,
+    pub raster: RasterParameters,
 }
 
 fn as_texts<S: serde::Serializer>(gates: &[Gate], serializer: S) -> Result<S::Ok, S::Error> {

@@ -25,7 +25,7 @@ pub struct AssetJob<'a> {
     pub input: &'a InputOptions,
     /// Cameras and photos.
     pub capture: Option<&'a Path>,
-    /// The dials.
+    /// The parameters.
     pub options: &'a AssetOptions,
     /// Of the random numbers.
     pub seed: u64,

@@ -1,7 +1,7 @@
 //! How a frame looks.
 
 use clap::{Args, ValueEnum};
-use motes_raster::RasterDials;
+use motes_raster::RasterParameters;
 use serde::Serialize;
 
 use crate::options::{AntialiasChoice, ViewExposure};
@@ -33,7 +33,7 @@ pub struct FrameLook {
     /// Time against accuracy of the rasterizer
     #[command(flatten)]
     #[serde(flatten)]
-    pub raster: RasterDials,
+    pub raster: RasterParameters,
 }
 
 /// How the world is projected.

@@ -80,18 +80,18 @@ fn fit(grid: &mut Grid, places: &[(usize, f32, Vec3)]) {
         let sums = boxed(grid, &with_count, SMOOTH);
         heights = sums.iter().map(|[h, n]| [h / n]).collect();
     }
-    grid.relief = heights.into_iter().map(|[h]| h).collect();
+    grid.heights = heights.into_iter().map(|[h]| h).collect();
 }
 
 impl Grid {
     /// Whether the ground is not a plane.
     pub(super) fn is_uneven(&self) -> bool {
-        !self.relief.is_empty()
+        !self.heights.is_empty()
     }
 
     /// Height of the ground over the plane, between the middles of cells bilinear.
-    pub(super) fn relief_at(&self, flat: [f32; 2]) -> f32 {
-        if self.relief.is_empty() {
+    pub(super) fn field_at(&self, flat: [f32; 2]) -> f32 {
+        if self.heights.is_empty() {
             return 0.0;
         }
         let corner = self.middle(0);
@@ -103,7 +103,7 @@ impl Grid {
         let value = |dx: usize, dy: usize| {
             let x = (at[0].0 + dx).min(self.size[0] - 1);
             let y = (at[1].0 + dy).min(self.size[1] - 1);
-            self.relief[y * self.size[0] + x]
+            self.heights[y * self.size[0] + x]
         };
         let (u, v) = (at[0].1, at[1].1);
         let low = value(0, 0) * (1.0 - u) + value(1, 0) * u;
@@ -113,24 +113,24 @@ impl Grid {
 
     /// Height of a point over the ground, along the normal of the plane.
     pub(super) fn height(&self, p: Vec3) -> f32 {
-        self.plane.height(p) - self.relief_at(self.plane.flat(p))
+        self.plane.height(p) - self.field_at(self.plane.flat(p))
     }
 
     /// The point of the ground with these coordinates.
     pub(super) fn point(&self, flat: [f32; 2]) -> Vec3 {
-        self.plane.point(flat) + self.plane.normal * self.relief_at(flat)
+        self.plane.point(flat) + self.plane.normal * self.field_at(flat)
     }
 
     /// Unit normal of the ground.
     pub(super) fn normal(&self, flat: [f32; 2]) -> Vec3 {
-        if self.relief.is_empty() {
+        if self.heights.is_empty() {
             return self.plane.normal;
         }
         let slope = |k: usize| {
             let (mut low, mut high) = (flat, flat);
             low[k] -= self.pitch;
             high[k] += self.pitch;
-            (self.relief_at(high) - self.relief_at(low)) / (2.0 * self.pitch)
+            (self.field_at(high) - self.field_at(low)) / (2.0 * self.pitch)
         };
         let [u, v] = self.plane.axes;
         (self.plane.normal - u * slope(0) - v * slope(1)).normalize()

@@ -1,4 +1,4 @@
-//! Dials of the rasterizer: what each trades, its default and its flag.
+//! Parameters of the rasterizer: what each trades, its default and its flag.
 
 use clap::{Args, ValueEnum};
 use fearless_simd::Level;
@@ -106,7 +106,7 @@ fn parse_between(text: &str, low: f32, high: f32) -> Result<f32, String> {
 #[derive(Clone, Copy, Debug, PartialEq, Args, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", default)]
 #[command(next_help_heading = "Rasterizer (expert)")]
-pub struct RasterDials {
+pub struct RasterParameters {
     /// Side of a tile: 8, 16 or 32 pixels; smaller tiles sort more entries and blend fewer pixels
     #[arg(long, value_name = "PIXELS", default_value_t = 16, value_parser = parse_tile_size)]
     pub tile_size: u8,
@@ -150,7 +150,7 @@ pub struct RasterDials {
     pub simd: SimdLevel,
 }
 
-impl Default for RasterDials {
+impl Default for RasterParameters {
     fn default() -> Self {
         Self {
             tile_size: 16,
@@ -165,7 +165,7 @@ impl Default for RasterDials {
     }
 }
 
-impl RasterDials {
+impl RasterParameters {
     /// The instructions to dispatch to: the wish, or the best there is.
     pub(crate) fn level(&self) -> Level {
         self.simd.level().unwrap_or_else(best_level)

@@ -1,4 +1,4 @@
-//! Flat faces of things: boxes, books, blocks.
+//! Planar faces of objects: boxes, books, blocks.
 //!
 //! Photos leave bumps of half a voxel on a flat face, which is six degrees of its normals. A piece of surface is grown from where normals
 //! turn least, as far as it keeps to one plane (region growing, Besl & Jain 1988), and taken for flat when it is wide, its heights fill little of the
@@ -28,20 +28,20 @@ const FILLED: f32 = 0.42;
 const BENT: [(f64, f64); 2] = [(0.25, 0.06), (0.5, 0.035)];
 /// Seeds that are tried at most.
 const TRIES: usize = 1500;
-/// Pits and bumps of a facet up to this deep are taken for noise, voxels.
+/// Pits and bumps of a planar face up to this deep are taken for noise, voxels.
 const PIT: f32 = 4.0;
 /// And up to this share of its vertices.
 const PIT_SHARE: f32 = 0.25;
 
 /// A flat face.
-pub(super) struct Facet {
+pub(super) struct PlanarFace {
     pub(super) plane: Plane,
     /// Ascending.
     pub(super) vertices: Vec<u32>,
 }
 
-impl Facet {
-    /// Adds small pieces that the facet surrounds.
+impl PlanarFace {
+    /// Adds small pieces that the planar face surrounds.
     pub(super) fn take_pits(&mut self, mesh: &Mesh, neighbors: &Neighbors, voxel: f32) {
         let most = (PIT_SHARE * self.vertices.len() as f32) as usize;
         let mut inside: HashSet<u32> = self.vertices.iter().copied().collect();
@@ -70,7 +70,7 @@ impl Facet {
 }
 
 /// Flat faces, those first that normals turn least in.
-pub(super) fn find(mesh: &Mesh, neighbors: &Neighbors, voxel: f32, width: f32) -> Vec<Facet> {
+pub(super) fn find(mesh: &Mesh, neighbors: &Neighbors, voxel: f32, width: f32) -> Vec<PlanarFace> {
     let own = mesh.vertex_normals();
     let mut smooth = own.clone();
     for _ in 0..4 {
@@ -85,7 +85,7 @@ pub(super) fn find(mesh: &Mesh, neighbors: &Neighbors, voxel: f32, width: f32) -
     seeds.sort_by(|a, b| turn(a).total_cmp(&turn(b)).then(a.cmp(b)));
     let search = Search { mesh, neighbors, normals: &smooth, voxel };
     let (mut taken, mut tried) = (vec![false; own.len()], vec![false; own.len()]);
-    let mut facets = Vec::new();
+    let mut faces = Vec::new();
     let mut tries = 0;
     for seed in seeds {
         if tries == TRIES {
@@ -95,16 +95,16 @@ pub(super) fn find(mesh: &Mesh, neighbors: &Neighbors, voxel: f32, width: f32) -
             continue;
         }
         tries += 1;
-        let Some((facet, around)) = search.grow(seed, &taken) else { continue };
+        let Some((face, around)) = search.grow(seed, &taken) else { continue };
         // What lies around a seed would grow to the same.
         around.iter().for_each(|&v| tried[v as usize] = true);
-        if search.is_flat(&facet, width) {
+        if search.is_flat(&face, width) {
             // With its rim, which would be a frame of its own.
-            facet.vertices.iter().for_each(|&v| taken[v as usize] = true);
-            facets.push(search.without_rim(facet));
+            face.vertices.iter().for_each(|&v| taken[v as usize] = true);
+            faces.push(search.without_rim(face));
         }
     }
-    facets
+    faces
 }
 
 struct Search<'a> {
@@ -121,7 +121,7 @@ impl Search<'_> {
     }
 
     /// The piece about a seed that keeps to a plane, and what lies around the seed.
-    fn grow(&self, seed: u32, taken: &[bool]) -> Option<(Facet, Vec<u32>)> {
+    fn grow(&self, seed: u32, taken: &[bool]) -> Option<(PlanarFace, Vec<u32>)> {
         let normal = self.normals[seed as usize];
         let mut plane = Plane { normal, offset: normal.dot(self.mesh.vertices[seed as usize]) };
         let around = self.spread(seed, taken, SEED_RINGS, |v| self.normals[v].dot(normal) > 0.8);
@@ -137,7 +137,7 @@ impl Search<'_> {
             }
             plane = self.fit(&vertices, plane)?;
         }
-        Some((Facet { plane, vertices }, around))
+        Some((PlanarFace { plane, vertices }, around))
     }
 
     /// Vertices that are connected to the seed through what `holds`, in so many rings.
@@ -168,20 +168,20 @@ impl Search<'_> {
     }
 
     /// Without what begins to turn away: an edge may be round.
-    fn without_rim(&self, mut facet: Facet) -> Facet {
-        let normal = facet.plane.normal;
-        facet.vertices.retain(|&v| self.normals[v as usize].dot(normal) > RIM);
-        facet
+    fn without_rim(&self, mut face: PlanarFace) -> PlanarFace {
+        let normal = face.plane.normal;
+        face.vertices.retain(|&v| self.normals[v as usize].dot(normal) > RIM);
+        face
     }
 
     /// Share of the vertices around a piece whose normals agree with its plane.
-    fn ended_by_band(&self, facet: &Facet) -> f64 {
-        let mut met: HashSet<u32> = facet.vertices.iter().copied().collect();
+    fn ended_by_band(&self, face: &PlanarFace) -> f64 {
+        let mut met: HashSet<u32> = face.vertices.iter().copied().collect();
         let (mut by_band, mut all) = (0usize, 0usize);
-        for j in facet.vertices.iter().flat_map(|&v| self.neighbors.at(v as usize)) {
+        for j in face.vertices.iter().flat_map(|&v| self.neighbors.at(v as usize)) {
             if met.insert(*j) {
                 all += 1;
-                let agrees = self.normals[*j as usize].dot(facet.plane.normal) > AGREE;
+                let agrees = self.normals[*j as usize].dot(face.plane.normal) > AGREE;
                 by_band += usize::from(agrees);
             }
         }
@@ -189,12 +189,12 @@ impl Search<'_> {
     }
 
     /// Whether a piece is wide, fills little of its band and hardly bends.
-    fn is_flat(&self, facet: &Facet, width: f32) -> bool {
-        let count = facet.vertices.len() as f64;
-        let normal = facet.plane.normal.as_dvec3();
+    fn is_flat(&self, face: &PlanarFace, width: f32) -> bool {
+        let count = face.vertices.len() as f64;
+        let normal = face.plane.normal.as_dvec3();
         let u = normal.any_orthonormal_vector();
         let v = normal.cross(u);
-        let places = facet.vertices.iter().map(|&i| self.mesh.vertices[i as usize].as_dvec3());
+        let places = face.vertices.iter().map(|&i| self.mesh.vertices[i as usize].as_dvec3());
         let places: Vec<_> = places.map(|p| p / f64::from(self.voxel)).collect();
         let middle = places.iter().sum::<glam::DVec3>() / count;
         let flat: Vec<[f64; 3]> = places
@@ -210,7 +210,7 @@ impl Search<'_> {
         let filled = mean(&|d| d[2] * d[2]).sqrt();
         // The slope of a strip that bends so much: its height has the root mean square w^2 k / 26.8, its slope w k / 3.46.
         let bent = 7.75 * bending(&flat) / across.max(1e-9);
-        let ended = self.ended_by_band(facet);
+        let ended = self.ended_by_band(face);
         let most_bent =
             BENT.into_iter().find(|(share, _)| ended <= *share).map_or(-1.0, |(_, most)| most);
         across >= f64::from(width) && filled <= f64::from(FILLED * BAND) && bent <= most_bent
