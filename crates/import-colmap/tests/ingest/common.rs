@@ -7,10 +7,12 @@ use std::path::{Path, PathBuf};
 
 use glam::{DVec2, DVec3};
 use import_colmap::{
-    ImportInput, ImportOptions, ImportReport, Result, SfmOptions, Silent, Source, import,
+    ImportInput, ImportOptions, ImportReport, IngestError, Result, SfmOptions, Silent, Source,
+    import,
 };
+use motes_formats::capture::read_capture;
 use motes_formats::images::write_png;
-use motes_scene::{Camera, ImageU8, Pose, Switch};
+use motes_scene::{Camera, CameraModel, Capture, ImageU8, Pose, Split, Switch};
 
 pub(crate) struct Project {
     pub(crate) folder: tempfile::TempDir,
@@ -163,4 +165,33 @@ pub(crate) fn import_path(
     // Without pycolmap, whether this machine has it or not.
     let sfm = SfmOptions { triangulate: Switch::Off, ..SfmOptions::default() };
     import(&Source::recognize(&input)?, output, options, &sfm, &Silent)
+}
+
+pub(crate) const NAMES: [&str; 10] = [
+    "p0.png", "p1.png", "p2.png", "p3.png", "p4.png", "p5.png", "p6.png", "p7.png", "p8.png",
+    "p9.png",
+];
+
+pub(crate) fn pinhole() -> Camera {
+    Camera {
+        model: CameraModel::Pinhole,
+        width: 64,
+        height: 48,
+        params: vec![60.0, 60.0, 32.0, 24.0],
+    }
+}
+
+pub(crate) fn capture_of(project: &Project) -> Capture {
+    read_capture(&project.output().join("capture.json")).unwrap()
+}
+
+pub(crate) fn names_of(capture: &Capture, split: Split) -> Vec<&str> {
+    capture.views_of(split).into_iter().map(|i| capture.views[i].name.as_str()).collect()
+}
+
+pub(crate) fn bad_input(error: IngestError) -> (String, String) {
+    match error {
+        IngestError::BadInput { cause, remedy } => (cause, remedy),
+        other => panic!("not bad input: {other:?}"),
+    }
 }

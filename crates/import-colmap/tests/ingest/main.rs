@@ -5,4 +5,5 @@
 mod common;
 mod import;
 mod sfm;
+mod sources;
 mod undistortion;
