@@ -18,6 +18,7 @@ from cases import HERE  # noqa: E402
 from capture_cases import captures  # noqa: E402
 from document_cases import camera_paths, decompositions, edit_plans, metrics_files, run_records  # noqa: E402
 from image_cases import environments, exrs, images, tensor_files  # noqa: E402
+from mesh_cases import meshes  # noqa: E402
 from ply_cases import gaussians_invalid, gaussians_valid, points, surfaces  # noqa: E402
 from splat_cases import compressed, gltf, ksplat, sog, splats, spz  # noqa: E402
 
@@ -29,7 +30,7 @@ def main():
             shutil.rmtree(path)
     for part in (gaussians_valid, gaussians_invalid, points, captures, camera_paths, edit_plans,
                  metrics_files, run_records, images, exrs, tensor_files, surfaces, decompositions,
-                 environments, splats, compressed, spz, ksplat, sog, gltf):
+                 environments, splats, compressed, spz, ksplat, sog, gltf, meshes):
         part()
 
 

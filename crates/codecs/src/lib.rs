@@ -13,8 +13,10 @@ mod dot_splat;
 mod gltf;
 mod ksplat;
 mod merge;
+pub mod mesh;
 mod morton;
 mod open;
+mod open_mesh;
 mod options;
 mod ply;
 mod quantize;
@@ -54,6 +56,7 @@ registry::codecs! {
 
 pub use merge::merge_gaussians;
 pub use open::{open_gaussians, read_gaussians, read_gaussians_from};
+pub use open_mesh::{MESH_FORMATS, open_mesh};
 pub use options::{PlyLayout, SogOptions, SplatWriteOptions, SpzOptions};
 pub use registry::Codec;
 pub use write::{write_gaussians, write_gaussians_to};

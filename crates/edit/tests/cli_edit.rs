@@ -316,7 +316,8 @@ fn what_is_inserted_in_other_units_is_told() {
         );
         let line =
             ["--gaussians", "scene/gaussians.ply", "--insert", "other.ply", "-o", "both.ply"];
-        let said = answer(&edit(&toy, &[&line[..], &["-w", "--json", "-q"]].concat()));
+        let keep = ["--surroundings", "keep", "-w", "--json", "-q"];
+        let said = answer(&edit(&toy, &[&line[..], &keep].concat()));
         assert_eq!(said["gaussians"], 2 * written);
         said["warnings"].to_string()
     };
@@ -338,8 +339,8 @@ fn splats_of_other_codecs_are_edited_inserted_and_written() {
         let options = SplatWriteOptions::default();
         write_gaussians(&toy.path(&name), *format, &gaussians, &options).unwrap();
         let insert = ["--gaussians", name.as_str(), "--insert", name.as_str(), "-o", "out.ply"];
-        let line = [&insert[..], &["--no-provenance", "--json", "-q", "--overwrite"]].concat();
-        let said = answer(&edit(&toy, &line));
+        let keep = ["--surroundings", "keep", "--no-provenance", "--json", "-q", "--overwrite"];
+        let said = answer(&edit(&toy, &[&insert[..], &keep].concat()));
         assert_eq!(said["gaussians"].as_u64(), Some(2 * n), "{name}: {said}");
         let edited = format!("edited-{name}");
         // The file comes first, without its flag.

@@ -148,8 +148,61 @@ impl Capture {
         self.exposure_response.map_or(1.0, |response| response.gain(stops))
     }
 
-    /// The view of this name.
+    /// The view of this name, or the only one that differs by the suffix of a picture: `IMG_1` and `IMG_1.jpg` are the same.
     pub fn view_named(&self, name: &str) -> Option<usize> {
-        self.views.iter().position(|view| view.name == name)
+        view_among(self.views.iter().map(|view| view.name.as_str()), name)
+    }
+}
+
+/// [`Capture::view_named`] among the names of views.
+pub fn view_among<'n>(views: impl Iterator<Item = &'n str> + Clone, name: &str) -> Option<usize> {
+    let exact = views.clone().position(|view| view == name);
+    exact.or_else(|| {
+        let bare = name.rsplit_once('.').filter(|(_, suffix)| is_picture(suffix)).map(|n| n.0);
+        let mut found =
+            views.enumerate().filter(|(_, view)| stem_of(view) == name || Some(*view) == bare);
+        found.next().filter(|_| found.next().is_none()).map(|(i, _)| i)
+    })
+}
+
+fn is_picture(suffix: &str) -> bool {
+    const SUFFIXES: [&str; 8] = ["jpg", "jpeg", "png", "tif", "tiff", "webp", "bmp", "exr"];
+    SUFFIXES.iter().any(|s| s.eq_ignore_ascii_case(suffix))
+}
+
+/// The name of a view without the suffix of its file; folders stay.
+pub fn stem_of(name: &str) -> &str {
+    match name.rsplit_once('.') {
+        Some((stem, suffix)) if !suffix.contains(['/', '\\']) => {
+            // `.hidden` and `folder/.hidden` are names, not suffixes.
+            if stem.is_empty() || stem.ends_with(['/', '\\']) { name } else { stem }
+        }
+        _ => name,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_view_is_named_with_or_without_suffix() {
+        let names = ["a.jpg", "b.png", "b.jpg", "c", "d/e.f.png", "g.2"];
+        let named = |name| view_among(names.into_iter(), name);
+        for (name, view) in [
+            ("a.jpg", Some(0)),
+            ("a", Some(0)),
+            ("c", Some(3)),
+            ("c.png", Some(3)),
+            ("d/e.f", Some(4)),
+            ("g.2", Some(5)),
+            // Two views, a suffix that another view has, no picture, nothing.
+            ("b", None),
+            ("a.png", None),
+            ("c.2", None),
+            ("e.f", None),
+        ] {
+            assert_eq!(named(name), view, "{name}");
+        }
     }
 }

@@ -23,7 +23,7 @@ mod switch;
 mod unit_world;
 
 pub use camera::{Camera, CameraModel, Pinhole};
-pub use capture::{Capture, SparsePoints, Split, SplitChoice, View};
+pub use capture::{Capture, SparsePoints, Split, SplitChoice, View, stem_of, view_among};
 pub use environment::{Convention, ScaleAnchor};
 pub use exposure_response::{ExposureResponse, MAX_EXPOSURE_STOPS};
 pub use gaussians::{ColumnValues, ExtraColumn, Gaussians};

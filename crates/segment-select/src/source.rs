@@ -80,16 +80,7 @@ impl<'a> SelectSource<'a> {
     /// When there is no capture or no such view, or more than one.
     pub fn view_named(&self, name: &str) -> Result<usize, SelectError> {
         let capture = self.capture("a prompt in pixels")?;
-        let stem = |name: &str| match name.rsplit_once('.') {
-            Some((stem, _)) if !stem.is_empty() => stem.to_owned(),
-            _ => name.to_owned(),
-        };
-        let of_stem = || {
-            let mut found =
-                (0..capture.views.len()).filter(|&i| stem(&capture.views[i].name) == name);
-            found.next().filter(|_| found.next().is_none())
-        };
-        capture.view_named(name).or_else(of_stem).ok_or_else(|| {
+        capture.view_named(name).ok_or_else(|| {
             let names = capture.views.iter().take(4).map(|v| format!("\"{}\"", v.name));
             let mut known = names.collect::<Vec<_>>().join(", ");
             if capture.views.len() > 4 {

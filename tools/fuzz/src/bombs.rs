@@ -27,6 +27,13 @@ struct Bomb {
 
 const EXPORT: [&str; 3] = ["-o", "run/product.ply", "-q"];
 
+const INSERT_TREE: [&str; 5] =
+    ["edit", "--gaussians", "true.ply", "--insert", "run/mesh-tree.gltf"];
+const INSERT_INSTANCES: [&str; 5] =
+    ["edit", "--gaussians", "true.ply", "--insert", "run/mesh-instances.gltf"];
+const INSERT_TEXTURES: [&str; 5] =
+    ["edit", "--gaussians", "true.ply", "--insert", "run/mesh-textures.gltf"];
+
 const BOMBS: &[Bomb] = &[
     Bomb {
         name: "doubling.gltf",
@@ -46,6 +53,27 @@ const BOMBS: &[Bomb] = &[
         name: "aliases.gltf",
         make: aliases,
         line: &["export", "--gaussians", "run/aliases.gltf"],
+        code: 3,
+        says: "cannot hold",
+    },
+    Bomb {
+        name: "mesh-tree.gltf",
+        make: mesh_tree,
+        line: &INSERT_TREE,
+        code: 3,
+        says: "do not form a tree",
+    },
+    Bomb {
+        name: "mesh-instances.gltf",
+        make: mesh_instances,
+        line: &INSERT_INSTANCES,
+        code: 3,
+        says: "cannot hold",
+    },
+    Bomb {
+        name: "mesh-textures.gltf",
+        make: mesh_textures,
+        line: &INSERT_TEXTURES,
         code: 3,
         says: "cannot hold",
     },
@@ -171,6 +199,59 @@ fn gltf(splats: usize, nodes: &str, root: &str, attributes: &str) -> String {
         accessor("VEC4"),
         accessor("SCALAR"),
     )
+}
+
+/// A glTF of one mesh of `triangles`, with these nodes and further keys of the document.
+fn mesh_gltf(triangles: usize, nodes: &str, root: &str, more: &str) -> String {
+    let bytes: Vec<u8> = (0..9 * triangles).flat_map(|i| ((i % 7) as f32).to_le_bytes()).collect();
+    let data = base64::engine::general_purpose::STANDARD.encode(&bytes);
+    format!(
+        r#"{{"asset":{{"version":"2.0"}},
+        "buffers":[{{"byteLength":{0},"uri":"data:application/octet-stream;base64,{data}"}}],
+        "bufferViews":[{{"buffer":0,"byteLength":{0}}}],
+        "accessors":[{{"bufferView":0,"componentType":5126,"count":{1},"type":"VEC3"}}],
+        {more},"scenes":[{{"nodes":[{root}]}}],"scene":0,"nodes":[{nodes}]}}"#,
+        bytes.len(),
+        3 * triangles,
+    )
+}
+
+const ONE_MESH: &str = r#""meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}]"#;
+
+/// Every node of a mesh names its child twice.
+fn mesh_tree(path: &Path) -> anyhow::Result<()> {
+    let node = |i: usize| match i {
+        60 => r#"{"mesh":0}"#.to_owned(),
+        i => format!(r#"{{"children":[{0},{0}]}}"#, i + 1),
+    };
+    let nodes: Vec<String> = (0..=60).map(node).collect();
+    Ok(std::fs::write(path, mesh_gltf(1, &nodes.join(","), "0", ONE_MESH))?)
+}
+
+/// One mesh of five thousand triangles in twenty thousand places.
+fn mesh_instances(path: &Path) -> anyhow::Result<()> {
+    let nodes = vec![r#"{"mesh":0}"#; 20_000].join(",");
+    let roots: Vec<String> = (0..20_000).map(|i| i.to_string()).collect();
+    Ok(std::fs::write(path, mesh_gltf(5000, &nodes, &roots.join(","), ONE_MESH))?)
+}
+
+/// One flat picture of sixteen megapixels under two hundred names.
+fn mesh_textures(path: &Path) -> anyhow::Result<()> {
+    const NAMES: usize = 200;
+    const SIDE: u32 = 4096;
+    let mut image = Vec::new();
+    let white = vec![255; (3 * SIDE * SIDE) as usize];
+    WebPEncoder::new(&mut image).encode(&white, SIDE, SIDE, ColorType::Rgb8)?;
+    let data = base64::engine::general_purpose::STANDARD.encode(&image);
+    let all = |make: &dyn Fn(usize) -> String| (0..NAMES).map(make).collect::<Vec<_>>().join(",");
+    let more = format!(
+        r#""meshes":[{{"primitives":[{}]}}],"materials":[{}],"textures":[{}],"images":[{}]"#,
+        all(&|i| format!(r#"{{"attributes":{{"POSITION":0}},"material":{i}}}"#)),
+        all(&|i| format!(r#"{{"pbrMetallicRoughness":{{"baseColorTexture":{{"index":{i}}}}}}}"#)),
+        all(&|i| format!(r#"{{"source":{i}}}"#)),
+        all(&|_| format!(r#"{{"uri":"data:image/webp;base64,{data}"}}"#)),
+    );
+    Ok(std::fs::write(path, mesh_gltf(1, r#"{"mesh":0}"#, "0", &more))?)
 }
 
 /// Every node names its child twice: 2^60 paths to the mesh.

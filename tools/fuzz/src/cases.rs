@@ -150,6 +150,48 @@ const CASES: &[Case] = &[
         seeds: "testdata/formats/surface-ply/v1/valid",
     },
     Case {
+        at: "run/mesh.glb",
+        line: &[
+            "edit",
+            "--scene",
+            "{scene}",
+            "--insert",
+            "run/mesh.glb",
+            "--no-reshade",
+            "-o",
+            "run/edited",
+        ],
+        seeds: "testdata/formats/meshes/v1/valid/mesh.glb",
+    },
+    Case {
+        at: "run/mesh.gltf",
+        line: &[
+            "edit",
+            "--scene",
+            "{scene}",
+            "--insert",
+            "run/mesh.gltf",
+            "--no-reshade",
+            "-o",
+            "run/edited",
+        ],
+        seeds: "testdata/formats/meshes/v1/valid/mesh.gltf",
+    },
+    Case {
+        at: "run/mesh.obj",
+        line: &[
+            "edit",
+            "--scene",
+            "{scene}",
+            "--insert",
+            "run/mesh.obj",
+            "--no-reshade",
+            "-o",
+            "run/edited",
+        ],
+        seeds: "testdata/formats/meshes/v1/valid/mesh.obj",
+    },
+    Case {
         at: "run/config.json",
         line: &[
             "render",

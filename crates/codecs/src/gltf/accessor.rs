@@ -63,10 +63,11 @@ impl<'a> Values<'a> {
             return Err(fault(format!("its type is {:?} instead of {shape}", accessor.shape)));
         }
         if accessor.sparse.is_some() {
-            return Err(FormatError::not_supported(path, place, "sparse accessors of splats"));
+            return Err(FormatError::not_supported(path, place, "sparse accessors"));
         }
         let width = match shape {
             "SCALAR" => 1,
+            "VEC2" => 2,
             "VEC3" => 3,
             _ => 4,
         };
@@ -125,6 +126,15 @@ impl<'a> Values<'a> {
             Component::U16 => scaled(f32::from(u16::from_le_bytes([bytes[0], bytes[1]])), 65535.0),
             Component::U32 => u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]) as f32,
             Component::F32 => f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]),
+        }
+    }
+
+    /// Value `i` as an index, without the rounding of a float.
+    pub(super) fn index(&self, i: usize) -> u32 {
+        let bytes = &self.data[i * self.stride..];
+        match self.component {
+            Component::U32 => u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]),
+            _ => self.get(i, 0) as u32,
         }
     }
 

@@ -1,4 +1,4 @@
-//! The part of a glTF document that splats need.
+//! The part of a glTF document that splats and meshes need.
 
 use std::collections::BTreeMap;
 
@@ -34,6 +34,14 @@ pub(super) struct Gltf {
     pub(super) accessors: Vec<Accessor>,
     pub(super) buffer_views: Vec<BufferView>,
     pub(super) buffers: Vec<Buffer>,
+    #[serde(skip_serializing)]
+    pub(super) materials: Vec<Material>,
+    #[serde(skip_serializing)]
+    pub(super) textures: Vec<Texture>,
+    #[serde(skip_serializing)]
+    pub(super) samplers: Vec<Sampler>,
+    #[serde(skip_serializing)]
+    pub(super) images: Vec<Image>,
 }
 
 #[derive(Default, Serialize, Deserialize)]
@@ -75,6 +83,10 @@ pub(super) struct Mesh {
 #[derive(Default, Serialize, Deserialize)]
 pub(super) struct Primitive {
     pub(super) attributes: BTreeMap<String, usize>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) indices: Option<usize>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) material: Option<usize>,
     #[serde(default = "triangles")]
     pub(super) mode: u32,
     #[serde(default)]
@@ -127,4 +139,69 @@ pub(super) struct Buffer {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) uri: Option<String>,
     pub(super) byte_length: u64,
+}
+
+/// What meshes need beside the geometry; splats do not write it.
+#[derive(Default, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+pub(super) struct Material {
+    pub(super) pbr_metallic_roughness: MetallicRoughness,
+    pub(super) alpha_mode: String,
+    pub(super) alpha_cutoff: Option<f32>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+pub(super) struct MetallicRoughness {
+    pub(super) base_color_factor: Option<[f32; 4]>,
+    pub(super) base_color_texture: Option<TextureInfo>,
+    pub(super) metallic_factor: Option<f32>,
+    pub(super) roughness_factor: Option<f32>,
+    pub(super) metallic_roughness_texture: Option<TextureInfo>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+pub(super) struct TextureInfo {
+    pub(super) index: usize,
+    pub(super) tex_coord: usize,
+    pub(super) extensions: TextureInfoExtensions,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default)]
+pub(super) struct TextureInfoExtensions {
+    #[serde(rename = "KHR_texture_transform")]
+    pub(super) transform: Option<TextureTransform>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+pub(super) struct TextureTransform {
+    pub(super) offset: [f32; 2],
+    pub(super) rotation: f32,
+    pub(super) scale: Option<[f32; 2]>,
+    pub(super) tex_coord: Option<usize>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+pub(super) struct Texture {
+    pub(super) source: Option<usize>,
+    pub(super) sampler: Option<usize>,
+    pub(super) extensions: BTreeMap<String, Value>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+pub(super) struct Sampler {
+    pub(super) wrap_s: Option<u32>,
+    pub(super) wrap_t: Option<u32>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+pub(super) struct Image {
+    pub(super) uri: Option<String>,
+    pub(super) buffer_view: Option<usize>,
 }

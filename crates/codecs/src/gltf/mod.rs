@@ -8,8 +8,12 @@ mod accessor;
 mod columns;
 mod document;
 mod glb;
+mod mesh;
+mod opened;
 mod read;
 mod write;
+
+pub(super) use mesh::read_mesh;
 
 use super::registry::{Codec, Input};
 

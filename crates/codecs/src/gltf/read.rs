@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use base64::Engine as _;
 use glam::{Affine3A, Mat3A, Mat4, Quat, Vec3};
 use motes_math::sh_rotation::ShRotation;
 use motes_scene::Gaussians;
@@ -12,29 +11,18 @@ use super::super::merge::merge_gaussians;
 use super::super::quantize::{dc_of_color, unit};
 use super::super::rows::with_room;
 use super::accessor::Values;
-use super::document::{Gltf, Node, Primitive};
-use super::{EXTENSION, MAX_DEGREE, columns, glb, harmonic_names, is_glb};
+use super::document::{Gltf, Primitive};
+use super::opened::{Opened, placed_meshes};
+use super::{EXTENSION, MAX_DEGREE, columns, harmonic_names};
 use motes_formats::budget;
-use motes_formats::capture::checked_relative_path;
-use motes_formats::error::{FormatError, Result, quoted};
+use motes_formats::error::{FormatError, Result};
 use motes_formats::ply::{GaussianFile, RenderMode, SH_C0};
 
 /// Scales of a transform may differ by this share before it counts as a distortion.
 const UNIFORM_TOLERANCE: f32 = 1e-4;
 
 pub(in super::super) fn read(data: &[u8], path: &Path) -> Result<GaussianFile> {
-    let (json, binary) = if is_glb(data) { glb::split(data, path)? } else { (data, &[][..]) };
-    let gltf: Gltf = serde_json::from_slice(json).map_err(|error| {
-        FormatError::invalid(path, "glTF JSON", format!("not a glTF document: {error}"))
-    })?;
-    let others = gltf.extensions_required.iter().find(|name| *name != EXTENSION);
-    if let Some(name) = others {
-        let cause = format!("the file requires the extension {}", quoted(name));
-        return Err(FormatError::not_supported(path, "extensionsRequired", cause)
-            .with_remedy("export it without compression"));
-    }
-    let buffers = buffers(&gltf, binary, path)?;
-    let packed = data.len() as u64 + buffers.iter().map(|b| b.len() as u64).sum::<u64>();
+    let Opened { gltf, buffers, packed } = Opened::new(data, path, &[EXTENSION])?;
     let (mut sets, mut unpacked) = (Vec::new(), 0u64);
     let mut render_mode = None;
     for (mesh, world) in placed_meshes(&gltf, path)? {
@@ -62,78 +50,8 @@ pub(in super::super) fn read(data: &[u8], path: &Path) -> Result<GaussianFile> {
     Ok(GaussianFile { render_mode, ..GaussianFile::new(merge_gaussians(sets), Vec::new()) })
 }
 
-fn buffers(gltf: &Gltf, binary: &[u8], path: &Path) -> Result<Vec<Vec<u8>>> {
-    let read = |(i, buffer): (usize, &super::document::Buffer)| -> Result<Vec<u8>> {
-        let place = format!("buffers[{i}]");
-        let bytes = match &buffer.uri {
-            None if i == 0 => binary.to_vec(),
-            None => return Err(FormatError::invalid(path, place, "the buffer has no data")),
-            Some(uri) if uri.starts_with("data:") => {
-                let text = uri.split_once(";base64,").map_or("", |(_, text)| text);
-                base64::engine::general_purpose::STANDARD.decode(text).map_err(|error| {
-                    FormatError::invalid(path, place.as_str(), format!("base64: {error}"))
-                })?
-            }
-            Some(uri) => {
-                let name = checked_relative_path(path, &place, uri)?;
-                let file = path.parent().unwrap_or(Path::new("")).join(name);
-                std::fs::read(&file).map_err(|error| FormatError::io(&file, error))?
-            }
-        };
-        if (bytes.len() as u64) < buffer.byte_length {
-            let cause = format!("{} bytes instead of {}", bytes.len(), buffer.byte_length);
-            return Err(FormatError::invalid(path, place, cause));
-        }
-        Ok(bytes)
-    };
-    gltf.buffers.iter().enumerate().map(read).collect()
-}
-
-/// Meshes of the scene and where they stand; all meshes when there is no scene.
-fn placed_meshes(gltf: &Gltf, path: &Path) -> Result<Vec<(usize, Mat4)>> {
-    let scene = gltf.scenes.get(gltf.scene.unwrap_or(0));
-    let Some(scene) = scene else {
-        return Ok((0..gltf.meshes.len()).map(|mesh| (mesh, Mat4::IDENTITY)).collect());
-    };
-    let mut found = Vec::new();
-    let mut visited = vec![false; gltf.nodes.len()];
-    let mut open: Vec<(usize, Mat4)> =
-        scene.nodes.iter().rev().map(|node| (*node, Mat4::IDENTITY)).collect();
-    while let Some((index, parent)) = open.pop() {
-        let place = format!("nodes[{index}]");
-        let Some(node) = gltf.nodes.get(index) else {
-            return Err(FormatError::invalid(path, place, "the node does not exist"));
-        };
-        if std::mem::replace(&mut visited[index], true) {
-            let cause =
-                "two nodes have this child, or it is named twice: the nodes do not form a tree";
-            return Err(FormatError::invalid(path, place, cause));
-        }
-        let world = parent * local(node);
-        if let Some(mesh) = node.mesh {
-            if mesh >= gltf.meshes.len() {
-                return Err(FormatError::invalid(path, place, format!("there is no mesh {mesh}")));
-            }
-            found.push((mesh, world));
-        }
-        open.extend(node.children.iter().rev().map(|child| (*child, world)));
-    }
-    Ok(found)
-}
-
-fn local(node: &Node) -> Mat4 {
-    match &node.matrix {
-        Some(matrix) => Mat4::from_cols_array(matrix),
-        None => Mat4::from_scale_rotation_translation(
-            node.scale.map_or(Vec3::ONE, Vec3::from_array),
-            node.rotation.map_or(Quat::IDENTITY, Quat::from_array),
-            node.translation.map_or(Vec3::ZERO, Vec3::from_array),
-        ),
-    }
-}
-
 /// What a primitive becomes in memory, at most: each of its attributes as floats.
-fn unpacked_bytes(gltf: &Gltf, primitive: &Primitive, packed: u64) -> u64 {
+pub(super) fn unpacked_bytes(gltf: &Gltf, primitive: &Primitive, packed: u64) -> u64 {
     let bytes = |index: &usize| {
         // What claims more values than there are bytes is refused by its own number when it is read.
         let accessor = gltf.accessors.get(*index).filter(|a| a.count <= packed)?;

@@ -178,6 +178,8 @@ fn document(
     }
     gltf.meshes.push(Mesh {
         primitives: vec![Primitive {
+            indices: None,
+            material: None,
             attributes: names,
             mode: POINTS,
             extensions: BTreeMap::from([(EXTENSION.into(), extension)]),

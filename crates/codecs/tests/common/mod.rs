@@ -16,7 +16,7 @@ pub(crate) struct Reader {
     pub(crate) read: fn(&Path) -> Result<(), FormatError>,
 }
 
-pub(crate) const READERS: [Reader; 18] = [
+pub(crate) const READERS: [Reader; 19] = [
     Reader { document: "camera-path", read: |p| camera_path::read_camera_path(p).map(drop) },
     Reader { document: "capture", read: |p| capture::read_capture(p).map(drop) },
     Reader { document: "compressed-ply", read: |p| motes_codecs::read_gaussians(p).map(drop) },
@@ -27,6 +27,7 @@ pub(crate) const READERS: [Reader; 18] = [
     Reader { document: "gltf", read: |p| motes_codecs::read_gaussians(p).map(drop) },
     Reader { document: "images", read: |p| images::read_image_upright(p).map(drop) },
     Reader { document: "ksplat", read: |p| motes_codecs::read_gaussians(p).map(drop) },
+    Reader { document: "meshes", read: mesh },
     Reader { document: "metrics", read: json::<metrics::MetricsDocument> },
     Reader { document: "points-ply", read: |p| ply::read_points(p).map(drop) },
     Reader { document: "run", read: json::<run_record::RunRecord> },
@@ -36,6 +37,11 @@ pub(crate) const READERS: [Reader; 18] = [
     Reader { document: "surface-ply", read: |p| ply::read_surface(p).map(drop) },
     Reader { document: "tensors", read: |p| tensors::read_tensors(p).map(drop) },
 ];
+
+fn mesh(path: &Path) -> Result<(), FormatError> {
+    let mesh = motes_codecs::open_mesh(path)?;
+    mesh.map(drop).ok_or_else(|| FormatError::invalid(path, "", "not a mesh"))
+}
 
 fn json<T: Document>(path: &Path) -> Result<(), FormatError> {
     read_document::<T>(path).map(drop)

@@ -1,6 +1,7 @@
 //! The plane that things stand on.
 
 use glam::{DQuat, DVec3};
+use motes_math::median::quantile;
 use motes_math::sigmoid::sigmoid;
 use motes_scene::{ColumnValues, ExtraColumn, Gaussians};
 
@@ -85,6 +86,15 @@ pub fn rows_on(gaussians: &Gaussians, ground: &Ground) -> Vec<u32> {
             .is_some_and(|(h, _)| (h - ground.height).abs() <= ground.half_thickness)
     };
     (0..gaussians.len() as u32).filter(on).collect()
+}
+
+/// How far from the plane a point may lie that the depth of a picture shows on it, world units: depth is that of the centers of
+/// Gaussians, which are beside the ray by twice their width at most.
+pub fn depth_slack(gaussians: &Gaussians, ground: &Ground) -> f64 {
+    let widest = |row: u32| gaussians.log_scales[row as usize].into_iter().fold(f32::MIN, f32::max);
+    let mut widths: Vec<f32> = rows_on(gaussians, ground).into_iter().map(widest).collect();
+    let usual = quantile(&mut widths, 0.5).map_or(0.0, |log| f64::from(log).exp());
+    2.0 * (ground.half_thickness + usual)
 }
 
 /// Marks the Gaussians of `rows` in the column `shadow_catcher` (1: shadows fall on it), in place of an older mark.

@@ -9,6 +9,8 @@ use motes_scene::{
     ColumnValues, ExtraColumn, Gaussians, MATERIAL_COLUMNS, Materials, Residual, Selection, Surface,
 };
 
+use super::color::show_linear;
+use super::materials::LibraryMaterial;
 use super::measure::{Bounds, Extent, center_of};
 use super::mesh::surface_of;
 use super::transform::transform;
@@ -55,6 +57,50 @@ impl Asset {
         (0..self.gaussians.len() as u32).all(|row| center_of(&self.gaussians, row).is_none())
     }
 
+    /// Turns all of it into a material of the library.
+    pub fn make_of(&mut self, material: &LibraryMaterial) {
+        let mut materials =
+            Materials::of(&self.gaussians).unwrap_or_else(|_| guessed_materials(&self.gaussians));
+        let LibraryMaterial { base_color_linear: base, roughness, metallic, .. } = *material;
+        materials.base_color_linear.fill(base);
+        materials.roughness.fill(roughness);
+        materials.metallic.fill(metallic);
+        materials.attach(&mut self.gaussians);
+        if let Some(surface) = &mut self.surface {
+            let n = surface.vertices.len();
+            surface.base_color_linear = vec![base; n];
+            surface.roughness = vec![roughness; n];
+            surface.metallic = vec![metallic; n];
+        }
+        let stride = 3 * self.gaussians.sh_coefficients();
+        for sh in self.gaussians.sh.chunks_exact_mut(stride) {
+            show_linear(sh, base);
+        }
+    }
+
+    /// The factor that gives it a size; `None` where it has no extent to be scaled.
+    pub fn scale_for(&self, size: AssetSize) -> Option<f64> {
+        let extent = self.extent()?;
+        let scale = match size {
+            AssetSize::Factor(factor) => factor,
+            AssetSize::Height(height) => height / extent.height(),
+            AssetSize::Footprint(side) => side / extent.footprint(),
+        };
+        (scale > 0.0 && scale.is_finite()).then_some(scale)
+    }
+
+    /// How far it reaches from its base across up, but for a hundredth of its Gaussians; in its own units.
+    pub fn reach(&self) -> f64 {
+        let Some(extent) = self.extent() else { return 0.0 };
+        let base = extent.base();
+        let mut far: Vec<f64> = (0..self.gaussians.len() as u32)
+            .filter_map(|row| center_of(&self.gaussians, row))
+            .map(|(p, _)| (p - base).reject_from(self.up).length())
+            .collect();
+        far.sort_by(f64::total_cmp);
+        far.get((0.99 * far.len() as f64) as usize).or(far.last()).copied().unwrap_or(0.0)
+    }
+
     /// The motion that puts its base at `at`, its up onto `up`, and turns it by `turn_deg` about up.
     pub fn placement(
         &self,
@@ -64,14 +110,7 @@ impl Asset {
         size: AssetSize,
     ) -> Option<Similarity> {
         let extent = self.extent()?;
-        let scale = match size {
-            AssetSize::Factor(factor) => factor,
-            AssetSize::Height(height) => height / extent.height(),
-            AssetSize::Footprint(side) => side / extent.footprint(),
-        };
-        if !(scale > 0.0 && scale.is_finite()) {
-            return None;
-        }
+        let scale = self.scale_for(size)?;
         let turn = DQuat::from_axis_angle(up, turn_deg.to_radians());
         let rotation = turn * DQuat::from_rotation_arc(self.up, up);
         let base = extent.base();

@@ -5,6 +5,7 @@
 //! Gaussian as wide as the spacing of the points.
 
 use glam::{DQuat, DVec3, Vec3};
+use motes_codecs::mesh::{Mesh, barycentrics};
 use motes_math::sh::SH_C0;
 use motes_math::srgb;
 use motes_scene::{Gaussians, Materials, Surface};
@@ -19,15 +20,16 @@ const OPACITY_LOGIT: f32 = 4.0;
 const SPACING: f64 = 1.0 / 120.0;
 /// Numbers when none is given.
 const DEFAULT_COUNT: std::ops::RangeInclusive<f64> = 2_000.0..=200_000.0;
-/// Reflectance of a mesh that does not say.
-const GRAY: [f32; 3] = [0.5; 3];
+/// What is fainter than a step of 8 bits is not drawn.
+const LEAST_OPACITY: f32 = 1.0 / 255.0;
 
 /// Gaussians of degree 0 with material columns on a mesh; shown colors are the encoded base colors. A mesh without
-/// area gives none.
-pub fn gaussians_on(mesh: &Surface, count: Option<usize>) -> Gaussians {
-    let corner = |t: &[u32; 3], k: usize| Vec3::from(mesh.vertices[t[k] as usize]).as_dvec3();
+/// area gives none; where it has holes (cut-outs of a texture) are none.
+pub fn gaussians_on(mesh: &Mesh, count: Option<usize>) -> Gaussians {
+    let surface = &mesh.surface;
+    let corner = |t: &[u32; 3], k: usize| Vec3::from(surface.vertices[t[k] as usize]).as_dvec3();
     let mut total = 0.0;
-    let cumulated: Vec<f64> = mesh
+    let cumulated: Vec<f64> = surface
         .triangles
         .iter()
         .map(|t| {
@@ -43,45 +45,48 @@ pub fn gaussians_on(mesh: &Surface, count: Option<usize>) -> Gaussians {
         materials.attach(&mut gaussians);
         return gaussians;
     }
-    let n = count.unwrap_or_else(|| default_count(mesh, total));
-    let width = WIDTH * (total / n as f64).sqrt();
+    let n = count.unwrap_or_else(|| default_count(surface, total));
+    let spacing = (total / n as f64).sqrt();
+    let width = WIDTH * spacing;
     let (long, thin) = (width.ln() as f32, (width * THINNESS).ln() as f32);
     for i in 0..n {
         let area = (i as f64 + 0.5) / n as f64 * total;
         let t = cumulated.partition_point(|sum| *sum < area).min(cumulated.len() - 1);
-        let triangle = &mesh.triangles[t];
+        let triangle = &surface.triangles[t];
         let [u, v] = barycentrics(i);
         let weights = [1.0 - u - v, u, v];
+        let point = mesh.material_at(t, weights, spacing);
+        if point.opacity < LEAST_OPACITY {
+            continue;
+        }
         let mixed = |values: &[[f32; 3]]| {
             (0..3)
                 .map(|k| Vec3::from(values[triangle[k] as usize]).as_dvec3() * weights[k])
                 .sum::<DVec3>()
         };
-        let mean = |values: &[f32]| {
-            (0..3).map(|k| f64::from(values[triangle[k] as usize]) * weights[k]).sum::<f64>() as f32
-        };
         let face = (corner(triangle, 1) - corner(triangle, 0))
             .cross(corner(triangle, 2) - corner(triangle, 0))
             .normalize_or(DVec3::Z);
         let q = DQuat::from_rotation_arc(DVec3::Z, face);
-        let base = match mesh.has_materials() {
-            true => mixed(&mesh.base_color_linear).as_vec3().to_array(),
-            false => GRAY,
-        };
-        gaussians.means.push(mixed(&mesh.vertices).as_vec3().to_array());
+        let base = point.base_color_linear;
+        gaussians.means.push(mixed(&surface.vertices).as_vec3().to_array());
         gaussians.rotations.push([q.w, q.x, q.y, q.z].map(|v| v as f32));
         gaussians.log_scales.push([long, long, thin]);
-        gaussians.opacity_logits.push(OPACITY_LOGIT);
+        gaussians.opacity_logits.push(logit(point.opacity).min(OPACITY_LOGIT));
         gaussians.sh.extend(base.map(|v| (srgb::encode(v) - 0.5) / SH_C0 as f32));
-        materials.normals.push(mixed(&mesh.normals).normalize_or(face).as_vec3().to_array());
+        materials.normals.push(mixed(&surface.normals).normalize_or(face).as_vec3().to_array());
         materials.base_color_linear.push(base);
-        materials.roughness.push(if mesh.has_materials() { mean(&mesh.roughness) } else { 0.6 });
-        materials.metallic.push(if mesh.has_materials() { mean(&mesh.metallic) } else { 0.0 });
+        materials.roughness.push(point.roughness);
+        materials.metallic.push(point.metallic);
         materials.visibility.push(1.0);
         materials.observations.push(0);
     }
     materials.attach(&mut gaussians);
     gaussians
+}
+
+fn logit(opacity: f32) -> f32 {
+    (opacity / (1.0 - opacity)).ln()
 }
 
 fn default_count(mesh: &Surface, area: f64) -> usize {
@@ -90,14 +95,6 @@ fn default_count(mesh: &Surface, area: f64) -> usize {
         points.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)));
     let spacing = SPACING * (high - low).length();
     (area / (spacing * spacing)).clamp(*DEFAULT_COUNT.start(), *DEFAULT_COUNT.end()) as usize
-}
-
-/// The i-th point of the R2 sequence, folded into the triangle.
-fn barycentrics(i: usize) -> [f64; 2] {
-    /// Reciprocals of the plastic number and its square.
-    const STEP: [f64; 2] = [0.754_877_666_246_693, 0.569_840_290_998_053_3];
-    let [u, v] = STEP.map(|s| (0.5 + s * i as f64).fract());
-    if u + v > 1.0 { [1.0 - u, 1.0 - v] } else { [u, v] }
 }
 
 /// A surface for rays to meet where an asset brings none: a square per opaque Gaussian, in the plane of its two longer
@@ -157,7 +154,7 @@ mod tests {
 
     #[test]
     fn points_cover_the_square_evenly() {
-        let gaussians = gaussians_on(&square(), Some(400));
+        let gaussians = gaussians_on(&Mesh::plain(square(), DVec3::Z), Some(400));
         assert!(gaussians.is_consistent() && gaussians.len() == 400);
         let mut cells = [0; 16];
         for [x, y, z] in &gaussians.means {
@@ -167,12 +164,12 @@ mod tests {
         assert!(cells.iter().all(|n| (15..=35).contains(n)), "{cells:?}");
         let materials = Materials::of(&gaussians).unwrap();
         assert_eq!((materials.metallic[7], materials.normals[7]), (1.0, [0.0, 0.0, 1.0]));
-        assert!(gaussians_on(&Surface::default(), None).is_empty());
+        assert!(gaussians_on(&Mesh::plain(Surface::default(), DVec3::Z), None).is_empty());
     }
 
     #[test]
     fn squares_have_about_the_area_that_blocks_light() {
-        let gaussians = gaussians_on(&square(), Some(400));
+        let gaussians = gaussians_on(&Mesh::plain(square(), DVec3::Z), Some(400));
         let surface = surface_of(&gaussians, &Materials::of(&gaussians).unwrap());
         assert!(surface.is_consistent() && surface.triangles.len() == 800);
         let side = Vec3::from(surface.vertices[0]).distance(Vec3::from(surface.vertices[1]));

@@ -78,6 +78,17 @@ impl Args for OpFlags {
                 "How to fill uncovered ground: plane (default), patch or none",
             ))
             .arg(one(
+                "at",
+                "PLACE",
+                "Where --insert stands: VIEW,X,Y (a pixel of a view of --capture) or X,Y,Z; default: free ground",
+            ))
+            .arg(one("height", "H", "Height that --insert and --swap give, world units"))
+            .arg(one(
+                "surroundings",
+                "HOW",
+                "Ground that an inserted splat brings along: refuse (default), crop or keep",
+            ))
+            .arg(one(
                 "editor",
                 "COMMAND",
                 "Command line for --stylize, with {input}, {output} and {prompt}; the only program that a plan starts",
@@ -102,6 +113,18 @@ impl FromArgMatches for OpFlags {
             }
             name => name.map(|name| json!(name)),
         };
+        let height = single("height").map(|text| number("--height", text)).transpose();
+        let height = height.map_err(invalid)?.map(|height| json!(height));
+        let place = single("at").map(place).transpose().map_err(invalid)?;
+        let surroundings = single("surroundings").map(|how| json!(how));
+        let shared_values = [
+            ("pivot", &pivot),
+            ("fill", &fill),
+            ("editor", &editor),
+            ("at", &place),
+            ("height", &height),
+            ("surroundings", &surroundings),
+        ];
         let mut editors: Vec<(&'static str, String)> = Vec::new();
         editors.extend(single("editor").map(|command| ("editor", command.to_owned())));
         let mut note_editor = |flag: &'static str, keys: &Value| {
@@ -116,7 +139,7 @@ impl FromArgMatches for OpFlags {
             for (at, text) in occurrences(matches, flag.name) {
                 let mut keys = keys_of(flag, text).map_err(invalid)?;
                 note_editor(flag.name, &Value::Object(keys.clone()));
-                for (key, value) in [("pivot", &pivot), ("fill", &fill), ("editor", &editor)] {
+                for (key, value) in shared_values {
                     if let Some(value) = value
                         && shared.contains(&key)
                     {
@@ -132,6 +155,14 @@ impl FromArgMatches for OpFlags {
                 keys.insert("op".into(), json!(op));
                 found.push((at, Value::Object(keys)));
             }
+        }
+        let unused = [("at", "--insert"), ("height", "--insert or --swap")].into_iter().find(|f| {
+            let (flag, _) = f;
+            let is_taken = |(_, op): &(usize, Value)| op.get(*flag).is_some();
+            single(flag).is_some() && !found.iter().any(is_taken)
+        });
+        if let Some((flag, of)) = unused {
+            return Err(invalid(format!("--{flag} goes with {of}")));
         }
         for (at, text) in occurrences(matches, "op") {
             let value = serde_json::from_str(text)
@@ -200,6 +231,21 @@ fn keys_of(flag: &Flag, text: &str) -> Result<Map<String, Value>, String> {
         keys.entry(key).or_insert_with(|| json!(value));
     }
     Ok(keys)
+}
+
+/// `X,Y,Z`, or `VIEW,X,Y`: three numbers are a point.
+fn place(text: &str) -> Result<Value, String> {
+    if let Ok(point) = numbers("--at", text, 3) {
+        return Ok(json!(point));
+    }
+    let mut parts = text.rsplitn(3, ',');
+    let (y, x, view) = (parts.next(), parts.next(), parts.next());
+    match (view, x, y) {
+        (Some(view), Some(x), Some(y)) if !view.is_empty() => {
+            Ok(json!({ "view": view, "pixel": [number("--at", x)?, number("--at", y)?] }))
+        }
+        _ => Err(format!("--at takes VIEW,X,Y or X,Y,Z: {text}")),
+    }
 }
 
 fn number(flag: &str, text: &str) -> Result<f64, String> {

@@ -1,6 +1,7 @@
 //! The files around an edit: a splat or a scene folder in, the same kind out, a plan from a file or from flags.
 
 mod answer;
+mod asset;
 mod command;
 pub(crate) mod editor;
 mod flags;

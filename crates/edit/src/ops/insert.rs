@@ -7,7 +7,8 @@ use serde::{Deserialize, Serialize};
 use super::operation::{Flag, Operation, Short};
 use crate::changes::insert::AssetSize;
 use crate::run::{
-    AlignDocument, EditError, Fault, Outcome, Run, direction, finite, flat, mesh_count, positive,
+    AlignDocument, EditError, Fault, Outcome, PlaceDocument, Run, SurroundingsDocument, Wanted,
+    direction, finite, flat, mesh_count, positive,
 };
 use crate::{EditState, Similarity};
 
@@ -15,7 +16,7 @@ use crate::{EditState, Similarity};
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct InsertOp {
-    /// A splat (PLY), a scene folder, or a triangle mesh (PLY with faces).
+    /// A splat, a scene folder, or a triangle mesh (PLY with faces, glTF, OBJ).
     pub file: String,
     /// Name of the selection of what was inserted.
     #[serde(default, rename = "as", skip_serializing_if = "Option::is_none")]
@@ -23,11 +24,11 @@ pub struct InsertOp {
     /// How it finds its place.
     #[serde(default)]
     pub align: AlignDocument,
-    /// Where its base comes to stand (with `ground`; default: on the ground below the middle of the scene), or a shift (with
-    /// `none`), world units.
+    /// Where its base comes to stand (with `ground`): a point in world units, or the pixel of a view that shows it; default: free
+    /// ground nearest to the middle of the scene. With `none` a shift, world units.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub at: Option<[f64; 3]>,
-    /// Its own direction up. Default: what its scene folder says, else +z.
+    pub at: Option<PlaceDocument>,
+    /// Its own direction up. Default: what its scene folder says, +y for glTF and OBJ, else +z.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub up: Option<[f64; 3]>,
     /// Degrees about the scene's up, counter-clockwise seen from above.
@@ -48,6 +49,13 @@ pub struct InsertOp {
     /// Material of a mesh or splat that has none: a name of the library.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub material: Option<String>,
+    /// What happens to ground that a splat brings along, with `ground`.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub surroundings: SurroundingsDocument,
+}
+
+pub(super) fn is_default(surroundings: &SurroundingsDocument) -> bool {
+    *surroundings == SurroundingsDocument::default()
 }
 
 impl Operation for InsertOp {
@@ -66,9 +74,18 @@ impl Operation for InsertOp {
         )
         .setting("align", "none"),
     ];
+    const SHARED: &'static [&'static str] = &["at", "height", "surroundings"];
 
     fn check(&self) -> Result<(), Fault> {
-        self.at.as_ref().map_or(Ok(()), |at| finite("/at", at))?;
+        match &self.at {
+            Some(PlaceDocument::Point(at)) => finite("/at", at)?,
+            Some(PlaceDocument::Pixel(_)) if self.align == AlignDocument::None => {
+                let cause = "with \"align\": \"none\" it keeps its coordinates: \"at\" is a shift of three numbers";
+                return Err(("/at".into(), cause.into(), None));
+            }
+            Some(PlaceDocument::Pixel(at)) => finite("/at/pixel", &at.pixel)?,
+            None => {}
+        }
         self.up.as_ref().map_or(Ok(()), |up| direction("/up", up))?;
         finite("/rotate_deg", &[self.rotate_deg])?;
         self.scale.map_or(Ok(()), |s| positive("/scale", s))?;
@@ -99,7 +116,13 @@ impl Operation for InsertOp {
         at: &str,
     ) -> Result<Outcome, EditError> {
         let material = self.material.as_deref();
-        let asset = run.asset(&self.file, self.up, self.gaussians, material, at)?;
+        let surroundings = match self.align {
+            AlignDocument::Ground => self.surroundings,
+            AlignDocument::None => SurroundingsDocument::Keep,
+        };
+        let wanted =
+            Wanted { file: &self.file, up: self.up, count: self.gaussians, material, surroundings };
+        let asset = run.asset(&wanted, at)?;
         let size = match self.height {
             Some(height) => AssetSize::Height(height),
             None => AssetSize::Factor(self.scale.unwrap_or(1.0)),
@@ -107,7 +130,10 @@ impl Operation for InsertOp {
         let placement = match self.align {
             AlignDocument::None => {
                 let turn = DQuat::from_axis_angle(state.up_in_world, self.rotate_deg.to_radians());
-                let shift = DVec3::from_array(self.at.unwrap_or_default());
+                let shift = match &self.at {
+                    Some(PlaceDocument::Point(at)) => DVec3::from_array(*at),
+                    _ => DVec3::ZERO,
+                };
                 let scale = match size {
                     AssetSize::Factor(factor) => factor,
                     AssetSize::Height(height) => {
@@ -122,7 +148,11 @@ impl Operation for InsertOp {
                 if self.height.is_none() && self.scale.is_none() {
                     run.tell_size(&asset, state, at);
                 }
-                let to = self.at.map_or_else(|| run.free_ground(state, at), DVec3::from_array);
+                let to = match &self.at {
+                    Some(PlaceDocument::Point(to)) => DVec3::from_array(*to),
+                    Some(PlaceDocument::Pixel(pixel)) => run.shown_at(state, pixel, at)?,
+                    None => run.free_ground(state, &asset, size, at),
+                };
                 asset.placement(to, state.up_in_world, self.rotate_deg, size)
             }
         };

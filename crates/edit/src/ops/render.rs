@@ -68,21 +68,10 @@ impl Operation for RenderOp {
                 return Err(EditError::plan(format!("{at}/view"), cause).remedy("give --capture"));
             }
             (Some(name), Some((capture, _))) => {
-                let stem = |n: &str| n.rsplit_once('.').map_or(n.to_owned(), |(s, _)| s.to_owned());
-                let found =
-                    capture.views.iter().find(|v| v.name == *name || stem(&v.name) == *name);
-                let view = found.ok_or_else(|| {
-                    EditError::plan(format!("{at}/view"), format!("there is no view \"{name}\""))
-                })?;
-                let full = capture.cameras[view.camera].as_pinhole().ok_or_else(|| {
-                    EditError::plan(
-                        format!("{at}/view"),
-                        "the camera of this view is not a pinhole",
-                    )
-                })?;
+                let (full, pose) = run.camera_of(capture, name, &format!("{at}/view"))?;
                 let factor = size as f64 / full.width.max(full.height) as f64;
                 let side = |n: usize| ((n as f64 * factor).round() as usize).max(1);
-                (full.resized(side(full.width), side(full.height)), view.camera_from_world)
+                (full.resized(side(full.width), side(full.height)), pose)
             }
             (None, _) => {
                 let extent = match (&self.target, &state.current) {

@@ -1,7 +1,6 @@
 //! What the operations of a plan share: the files and cameras that they may look at, what they answer, their targets, and the
 //! ranges of their values.
 
-mod asset;
 mod context;
 mod inserting;
 mod options;
@@ -15,6 +14,7 @@ mod values;
 use std::collections::BTreeMap;
 
 pub use context::{EditError, Editors, Resources};
+pub(crate) use inserting::Wanted;
 pub use options::ShadowMode;
 pub use preview::{Preview, orbit_camera, picture, whole_extent};
 pub(crate) use ranges::{

@@ -109,6 +109,39 @@ pub enum KeepDocument {
     Outside,
 }
 
+/// Where something stands: a point, or what a pixel of a view of the capture shows.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum PlaceDocument {
+    /// World units.
+    Point([f64; 3]),
+    /// What a view shows.
+    Pixel(PixelDocument),
+}
+
+/// A pixel of a view of the capture.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PixelDocument {
+    /// Name of the view.
+    pub view: String,
+    /// Column and row, pixels of the photo.
+    pub pixel: [f64; 2],
+}
+
+/// What happens to the ground that a splat brings along.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum SurroundingsDocument {
+    /// Such a splat is refused.
+    #[default]
+    Refuse,
+    /// The largest cluster of what stands on that ground comes in, without the rest.
+    Crop,
+    /// All of it comes in.
+    Keep,
+}
+
 /// How something that is inserted finds its place.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]

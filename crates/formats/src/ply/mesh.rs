@@ -9,6 +9,7 @@ use glam::Vec3;
 use motes_math::srgb;
 use motes_scene::Surface;
 
+use super::faces::{CORNERS, check_corners, vertex_number};
 use super::header::{self, Element, PropertyKind};
 use super::scalar::{Encoding, Scalar};
 use super::{open, plan::full_scale};
@@ -27,8 +28,8 @@ pub fn has_faces(path: &Path) -> Result<bool> {
     Ok(header.elements.iter().any(|e| e.name == "face" && e.count > 0))
 }
 
-/// Reads a mesh. Polygons are cut into fans of triangles. Normals that are not there are those of the faces,
-/// weighted by area. Base color comes from `base_color_0..2`, else from `red green blue` (sRGB-encoded); roughness and
+/// Reads a mesh. Polygons are cut into fans of triangles. A surface without normals is
+/// one of a file without them. Base color comes from `base_color_0..2`, else from `red green blue` (sRGB-encoded); roughness and
 /// metallic from their columns, else 0.6 and 0. Without any of them the surface has no material.
 ///
 /// # Errors
@@ -220,8 +221,7 @@ impl Mesh {
                     }
                     continue;
                 };
-                let is_corners =
-                    ["vertex_indices", "vertex_index"].contains(&property.name.as_str());
+                let is_corners = CORNERS.contains(&property.name.as_str());
                 let length = values.length(count)?;
                 let mut corners = [0u32; 2];
                 for k in 0..length {
@@ -229,15 +229,10 @@ impl Mesh {
                     if !is_corners {
                         continue;
                     }
-                    let index = value as u32;
-                    if f64::from(index) != value {
+                    let index = vertex_number(value).ok_or_else(|| {
                         let cause = format!("face {row} has the corner {value}");
-                        return Err(FormatError::invalid(
-                            values.path,
-                            format!("row {row} of face"),
-                            cause,
-                        ));
-                    }
+                        FormatError::invalid(values.path, format!("row {row} of face"), cause)
+                    })?;
                     match k {
                         0 | 1 => corners[k as usize] = index,
                         _ => {
@@ -256,17 +251,13 @@ impl Mesh {
         if n == 0 || self.triangles.is_empty() {
             return Err(FormatError::invalid(path, "", "the mesh has no vertices or no faces"));
         }
-        if let Some(row) = self.triangles.iter().position(|t| t.iter().any(|v| *v as usize >= n)) {
-            let cause = format!("{:?} names a vertex of {n}", self.triangles[row]);
-            return Err(FormatError::invalid(path, format!("triangle {row}"), cause));
-        }
-        let from_faces = area_weighted_normals(&self.vertices, &self.triangles);
-        let unit = |i: usize| {
-            let given = self.normals.get(i).map(|n| Vec3::from(*n).normalize_or_zero());
-            given.filter(|n| n.is_finite() && *n != Vec3::ZERO).unwrap_or(from_faces[i]).to_array()
-        };
+        check_corners(&self.triangles, n, path)?;
+        let units: Vec<Vec3> =
+            self.normals.iter().map(|n| Vec3::from(*n).normalize_or_zero()).collect();
+        // Normals of a file that has some of length 0 are no normals.
+        let whole = units.len() == n && units.iter().all(|u| u.is_finite() && *u != Vec3::ZERO);
         Ok(Surface {
-            normals: (0..n).map(unit).collect(),
+            normals: if whole { units.iter().map(Vec3::to_array).collect() } else { Vec::new() },
             vertices: self.vertices,
             triangles: self.triangles,
             base_color_linear: self.base_color_linear,
@@ -274,16 +265,6 @@ impl Mesh {
             metallic: self.metallic,
         })
     }
-}
-
-fn area_weighted_normals(vertices: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<Vec3> {
-    let mut sums = vec![Vec3::ZERO; vertices.len()];
-    for triangle in triangles {
-        let [a, b, c] = triangle.map(|v| Vec3::from(vertices[v as usize]));
-        let area = (b - a).cross(c - a);
-        triangle.iter().for_each(|v| sums[*v as usize] += area);
-    }
-    sums.into_iter().map(|n| n.normalize_or(Vec3::Z)).collect()
 }
 
 #[cfg(test)]
@@ -306,9 +287,9 @@ mod tests {
     fn a_square_of_text_becomes_two_triangles() {
         let body = "0 0 1 255 0 0\n1 0 1 255 0 0\n1 1 1 0 255 0\n0 1 1 0 0 0\n4 0 1 2 3\n";
         let surface = read(format!("{HEADER}{body}").as_bytes()).unwrap();
-        assert!(surface.is_consistent() && surface.has_materials());
+        assert!(surface.has_materials());
         assert_eq!(surface.triangles, [[0, 1, 2], [0, 2, 3]]);
-        assert_eq!(surface.normals, [[0.0, 0.0, 1.0]; 4]);
+        assert!(surface.normals.is_empty(), "it has none of its own");
         assert_eq!(surface.base_color_linear[0], [1.0, 0.0, 0.0]);
     }
 

@@ -6,6 +6,7 @@
 //! through in their type and order.
 
 mod columns;
+mod faces;
 mod gaussians;
 pub mod header;
 mod mesh;

@@ -5,9 +5,10 @@ use std::path::Path;
 
 use motes_scene::Surface;
 
+use super::faces::{CORNERS, check_corners, vertex_number};
 use super::header::{self, Element, Header, Property, PropertyKind};
 use super::rows::{Body, Field, fields, packed_row_bytes};
-use super::scalar::{Encoding, Scalar};
+use super::scalar::Encoding;
 use super::{open, reserved_rows};
 use crate::atomic::{write_checked, write_error};
 use crate::error::{FormatError, Result, quoted};
@@ -17,8 +18,6 @@ const POSITION: [&str; 3] = ["x", "y", "z"];
 const NORMAL: [&str; 3] = ["nx", "ny", "nz"];
 const MATERIAL: [&str; 5] =
     ["base_color_0", "base_color_1", "base_color_2", "roughness", "metallic"];
-/// What programs call the list of a face's corners.
-const CORNERS: [&str; 2] = ["vertex_indices", "vertex_index"];
 /// Bytes of a face as [`write_surface`] writes it: the number 3 and three indices.
 const FACE_BYTES: usize = 13;
 
@@ -69,12 +68,7 @@ fn read_file(reader: &mut dyn BufRead, path: &Path, bytes: Option<u64>) -> Resul
     let mut surface = Surface::default();
     read_elements(&mut body, &header, &columns, corners, bytes, path, &mut surface)?;
     body.end()?;
-    let vertices = surface.vertices.len();
-    let dangling = surface.triangles.iter().position(|t| t.iter().any(|v| *v as usize >= vertices));
-    if let Some(row) = dangling {
-        let cause = format!("{:?} names a vertex of {vertices}", surface.triangles[row]);
-        return Err(FormatError::invalid(path, format!("row {row} of face"), cause));
-    }
+    check_corners(&surface.triangles, surface.vertices.len(), path)?;
     Ok(surface)
 }
 
@@ -225,18 +219,13 @@ fn read_face(
         let bytes = &mut bytes[..3 * item.size()];
         body.exact(bytes, face, row)?;
         for (corner, bytes) in triangle.iter_mut().zip(bytes.chunks_exact(item.size())) {
-            *corner = index(item, bytes, big_endian).ok_or_else(|| {
+            *corner = vertex_number(item.decode(bytes, big_endian)).ok_or_else(|| {
                 let cause = format!("face {row} has the corner {}", item.decode(bytes, big_endian));
                 FormatError::invalid(path, place.as_str(), cause)
             })?;
         }
     }
     Ok(triangle)
-}
-
-fn index(scalar: Scalar, bytes: &[u8], big_endian: bool) -> Option<u32> {
-    let value = scalar.decode(bytes, big_endian);
-    (0.0..f64::from(u32::MAX)).contains(&value).then_some(value as u32)
 }
 
 /// Writes a surface as a binary little-endian PLY; the material columns when it has materials.
