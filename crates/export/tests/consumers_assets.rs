@@ -9,6 +9,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use motes_formats::camera_path::read_camera_path;
 use motes_formats::capture::write_capture;
 use motes_formats::exr_aov::open_exr;
 use motes_formats::images::{read_image, write_png};
@@ -100,6 +101,74 @@ fn assert_agree(what: &str, path: &Path, ours: &ImageF32, least: f64) {
         write_png(&folder.join(format!("{what}-ours.png")), &ours.to_u8()).unwrap();
     }
     assert!(found >= least, "{what}: {found:.2} dB < {least}");
+}
+
+#[test]
+fn chromium_points_at_the_page_and_copies_what_other_stages_take() {
+    let (Some(browser), Some(_)) = (consumer("chromium"), consumer("node_modules/playwright-core"))
+    else {
+        return;
+    };
+    let scene = scene_with_photos();
+    let line = ["--scene", "scene", "--capture", "capture.json", "-o", "page.html"];
+    // Photos of half the size: pixels are those of the capture all the same.
+    let half = (camera(&scene).width.max(camera(&scene).height) / 2).to_string();
+    stage(EXPORT, scene.folder.path(), &[&line[..], &["--photo-size", &half]].concat());
+    let view = &scene.capture.views[VIEW];
+    let pinhole = camera(&scene);
+    let pixel = [pinhole.width / 2, pinhole.height * 3 / 4];
+    let pictures = scene.path("pictures");
+    std::fs::create_dir(&pictures).unwrap();
+    let [x, y] = pixel.map(|v| v.to_string());
+    let files = [scene.path("page.html"), pictures.clone()];
+    let said = script(
+        browser.parent().unwrap(),
+        "page-pointer.mjs",
+        &[&files[0], &files[1]],
+        &[&view.name, &x, &y],
+    );
+    if let Some(folder) = std::env::var_os("MOTES_PICTURES").map(PathBuf::from) {
+        for name in ["photo.png", "free.png"] {
+            std::fs::copy(pictures.join(name), folder.join(format!("pointer-{name}"))).unwrap();
+        }
+    }
+    let report: serde_json::Value = serde_json::from_str(&said).unwrap();
+    // The pixel that it says: that of the capture, to a pixel of the half-sized photo.
+    let named = |text: &str| -> (String, [f64; 2]) {
+        let text = text.trim_start_matches("--click ");
+        let parts: Vec<&str> = text.lines().next().unwrap().rsplitn(3, ',').collect();
+        (parts[2].to_owned(), [parts[1].parse().unwrap(), parts[0].parse().unwrap()])
+    };
+    let copied = report["photo"]["copied"].as_str().unwrap();
+    assert!(copied.starts_with("--click "), "{report}");
+    for text in [copied, report["hover"].as_str().unwrap()] {
+        let (name, at) = named(text);
+        assert_eq!(name, view.name, "{text}");
+        assert!((0..2).all(|k| (at[k] - pixel[k] as f64).abs() <= 2.0), "{pixel:?}: {text}");
+    }
+    assert_eq!(report["dragged"], "", "a drag is no click");
+    // The point under a click of the free camera lies on what the photo that was named shows there.
+    let point: [f64; 3] = serde_json::from_value(report["free"]["point"].clone()).unwrap();
+    let (name, at) = named(report["free"]["copied"].as_str().unwrap());
+    let seen = &scene.capture.views[scene.capture.view_named(&name).unwrap()];
+    let p = seen.camera_from_world.transform_point(glam::DVec3::from_array(point));
+    let projected = [pinhole.fx * p.x / p.z + pinhole.cx, pinhole.fy * p.y / p.z + pinhole.cy];
+    assert!((0..2).all(|k| (projected[k] - at[k]).abs() <= 2.0), "{projected:?}: {report}");
+    let gaussians = read_gaussians(&scene.path("scene/gaussians.ply")).unwrap();
+    let options = RenderOptions { aovs: true, ..RenderOptions::default() };
+    let drawn = render(&gaussians, &pinhole, &seen.camera_from_world, &options).aovs.unwrap();
+    let depth = f64::from(drawn.depth_expected.pixel(at[0] as usize, at[1] as usize)[0]);
+    assert!((depth / p.z - 1.0).abs() < 0.05, "{depth} at {p}");
+    // The path that it copies is one that render takes, of the camera that clicked.
+    let path = read_camera_path(&pictures.join("path.json")).unwrap();
+    let (lens, pose) = path.frames[0];
+    let q = pose.transform_point(glam::DVec3::from_array(point));
+    let size = [lens.width as f64, lens.height as f64];
+    let focal = lens.fy;
+    // The window is 1000 x 700 and the frame fits into its middle.
+    let fit = (1000.0 / size[0]).min(700.0 / size[1]);
+    let window = [500.0 + fit * focal * q.x / q.z, 350.0 + fit * focal * q.y / q.z];
+    assert!((window[0] - 500.0).abs() < 3.0 && (window[1] - 400.0).abs() < 3.0, "{window:?}");
 }
 
 #[test]

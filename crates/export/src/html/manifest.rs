@@ -35,6 +35,8 @@ pub(super) struct SplatEntry {
 pub(super) struct PhotoEntry {
     name: String,
     pinhole: PinholeEntry,
+    /// Width and height of the view in the capture, whose pixels prompts name.
+    size: [usize; 2],
     eye: [f64; 3],
     /// Right, down and forward in world.
     rotation: [[f64; 3]; 3],
@@ -86,6 +88,7 @@ impl PhotoEntry {
         Self {
             name: photo.name.clone(),
             pinhole: PinholeEntry::new(&photo.camera),
+            size: photo.size,
             eye: photo.camera_from_world.center_in_world().to_array(),
             rotation: [0, 1, 2].map(|k| rotation.row(k).to_array()),
         }

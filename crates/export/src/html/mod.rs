@@ -38,6 +38,8 @@ pub struct ViewerPhoto {
     pub name: String,
     /// Of the embedded picture.
     pub camera: Pinhole,
+    /// Width and height of the view in the capture.
+    pub size: [usize; 2],
     /// World to camera.
     pub camera_from_world: Pose,
     /// The bytes of a JPEG file.

@@ -15,11 +15,12 @@ use super::{ViewerPage, ViewerSplat, start};
 const PAGE: &str = include_str!("viewer/page.html");
 const STYLE: &str = include_str!("viewer/page.css");
 /// In this order: later ones use earlier ones.
-const SCRIPTS: [&str; 6] = [
+const SCRIPTS: [&str; 7] = [
     include_str!("viewer/codec.js"),
     include_str!("viewer/sorter.js"),
     include_str!("viewer/camera.js"),
     include_str!("viewer/renderer.js"),
+    include_str!("viewer/pointer.js"),
     include_str!("viewer/viewer.js"),
     include_str!("viewer/controls.js"),
 ];

@@ -58,6 +58,7 @@ fn photo(
     Ok(ViewerPhoto {
         name: name.clone(),
         camera: pinhole.resized(size.0, size.1),
+        size: [pinhole.width, pinhole.height],
         camera_from_world: *camera_from_world,
         jpeg: encode_jpeg(&image, JPEG_QUALITY),
     })

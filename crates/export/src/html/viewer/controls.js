@@ -31,6 +31,8 @@ class Controls {
     $("next").onclick = () => this.step(1);
     $("reset").onclick = () => viewer.resetCamera();
     $("fly").onclick = () => viewer.changed({ fly: !viewer.state.fly });
+    $("mark").onclick = () => viewer.pointer.mark();
+    $("path").onclick = () => viewer.pointer.copyPath();
     $("help-button").onclick = () => $("help").showModal();
     this.refresh();
   }
@@ -68,14 +70,25 @@ class Controls {
     canvas.onpointerdown = (event) => {
       canvas.setPointerCapture(event.pointerId);
       pointers.set(event.pointerId, [event.clientX, event.clientY]);
+      this.pressedAt = pointers.size === 1 && event.button === 0 && !event.shiftKey ? [event.clientX, event.clientY] : null;
     };
-    canvas.onpointerup = canvas.onpointercancel = (event) => pointers.delete(event.pointerId);
+    canvas.onpointerup = canvas.onpointercancel = (event) => {
+      pointers.delete(event.pointerId);
+      // A press that did not drag is a click.
+      if (event.type === "pointerup" && this.pressedAt) viewer.pointer.click(...this.pressedAt);
+      this.pressedAt = null;
+    };
+    canvas.onpointerleave = () => viewer.pointer.hover(null);
     canvas.oncontextmenu = (event) => event.preventDefault();
     canvas.ondblclick = () => (document.fullscreenElement ? document.exitFullscreen() : document.documentElement.requestFullscreen?.());
     canvas.onpointermove = (event) => {
       const old = pointers.get(event.pointerId);
-      if (!old) return;
       const now = [event.clientX, event.clientY];
+      if (!old) return viewer.pointer.hover(now);
+      if (this.pressedAt) {
+        if (Math.hypot(now[0] - this.pressedAt[0], now[1] - this.pressedAt[1]) < 4) return;
+        this.pressedAt = null;
+      }
       const step = [now[0] - old[0], now[1] - old[1]];
       if (pointers.size === 2) this.pinch(event.pointerId, old, now);
       else if (event.shiftKey || event.buttons & 6) this.pan(step);
@@ -125,6 +138,7 @@ class Controls {
     const { viewer } = this;
     const cycle = (key, values) => this.set(key, values[(values.indexOf(viewer.state[key]) + 1) % values.length]);
     const once = {
+      m: () => viewer.pointer.mark(), k: () => viewer.pointer.copyPath(),
       n: () => this.step(1), p: () => this.step(-1), r: () => viewer.resetCamera(), h: () => $("help").showModal(),
       f: () => viewer.changed({ fly: !viewer.state.fly }),
       c: () => cycle("compare", viewer.comparisons), v: () => cycle("how", ["slider", "flicker", "difference"]),

@@ -1,7 +1,7 @@
 // WebGL2: the color of every Gaussian into a texture, then the Gaussians back to front into a
 // half-float picture, then the picture onto the canvas.
 
-const MODES = ["appearance", "base_color", "normal", "roughness", "metallic", "visibility", "object_id", "relit"];
+const MODES = ["appearance", "base_color", "normal", "roughness", "metallic", "visibility", "object_id", "relit", "depth"];
 
 class Renderer {
   constructor(canvas, shaders) {
@@ -141,6 +141,7 @@ class Renderer {
     gl.uniform3fv(shade.at("u_light"), light.harmonics);
     gl.uniformMatrix3fv(shade.at("u_light_from_world"), false, light.lightFromWorld);
     gl.uniform1f(shade.at("u_exposure"), light.exposure);
+    gl.uniform3fv(shade.at("u_forward"), scaled(camera.axes[2], 1 / (light.unit ?? 1)));
     gl.bindFramebuffer(gl.FRAMEBUFFER, colors.framebuffer);
     gl.viewport(0, 0, colors.width, colors.height);
     gl.disable(gl.BLEND);
@@ -148,7 +149,7 @@ class Renderer {
     gl.drawArrays(gl.TRIANGLES, 0, 3);
   }
 
-  // Parts of the picture, each with a splat, a mode, a light and a range of columns [from, to).
+  // Parts of the picture, each with a splat, a mode, a light and a range of columns [from, to), and maybe one row.
   draw(parts, camera, pinhole, background) {
     const { gl, splat: program } = this;
     const { width, height } = pinhole;
@@ -166,8 +167,9 @@ class Renderer {
       gl.bindFramebuffer(gl.FRAMEBUFFER, this.picture.framebuffer);
       gl.viewport(0, 0, width, height);
       gl.enable(gl.SCISSOR_TEST);
-      gl.scissor(from, 0, to - from, height);
-      gl.clearColor(...background, 1);
+      if (part.row === undefined) gl.scissor(from, 0, to - from, height);
+      else gl.scissor(from, height - 1 - part.row, to - from, 1);
+      gl.clearColor(...background, part.mode === "depth" ? 0 : 1);
       gl.clear(gl.COLOR_BUFFER_BIT);
       const { geometry, chunks, colors, manifest } = part.splat;
       this.bind(program, { u_geometry: geometry, u_chunks: chunks, u_colors: colors.texture });
@@ -187,6 +189,18 @@ class Renderer {
       gl.disable(gl.SCISSOR_TEST);
       gl.disable(gl.BLEND);
     }
+  }
+
+  // Mean depth along the view axis of what covers a pixel; 0 where nothing does, or the numbers are too coarse.
+  depth(splat, camera, pinhole, x, y, unit, least) {
+    if (!this.isFloat || x < 0 || y < 0 || x >= pinhole.width || y >= pinhole.height) return 0;
+    const light = { harmonics: new Array(75).fill(0), lightFromWorld: [1, 0, 0, 0, 1, 0, 0, 0, 1], exposure: 1, unit };
+    this.draw([{ splat, mode: "depth", light, columns: [x, x + 1], row: y }], camera, pinhole, [0, 0, 0]);
+    const gl = this.gl;
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.picture.framebuffer);
+    const value = new Float32Array(4);
+    gl.readPixels(x, pinhole.height - 1 - y, 1, 1, gl.RGBA, gl.FLOAT, value);
+    return value[3] >= least ? (unit * value[0]) / value[3] : 0;
   }
 
   // The last picture onto the canvas, which has its size.

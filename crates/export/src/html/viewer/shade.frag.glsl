@@ -13,11 +13,12 @@ uniform vec3 u_eye;
 uniform vec3 u_light[25]; // radiance of the environment as harmonics, world axes
 uniform mat3 u_light_from_world;
 uniform float u_exposure;
+uniform vec3 u_forward; // of the camera, over the unit of depths
 
 out vec4 o_color;
 
 const int APPEARANCE = 0, BASE_COLOR = 1, NORMAL = 2, ROUGHNESS = 3, METALLIC = 4, VISIBILITY = 5,
-    OBJECT = 6, RELIT = 7;
+    OBJECT = 6, RELIT = 7, DEPTH = 8;
 
 // Real spherical harmonics with Condon-Shortley phase, written out (Sloan 2013).
 void harmonics(vec3 d, out float y[25]) {
@@ -138,7 +139,12 @@ void main() {
     int i = int(gl_FragCoord.y) * 1024 + int(gl_FragCoord.x);
     o_color = vec4(0.0);
     if (i >= u_count) return;
-    vec3 direction = normalize(mean_of(i, texelFetch(u_geometry, texel_of(i), 0)) - u_eye);
+    vec3 arm = mean_of(i, texelFetch(u_geometry, texel_of(i), 0)) - u_eye;
+    vec3 direction = normalize(arm);
+    if (u_mode == DEPTH) {
+        o_color.rgb = vec3(dot(arm, u_forward));
+        return;
+    }
     if (u_mode == APPEARANCE) {
         o_color.rgb = appearance(i, direction);
         return;

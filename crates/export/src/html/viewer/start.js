@@ -15,7 +15,11 @@ async function start() {
     if (wish.has(key) && Number.isFinite(value)) viewer.changed({ [key]: value });
   }
   if (["slider", "flicker", "difference"].includes(wish.get("how"))) viewer.changed({ how: wish.get("how") });
-  const view = manifest.photos.findIndex((photo) => photo.name === wish.get("view"));
+  const stem = (name) => name.replace(/\.[^./]+$/, "");
+  const called = (same) => manifest.photos.findIndex((photo) => same(photo.name));
+  const wanted = wish.get("view");
+  const exact = called((name) => name === wanted);
+  const view = exact >= 0 ? exact : called((name) => stem(name) === wanted);
   if (view >= 0) viewer.look(view);
   if (comparisons.includes(wish.get("compare"))) viewer.controls.set("compare", wish.get("compare"));
   await viewer.sort();

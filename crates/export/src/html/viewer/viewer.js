@@ -2,7 +2,7 @@
 
 const $ = (id) => document.getElementById(id);
 const LABELS = {
-  appearance: "as captured", relit: "relit", base_color: "base color", normal: "normal", roughness: "roughness",
+  appearance: "as captured", relit: "relit (shadows stay)", base_color: "base color", normal: "normal", roughness: "roughness",
   metallic: "metallic", visibility: "visibility", object_id: "objects", splat: "second splat", photo: "photo", none: "nothing",
 };
 
@@ -19,6 +19,7 @@ class Viewer {
     this.dirty = true;
     this.drawMs = 0;
     this.images = manifest.photos.map(() => null);
+    this.pointer = new Pointer(this);
     this.resetCamera();
   }
 
@@ -77,6 +78,23 @@ class Viewer {
   describe() {
     const counts = this.manifest.splats.map((s) => `${s.count.toLocaleString("en")} Gaussians`);
     this.say(`${counts.join(" | ")}${this.note ? `\n${this.note}` : ""}`);
+  }
+
+  // A line of its own that the next one replaces.
+  remark(text) {
+    $("remark").textContent = text;
+  }
+
+  // Depth of what a pixel of a camera shows.
+  depthAt(camera, pinhole, x, y) {
+    return this.splats.length ? this.renderer.depth(this.splats[0], camera, pinhole, x, y, this.home, LEAST_COVER) : 0;
+  }
+
+  // The first splat in the order of another camera; that of ours is old then.
+  async sortFor(camera) {
+    const sorted = await this.splats[0].sorter.order({ eye: camera.eye, forward: camera.forward });
+    this.renderer.setOrder(this.splats[0], sorted);
+    this.moved();
   }
 
   // The light as the shader takes it: turned by the angle about the world's up.
@@ -177,6 +195,7 @@ class Viewer {
       this.dirty = false;
       this.present();
     }
+    this.pointer.tick(now);
   }
 
   // The parts of a picture `width` wide: left of the divider the mode, right of it what it is compared with.
