@@ -55,14 +55,6 @@ pub fn read_mask(path: &Path) -> Result<ImageU8> {
     decode(path, false).map(to_mask)
 }
 
-/// [`read_mask`], turned and mirrored as the EXIF orientation says.
-///
-/// # Errors
-/// As [`read_image`].
-pub fn read_mask_upright(path: &Path) -> Result<ImageU8> {
-    decode(path, true).map(to_mask)
-}
-
 /// Decodes a Radiance file to linear values, `[h, w, 3]`.
 pub(crate) fn decode_radiance(bytes: &[u8], path: &Path) -> Result<ImageF32> {
     let image = decode_bytes(bytes, path, false)?;

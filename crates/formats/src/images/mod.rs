@@ -13,7 +13,7 @@ mod tiff_tags;
 pub(crate) use decode::decode_radiance;
 pub use decode::{
     image_dimensions, image_dimensions_upright, read_image, read_image_from, read_image_upright,
-    read_mask, read_mask_upright,
+    read_mask,
 };
 pub use encode::{encode_jpeg, encode_png, write_png};
 pub use exposure::exposure_stops;
