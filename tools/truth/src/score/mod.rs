@@ -9,6 +9,7 @@ pub mod markdown;
 pub mod materials;
 pub mod pictures;
 pub mod sheet;
+pub mod tearing;
 pub mod truth_folder;
 
 use std::collections::BTreeMap;
