@@ -148,10 +148,7 @@ pub const STEPS: [Step; 13] = [
         name: "evaluation",
         doing: "rendering views",
         share: 0.005,
-        run: |state, _, _, _| {
-            evaluation::run(state);
-            Ok(Vec::new())
-        },
+        run: |state, _, _, _| Ok(vec![evaluation::run(state)]),
     },
 ];
 

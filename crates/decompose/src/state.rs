@@ -177,6 +177,8 @@ pub struct State<'a> {
     pub residual: Option<Residual>,
     /// Views under the light, of `evaluation`.
     pub views: Vec<RenderedView>,
+    /// How far every Gaussian is to be trusted, 0 to 1, of `evaluation`.
+    pub confidence: Vec<f32>,
 }
 
 impl<'a> State<'a> {
@@ -198,6 +200,7 @@ impl<'a> State<'a> {
             attributes: Materials::default(),
             residual: None,
             views: Vec::new(),
+            confidence: Vec::new(),
         })
     }
 

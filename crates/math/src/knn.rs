@@ -35,9 +35,46 @@ pub fn rms_neighbor_distance(points: &[[f32; 3]], k: usize) -> Vec<f32> {
     out
 }
 
+/// The `k` nearest other points of each point, nearest first, `[N, k]`; rows of points with fewer others, or with a
+/// non-finite coordinate, are filled up with the point itself.
+pub fn nearest_neighbors(points: &[[f32; 3]], k: usize) -> Vec<u32> {
+    let finite: Vec<u32> = (0..points.len() as u32)
+        .filter(|&i| points[i as usize].iter().all(|v| v.is_finite()))
+        .collect();
+    let entries: Vec<[f32; 3]> = finite.iter().map(|&i| points[i as usize]).collect();
+    let mut out: Vec<u32> =
+        (0..points.len() as u32).flat_map(|i| std::iter::repeat_n(i, k)).collect();
+    let wanted = NonZero::new(k + 1).unwrap_or(NonZero::<usize>::MIN);
+    let Ok(tree) = ImmutableKdTree::<f32, 3>::new_from_slice(&entries) else {
+        // Only an empty set has no tree.
+        return out;
+    };
+    let rows: Vec<Vec<u32>> = entries
+        .par_iter()
+        .enumerate()
+        .map(|(i, point)| {
+            let found = tree.query(point).nearest_n::<SquaredEuclidean<f32>>(wanted).execute();
+            let others = found.iter().map(|n| n.item as usize).filter(|j| *j != i);
+            others.take(k).map(|j| finite[j]).collect()
+        })
+        .collect();
+    for (&i, row) in finite.iter().zip(rows) {
+        out[i as usize * k..][..row.len()].copy_from_slice(&row);
+    }
+    out
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn neighbors_are_the_nearest_others_and_missing_ones_the_point_itself() {
+        let points = [[0.0; 3], [1.0, 0.0, 0.0], [f32::NAN; 3], [0.0, 0.4, 0.0], [9.0, 0.0, 0.0]];
+        assert_eq!(nearest_neighbors(&points, 2), [3, 1, 0, 3, 2, 2, 0, 1, 1, 0]);
+        assert_eq!(nearest_neighbors(&[[1.0; 3]], 2), [0, 0]);
+        assert!(nearest_neighbors(&[], 3).is_empty());
+    }
 
     #[test]
     fn matches_brute_force() {

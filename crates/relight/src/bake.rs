@@ -26,14 +26,12 @@ use motes_shading::tracing::{Hit, Ray};
 use rayon::prelude::*;
 
 use crate::relighter::Relighter;
-use crate::scene::RelightScene;
+use crate::surface_point::surface_point;
 use motes_math::srgb;
 
 /// Ridge on bands above 0, relative to the number of directions. It costs fit where it is
 /// large and rings behind the hemisphere where it is small.
 const RIDGE: f64 = 2e-3;
-/// The surface point of a Gaussian is looked for this many ray biases before and behind it.
-const REACH: f32 = 12.0;
 /// Keeps these random numbers apart from those of pixels and vertices.
 const FIRST_ITEM: u64 = 1 << 50;
 
@@ -92,24 +90,15 @@ impl Relighter<'_> {
                 }
                 _ => Vec3::ONE,
             };
-            fit(options.sh_degree, &observations, even, &factor, sh);
+            let shown = |basis: &[f32; 25], model: Vec3| {
+                let model = model * factor(basis);
+                self.ratio.as_ref().map_or(model, |ratio| {
+                    ratio.color(scene, i, basis).lerp(model, ratio.model_share[i])
+                })
+            };
+            fit(options.sh_degree, &observations, even, &shown, sh);
         });
         baked
-    }
-}
-
-/// Where the Gaussian's light falls: the surface at its center along the normal, or the center.
-pub(crate) fn surface_point(scene: &RelightScene, i: usize) -> (Vec3, Vec3) {
-    let mean = Vec3::from(scene.gaussians.means[i]);
-    let normal = Vec3::from(scene.materials.normals[i]).normalize_or(scene.up_in_world);
-    if !mean.is_finite() {
-        return (Vec3::ZERO, normal);
-    }
-    let reach = REACH * scene.ray_bias;
-    let ray = Ray { t_max: 2.0 * reach, ..Ray::new(mean + normal * reach, -normal) };
-    match scene.first_hit(&ray) {
-        Some(hit) if hit.hit.geometric_normal.dot(normal) > 0.0 => (hit.position, hit.normal),
-        _ => (mean, normal),
     }
 }
 
@@ -127,7 +116,7 @@ fn fit(
     degree: u8,
     observations: &[(Vec3, Vec3, f32)],
     even: Vec3,
-    factor: &dyn Fn(&[f32; 25]) -> Vec3,
+    shown: &dyn Fn(&[f32; 25], Vec3) -> Vec3,
     sh: &mut [f32],
 ) {
     let k = sh_coefficients(degree);
@@ -163,7 +152,7 @@ fn fit(
     let specular = solved(&|_, specular| specular);
     let encoded = solved(&|basis, _| {
         let sum = |c: usize| (0..k).map(|j| basis[j] * specular[j][c] as f32).sum::<f32>().max(0.0);
-        let color = (even + Vec3::new(sum(0), sum(1), sum(2))) * factor(basis);
+        let color = shown(basis, even + Vec3::new(sum(0), sum(1), sum(2)));
         Vec3::from(color.to_array().map(|v| srgb::encode(v.clamp(0.0, 1.0)) - 0.5))
     });
     for (out, solved) in sh.chunks_exact_mut(3).zip(&encoded) {
@@ -213,7 +202,7 @@ mod tests {
         let observations: Vec<(Vec3, Vec3, f32)> =
             (0..32).map(|d| (direction(Vec3::Y, d, 32), Vec3::ZERO, 1.0)).collect();
         let mut sh = [0.0; 48];
-        fit(3, &observations, Vec3::new(0.2, 0.5, 0.9), &|_| Vec3::ONE, &mut sh);
+        fit(3, &observations, Vec3::new(0.2, 0.5, 0.9), &|_, model| model, &mut sh);
         for (c, v) in [0.2, 0.5, 0.9].into_iter().enumerate() {
             let shown = 0.5 + sh[c] * motes_math::sh::SH_C0 as f32;
             assert!((shown - srgb::encode(v)).abs() < 1e-3, "{shown}");
@@ -229,7 +218,7 @@ mod tests {
             .map(|v| (v, Vec3::splat(0.5 * v.dot(toward).max(0.0).powi(8)), 1.0))
             .collect();
         let mut sh = [0.0; 48];
-        fit(3, &observations, Vec3::splat(0.1), &|_| Vec3::ONE, &mut sh);
+        fit(3, &observations, Vec3::splat(0.1), &|_, model| model, &mut sh);
         let seen = |to_viewer: Vec3| {
             let mut basis = [0.0; 25];
             sh_basis(3, (-to_viewer).to_array(), &mut basis);

@@ -82,6 +82,16 @@ impl Parts {
         self.times(&Self { diffuse: factor, specular: factor, indirect: factor })
     }
 
+    /// The parts of which the sum goes `share` of the way to `color`.
+    pub(crate) fn toward(&self, color: Vec3, share: f32) -> Self {
+        let total = self.total();
+        let wanted = total.lerp(color, share);
+        let factor = (wanted / total.max(Vec3::splat(LEAST_FACTOR))).max(Vec3::ZERO);
+        let scaled = self.scaled(factor);
+        // Where there is hardly any light to scale, the rest is diffuse.
+        Self { diffuse: scaled.diffuse + (wanted - scaled.total()).max(Vec3::ZERO), ..scaled }
+    }
+
     pub(crate) fn total(&self) -> Vec3 {
         self.diffuse + self.specular + self.indirect
     }

@@ -11,12 +11,14 @@ use motes_shading::tracing::Ray;
 use rayon::prelude::*;
 
 use crate::first_triangles::{NOTHING, first_triangles};
+use crate::ratio::Ratio;
+use crate::residual::SceneResidual;
 use crate::scene::{RelightScene, SurfaceHit};
 
 /// Blended alpha never reaches 1; from here on a pixel counts as covered.
 const FULL_ALPHA: f32 = 0.95;
 /// Below this alpha there is nothing to shade.
-const LEAST_ALPHA: f32 = 1.0 / 255.0;
+pub(crate) const LEAST_ALPHA: f32 = 1.0 / 255.0;
 /// Least cosine between normal and viewer: interpolated normals turn away at silhouettes.
 const LEAST_COSINE: f32 = 0.03;
 /// Neighbors whose normals differ more (cosine) or that lie farther off each other's tangent plane
@@ -51,8 +53,39 @@ pub(crate) struct GBuffer {
     pub(crate) sight: Vec<Option<Sight>>,
     /// Colors that stand for the residual, over black.
     pub(crate) residual: Option<Rendering>,
+    /// What stands in for the model, over black.
+    pub(crate) ratio: Option<DrawnRatio>,
     /// Pixels of an edge with up to four sights instead of one, sorted by pixel.
     pub(crate) edges: Vec<(u32, [Option<Sight>; 4])>,
+}
+
+/// Further colors of the Gaussians that a view is drawn in.
+pub(crate) struct Layers<'a> {
+    /// Colors that stand for the residual.
+    pub(crate) residual: Option<&'a SceneResidual>,
+    /// The captured colors and what they are multiplied with.
+    pub(crate) ratio: Option<&'a Ratio>,
+}
+
+/// A [`Ratio`] as a view shows it.
+#[derive(Debug)]
+pub(crate) struct DrawnRatio {
+    /// The Gaussians as they were captured.
+    pub(crate) captured: Rendering,
+    /// Colors that stand for the log ratio.
+    pub(crate) log_ratio: Rendering,
+    /// Share of the model, in all channels.
+    pub(crate) model_share: Rendering,
+}
+
+impl DrawnRatio {
+    fn of(ratio: &Ratio, scene: &RelightScene, painter: &mut Painter) -> Self {
+        Self {
+            captured: painter.paint_as(&scene.gaussians),
+            log_ratio: painter.paint_as(&ratio.splats),
+            model_share: painter.paint(|i| [ratio.model_share[i]; 3]),
+        }
+    }
 }
 
 /// A pinhole camera as rays.
@@ -123,13 +156,13 @@ fn sights(scene: &RelightScene, rays: &Rays, first: &[u32], width: usize) -> Vec
 
 impl GBuffer {
     /// Of a view. When `detailed`, pixels where the surface has an edge get four sights, and roughness and
-    /// metallic have the picture's resolution instead of a third. The residual is drawn where the scene has one and it is wanted.
+    /// metallic have the picture's resolution instead of a third. The layers are drawn, too.
     pub(crate) fn new(
         scene: &RelightScene,
         camera: &Pinhole,
         camera_from_world: &Pose,
         detailed: bool,
-        with_residual: bool,
+        layers: &Layers<'_>,
     ) -> Self {
         let draw = |gaussians: &Gaussians, camera: &Pinhole, parameters: RasterParameters| {
             let antialias = scene.antialias;
@@ -140,10 +173,8 @@ impl GBuffer {
         let quick = RasterParameters { alpha_min: 0.01, transmittance_min: 0.01, ..exact };
         let (mut painter_of_colors, color) =
             draw(&scene.base_color_splats, camera, if detailed { exact } else { quick });
-        let residual = with_residual
-            .then_some(scene.residual.as_ref())
-            .flatten()
-            .map(|of_scene| painter_of_colors.paint_as(&of_scene.splats));
+        let residual = layers.residual.map(|of_scene| painter_of_colors.paint_as(&of_scene.splats));
+        let ratio = layers.ratio.map(|ratio| DrawnRatio::of(ratio, scene, &mut painter_of_colors));
         // Roughness and metallic change little under what is nearly hidden.
         let coarse = RasterParameters { alpha_min: 0.02, transmittance_min: 0.02, ..exact };
         let every = if detailed { 1 } else { StandIn::COARSER };
@@ -182,11 +213,7 @@ impl GBuffer {
                 sight[i] = stand_in.sight(&rays, i % width, i / width);
             }
         }
-        for (i, sight) in sight.iter_mut().enumerate() {
-            if !visible(i) {
-                *sight = None;
-            }
-        }
+        sight.iter_mut().zip(alpha).filter(|(_, a)| **a < LEAST_ALPHA).for_each(|(s, _)| *s = None);
         let coverage = alpha.iter().map(|a| (a / FULL_ALPHA).min(1.0)).collect();
         let mut buffer = Self {
             width,
@@ -196,6 +223,7 @@ impl GBuffer {
             unobserved,
             sight,
             residual,
+            ratio,
             edges: Vec::new(),
         };
         if detailed {

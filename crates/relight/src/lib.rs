@@ -22,11 +22,13 @@ mod meter;
 mod options;
 mod probe;
 mod radiance_cache;
+mod ratio;
 mod relighter;
 mod residual;
 mod residual_share;
 mod scene;
 mod sun;
+mod surface_point;
 mod upsample;
 mod view_transform;
 

@@ -189,8 +189,11 @@ pub enum ViewTransform {
     Agx,
 }
 
+/// Confidence counts as it is: docs/benchmarks/relight.md has the curve.
+const DEFAULT_CAUTION: f32 = 0.25;
+
 /// How light is computed. Parameters that are not given follow the quality.
-#[derive(Args, Clone, Debug, Default, Serialize)]
+#[derive(Args, Clone, Debug, Serialize)]
 #[command(next_help_heading = "Quality")]
 pub struct QualityOptions {
     /// Trade-off between time and noise; sets the parameters of sampling
@@ -223,9 +226,35 @@ pub struct QualityOptions {
     #[arg(long, value_name = "SHARE", default_value = "0.5")]
     pub residual: ResidualShare,
 
+    /// What is shown where the decomposition is not sure: 0 its model everywhere, 1 the captured
+    /// colors times a smooth ratio of light
+    #[arg(long, value_name = "SHARE", default_value_t = DEFAULT_CAUTION, value_parser = parse_caution)]
+    pub caution: f32,
+
     /// Shade every Nth pixel in both directions and interpolate, 1 to 8
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=8), help_heading = "Sampling (expert)")]
     pub shade_every: Option<u32>,
+}
+
+impl Default for QualityOptions {
+    fn default() -> Self {
+        Self {
+            quality: Quality::default(),
+            light_samples: None,
+            brdf_samples: None,
+            bounces: None,
+            light_spacing: None,
+            denoise: None,
+            residual: ResidualShare::default(),
+            caution: DEFAULT_CAUTION,
+            shade_every: None,
+        }
+    }
+}
+
+fn parse_caution(text: &str) -> Result<f32, String> {
+    let caution = text.parse().ok().filter(|c| (0.0..=1.0).contains(c));
+    caution.ok_or_else(|| "expected a number from 0 to 1".into())
 }
 
 fn parse_strength(text: &str) -> Result<f32, String> {
@@ -252,6 +281,11 @@ impl QualityOptions {
             Quality::Reference => (512, 128),
         };
         (self.light_samples.unwrap_or(light), self.brdf_samples.unwrap_or(brdf))
+    }
+
+    /// Whether nothing of the photos but the decomposition is shown.
+    pub(crate) fn shows_model_alone(&self) -> bool {
+        self.residual == ResidualShare::OFF || !(self.caution > 0.0)
     }
 
     /// Strength of the filter.

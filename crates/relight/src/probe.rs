@@ -6,9 +6,9 @@ use motes_shading::integrate::{IntegrationOptions, Shader, SurfacePoint};
 use motes_shading::tracing::{Hit, MeshTracer, Ray};
 use rayon::prelude::*;
 
-use crate::bake::surface_point;
 use crate::relighter::Relighter;
 use crate::scene::RelightScene;
+use crate::surface_point::surface_point;
 
 /// Keeps these random numbers apart from those of pixels, vertices and baked colors.
 const FIRST_ITEM: u64 = 1 << 52;

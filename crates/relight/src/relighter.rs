@@ -1,5 +1,7 @@
 //! A scene under one light.
 
+use glam::Vec3;
+use motes_raster::Rendering;
 use motes_scene::{Pinhole, Pose};
 use motes_shading::brdf::Material;
 use motes_shading::environment::Environment;
@@ -8,10 +10,11 @@ use rayon::prelude::*;
 use crate::compose::{Background, Composition, Picture, compose};
 use crate::deferred::{Lit, Parts, Samples, Shading};
 use crate::denoise::{Grid, denoise, luminances};
-use crate::g_buffer::GBuffer;
+use crate::g_buffer::{GBuffer, LEAST_ALPHA, Layers};
 use crate::options::{QualityOptions, ViewTransform};
 use crate::radiance_cache::RadianceCache;
-use crate::residual_share::{apply_residual, share_under};
+use crate::ratio::Ratio;
+use crate::residual_share::{apply_residual, likeness, share_under};
 use crate::scene::RelightScene;
 use crate::upsample::{fine_pixel, upsample};
 
@@ -26,6 +29,8 @@ pub struct Relighter<'a> {
     pub(crate) options: QualityOptions,
     pub(crate) seed: u64,
     pub(crate) residual_share: f32,
+    /// What is shown where the decomposition is not sure; none where the model is shown alone.
+    pub(crate) ratio: Option<Ratio>,
     view: ViewTransform,
 }
 
@@ -41,8 +46,12 @@ impl<'a> Relighter<'a> {
         let (samples, spacing) = (options.cache_samples(), options.light_spacing());
         let cache = RadianceCache::new(scene, light, bounces, samples, spacing, seed);
         let residual_share = share_under(scene, light, options.residual);
-        let view = ViewTransform::default();
-        Self { scene, light, cache, options: options.clone(), seed, residual_share, view }
+        let likeness = likeness(scene, light).filter(|_| !options.shows_model_alone());
+        let ratio = likeness.and_then(|likeness| {
+            Ratio::new(scene, light, likeness, options.caution, samples, seed)
+        });
+        let (view, options) = (ViewTransform::default(), options.clone());
+        Self { scene, light, cache, options, seed, residual_share, ratio, view }
     }
 
     /// With another way from linear light to 8-bit pictures.
@@ -69,10 +78,15 @@ impl<'a> Relighter<'a> {
     ) -> Picture {
         let every = self.options.shade_every();
         let with_residual = self.residual_share > 0.0;
-        let buffer = GBuffer::new(self.scene, camera, camera_from_world, every == 1, with_residual);
+        let layers = Layers {
+            residual: self.scene.residual.as_ref().filter(|_| with_residual),
+            ratio: self.ratio.as_ref(),
+        };
+        let buffer = GBuffer::new(self.scene, camera, camera_from_world, every == 1, &layers);
         let mut lit =
             if every == 1 { self.every_pixel(&buffer) } else { self.sparse(&buffer, every) };
         apply_residual(&buffer, self.residual_share, &mut lit);
+        self.apply_ratio(&buffer, &mut lit);
         let (scene, light) = (self.scene, self.light);
         let view = self.view.view();
         let with = Composition {
@@ -85,6 +99,22 @@ impl<'a> Relighter<'a> {
             view,
         };
         compose(&with, &buffer, &lit)
+    }
+
+    /// Shows the captured colors times the ratio, as far as the model is not to be trusted.
+    fn apply_ratio(&self, buffer: &GBuffer, lit: &mut [Lit]) {
+        let (Some(ratio), Some(drawn)) = (&self.ratio, &buffer.ratio) else { return };
+        lit.par_iter_mut().enumerate().with_min_len(1024).for_each(|(i, lit)| {
+            let Some(sight) = &buffer.sight[i] else { return };
+            let alpha = drawn.captured.alpha.data[i];
+            let at = |of: &Rendering| Vec3::from_slice(&of.color.data[3 * i..3 * i + 3]);
+            let (captured, log_ratio) = (at(&drawn.captured), at(&drawn.log_ratio));
+            let shown = ratio.pixel(captured, log_ratio, alpha, buffer.coverage[i]);
+            let share = at(&drawn.model_share).x / alpha.max(LEAST_ALPHA);
+            // Where no surface was met the model stands on nothing.
+            let share = if sight.on_surface { share.clamp(0.0, 1.0) } else { 0.0 };
+            lit.parts = lit.parts.toward(shown, 1.0 - share);
+        });
     }
 
     fn samples(&self) -> Samples {

@@ -89,6 +89,11 @@ pub(crate) fn alike(a: &Harmonics, b: &Harmonics) -> f32 {
     r.max(0.0).clamp(0.0, 1.0) as f32
 }
 
+/// How alike a light is to the scene's own, 0 to 1; none where that is not known.
+pub(crate) fn likeness(scene: &RelightScene, light: &Environment) -> Option<f32> {
+    scene.own_light.as_ref().map(|own| alike(own, &light.harmonics()))
+}
+
 /// How much of a scene's residual counts under a light, 0 to 1; 0 where the scene has none. A scene whose own light is not known
 /// is taken to be under another.
 pub(crate) fn share_under(scene: &RelightScene, light: &Environment, share: ResidualShare) -> f32 {

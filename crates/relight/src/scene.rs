@@ -3,9 +3,9 @@
 use glam::Vec3;
 use motes_math::srgb;
 use motes_raster::Antialias;
-use motes_scene::{Gaussians, Materials, Surface};
+use motes_scene::{Gaussians, Materials, Surface, confidence_of};
 use motes_shading::brdf::{Lobes, Material};
-use motes_shading::environment::Harmonics;
+use motes_shading::environment::{Environment, Harmonics};
 use motes_shading::tracing::{
     BuildQuality, Hit, MeshError, MeshTracer, Ray, Tracer as _, TriangleMesh,
 };
@@ -51,6 +51,10 @@ pub struct RelightScene {
     pub up_in_world: Vec3,
     /// The light of the photos, where it is known: the residual is about it.
     pub own_light: Option<Harmonics>,
+    /// The same light whole, where it is known: ratios of light are about it.
+    pub own_environment: Option<Environment>,
+    /// How far the decomposition is to be trusted, per Gaussian, 0 to 1, where it says so.
+    pub confidence: Option<Vec<f32>>,
     pub(crate) residual: Option<SceneResidual>,
     pub(crate) surface: Surface,
     pub(crate) tracer: MeshTracer,
@@ -94,6 +98,7 @@ impl RelightScene {
             [materials.roughness[i], materials.metallic[i], unobserved]
         });
         let residual = SceneResidual::of(&gaussians).map_err(SceneError::Residual)?;
+        let confidence = confidence_of(&gaussians);
         let median_edge = mesh.median_edge();
         let ray_bias = ray_bias(&mesh, median_edge);
         Ok(Self {
@@ -104,6 +109,8 @@ impl RelightScene {
             indirect,
             up_in_world: up_in_world.normalize_or(Vec3::Z),
             own_light: None,
+            own_environment: None,
+            confidence,
             residual,
             surface,
             tracer,
@@ -142,11 +149,6 @@ impl RelightScene {
     /// Median edge of the surface, world units; 0 without triangles.
     pub(crate) fn median_edge(&self) -> f32 {
         self.median_edge
-    }
-
-    /// The triangle that a ray meets first.
-    pub fn first_triangle(&self, ray: &Ray) -> Option<u32> {
-        self.first_hit(ray).map(|hit| hit.hit.primitive)
     }
 
     /// A material with this scene's lobes, clamped to its ranges.

@@ -49,6 +49,7 @@ pub(super) fn previews(
             ("roughness", attribute(&|i| [m.roughness[i]; 3])),
             ("metallic", attribute(&|i| [m.metallic[i]; 3])),
             ("visibility", attribute(&|i| [m.visibility[i]; 3])),
+            ("confidence", attribute(&|i| [state.confidence.get(i).copied().unwrap_or(0.0); 3])),
         ];
         for (name, image) in components {
             write_png(&path.join(format!("{stem}_{name}.png")), &image.to_u8())?;

@@ -123,6 +123,7 @@ impl Request<'_> {
             decomposition,
         };
         warn_of_unobserved(&scene, context);
+        warn_of_low_confidence(&scene, context);
         Ok(DecomposeReport::Scene(Box::new(scene)))
     }
 
@@ -193,6 +194,21 @@ fn mean_psnr_db(views: &[RenderedView]) -> Option<f64> {
     let finite: Vec<f64> = views.iter().map(|v| v.psnr_db).filter(|v| v.is_finite()).collect();
     (!finite.is_empty()).then(|| finite.iter().sum::<f64>() / finite.len() as f64)
 }
+
+/// A result that is mostly a guess is not a quiet success.
+fn warn_of_low_confidence(scene: &SceneReport, context: &Context) {
+    let term = scene.decomposition.terms.iter().find(|term| term.name == "confidence");
+    let mean = term.and_then(|term| *term.numbers.get("mean")?);
+    if let Some(mean) = mean.filter(|mean| *mean < LOW_CONFIDENCE) {
+        context.warn(format!(
+            "surface, Gaussians and photos agree badly (mean confidence {mean:.2}): relight will show mostly the captured colors \
+             times a smooth ratio of light; more photos from more sides, sharp and of one exposure, help"
+        ));
+    }
+}
+
+/// Mean confidence below which less than half of what is shown under another light is the model.
+const LOW_CONFIDENCE: f64 = 0.5;
 
 fn warn_of_unobserved(scene: &SceneReport, context: &Context) {
     let counts = &scene.decomposition.counts;

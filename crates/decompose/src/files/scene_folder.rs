@@ -11,7 +11,7 @@ use motes_formats::documents::Document as _;
 use motes_formats::environment::write_environment;
 use motes_formats::ply::{PlyWriteOptions, write_gaussians, write_surface};
 use motes_formats::selection::BoundGaussians;
-use motes_scene::{Gaussians, ImageF32, Lobes, Split};
+use motes_scene::{Gaussians, ImageF32, Lobes, Split, attach_confidence};
 use relight::files::note_map_axes;
 
 use super::previews::previews;
@@ -65,6 +65,9 @@ fn gaussians_of(state: &State<'_>) -> Gaussians {
     state.attributes.attach(&mut gaussians);
     if let Some(residual) = &state.residual {
         residual.attach(&mut gaussians);
+    }
+    if !state.confidence.is_empty() {
+        attach_confidence(state.confidence.clone(), &mut gaussians);
     }
     gaussians
 }

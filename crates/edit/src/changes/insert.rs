@@ -6,7 +6,8 @@ use glam::{DQuat, DVec3};
 use motes_math::sh::SH_C0;
 use motes_math::srgb;
 use motes_scene::{
-    ColumnValues, ExtraColumn, Gaussians, MATERIAL_COLUMNS, Materials, Residual, Selection, Surface,
+    CONFIDENCE_COLUMN, ColumnValues, ExtraColumn, Gaussians, MATERIAL_COLUMNS, Materials, Residual,
+    Selection, Surface,
 };
 
 use super::color::show_linear;
@@ -182,7 +183,9 @@ pub fn insert(
 /// Gives both the same columns in the same order and types; returns the names of those that one lacked.
 fn same_columns(to: &mut Gaussians, from: &mut Gaussians) -> Vec<String> {
     let mut filled = Vec::new();
-    let zeros = |like: &ColumnValues, n: usize| match like {
+    let zeros = |like: &ExtraColumn, n: usize| match &like.values {
+        // What has no doubts about itself is sure.
+        ColumnValues::F32(_) if like.name == CONFIDENCE_COLUMN => ColumnValues::F32(vec![1.0; n]),
         ColumnValues::I8(_) => ColumnValues::I8(vec![0; n]),
         ColumnValues::U8(_) => ColumnValues::U8(vec![0; n]),
         ColumnValues::I16(_) => ColumnValues::I16(vec![0; n]),
@@ -202,7 +205,7 @@ fn same_columns(to: &mut Gaussians, from: &mut Gaussians) -> Vec<String> {
             Some(at) => ordered.push(from.extra.swap_remove(at)),
             None => {
                 filled.push(column.name.clone());
-                let values = zeros(&column.values, from.means.len());
+                let values = zeros(column, from.means.len());
                 ordered.push(ExtraColumn { name: column.name.clone(), values });
             }
         }
@@ -212,7 +215,7 @@ fn same_columns(to: &mut Gaussians, from: &mut Gaussians) -> Vec<String> {
     from.extra.sort_by(|a, b| a.name.cmp(&b.name));
     for column in std::mem::take(&mut from.extra) {
         filled.push(column.name.clone());
-        let values = zeros(&column.values, to.means.len());
+        let values = zeros(&column, to.means.len());
         to.extra.push(ExtraColumn { name: column.name.clone(), values });
         ordered.push(column);
     }

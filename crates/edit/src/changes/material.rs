@@ -4,7 +4,7 @@
 //! shown color stands for the base color: light and reflectance are not told apart, so only the color changes.
 
 use motes_math::luminance::luminance;
-use motes_scene::{Materials, Residual};
+use motes_scene::{Materials, Residual, attach_confidence, confidence_of};
 
 use super::color::{ColorChange, ColorMode, show_linear, shown_linear};
 use crate::EditState;
@@ -45,6 +45,11 @@ pub fn set_material(
             state.gaussians.extra.sort_by_key(|c| place(&c.name));
             rows.iter().for_each(|row| state.material_changed[*row as usize] = true);
             let is_another = change.roughness.is_some() || change.metallic.is_some();
+            if let (true, Some(mut confidence)) = (is_another, confidence_of(&state.gaussians)) {
+                // What was chosen is known.
+                rows.iter().for_each(|row| confidence[*row as usize] = 1.0);
+                attach_confidence(confidence, &mut state.gaussians);
+            }
             if let (true, Ok(Some(mut residual))) = (is_another, Residual::of(&state.gaussians)) {
                 // What was left unexplained of one lobe says nothing about another.
                 residual.scale(rows.iter().map(|row| *row as usize), 0.0);

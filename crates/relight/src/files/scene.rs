@@ -61,9 +61,8 @@ impl LoadedScene {
         let own_axes = map_axes(document);
         let render_mode = file.render_mode;
         let mut loaded = Self { scene, decomposition, own_light, own_axes, render_mode };
-        if loaded.scene.has_residual() {
-            loaded.scene.own_light = loaded.own_environment().map(|light| light.harmonics());
-        }
+        loaded.scene.own_environment = loaded.own_environment();
+        loaded.scene.own_light = loaded.scene.own_environment.as_ref().map(Environment::harmonics);
         Ok(loaded)
     }
 

@@ -2,6 +2,7 @@
 #![expect(clippy::unwrap_used, reason = "a test that cannot prepare its files has failed")]
 
 mod baked;
+mod caution;
 mod residual;
 
 use std::process::{Command, Output};

@@ -1,21 +1,26 @@
 //! Views under the light that was found, against the photos.
 
+mod confidence;
+
 use motes_math::srgb::{decode, encode_clipped};
 use motes_raster::RenderOptions;
 use motes_scene::{Gaussians, ImageF32};
 
 use crate::appearance::PixelShading;
 use crate::observation::SeenView;
+use crate::report::Term;
 use crate::state::{RenderedView, State};
 
-/// Renders every photo's view, those held out last.
-pub fn run(state: &mut State<'_>) {
+/// Renders every photo's view, those held out last, and says how far the result is to be trusted.
+pub fn run(state: &mut State<'_>) -> Term {
     let (inputs, seen) = (state.inputs, &state.observed);
     let held_out: Vec<SeenView<'_>> =
         inputs.held_out.iter().map(|p| SeenView::new(p, &seen.scene)).collect();
     let views = seen.views.iter().chain(&held_out);
     let gaussians = &state.base_colored.gaussians;
     state.views = rendered(gaussians, &inputs.render, views, &state.shading);
+    state.confidence = confidence::confidences(state);
+    confidence::term(state)
 }
 
 /// Renders base colors (degree 0, sRGB-encoded) and puts them under the shading of every view.

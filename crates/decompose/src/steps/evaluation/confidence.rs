@@ -1,0 +1,217 @@
+//! How far each Gaussian's place, normal and material are to be trusted.
+//!
+//! A pixel of a photo speaks for a decomposition as far as three things agree there:
+//!
+//! ```text
+//! t = f(|z_mesh - z_splat| / z, 2 %)      the mesh lies where the Gaussians absorb half of the light
+//!     f(angle(n_mesh, n_splat), 40°)      and faces the same way
+//!     f(|log photo / model|, 0.7)         and the model shows what the photo shows, averaged over 7 x 7 pixels
+//! f(e, s) = 1 / (1 + (e / s)⁴)
+//! ```
+//!
+//! Gaussians lie behind a mirror, where its images are, so for a metal the model alone speaks: `t = f(|log photo / model|, 0.35)`.
+//!
+//! A Gaussian's confidence is the mean of `t` over the `n` photos that see it, times `1 - exp(-n / 1.5)`: one photo tells nothing
+//! about shape, three tell most (0.86).
+
+use motes_math::luminance::luminance;
+use motes_raster::{RenderOptions, Rendering, render};
+use rayon::prelude::*;
+
+use crate::observation::{PixelHit, SeenView};
+use crate::report::{Term, numbers};
+use crate::state::{RenderedView, State};
+use glam::Vec3;
+use motes_scene::Surface;
+
+/// Depths differ by that share of the depth where they count half: the surface is refined to well below it where photos
+/// agree (docs/benchmarks/surface.md).
+const DEPTH_SHARE: f32 = 0.02;
+/// Normals of Gaussians are rough themselves.
+const NORMAL_RAD: f32 = 0.7;
+/// Natural logarithm of luminance: a factor of 2.
+const LOG_RATIO: f32 = 0.7;
+/// Of a metal, which nothing but this speaks for.
+const METAL_LOG_RATIO: f32 = 0.35;
+/// Linear photo value below which ratios are noise.
+const BLACK: f32 = 0.02;
+/// Half the side of the window that misfits are averaged over, pixels.
+const WINDOW: usize = 3;
+/// Photos to know a shape by.
+const PHOTOS: f32 = 1.5;
+/// A Gaussian this share of the depth behind what a pixel shows is hidden.
+const HIDDEN: f32 = 0.03;
+/// Triangles that coverage is measured on, about.
+const SAMPLED_TRIANGLES: usize = 100_000;
+
+/// Falls from 1 to 1/2 where `error` reaches `scale`.
+fn agreement(error: f32, scale: f32) -> f32 {
+    // Written so that NaN agrees with nothing.
+    let r2 = (error / scale).powi(2);
+    if r2 >= 0.0 { 1.0 / (1.0 + r2 * r2) } else { 0.0 }
+}
+
+/// Confidence of every Gaussian, 0 to 1.
+pub(super) fn confidences(state: &State<'_>) -> Vec<f32> {
+    let gaussians = state.gaussians();
+    let options = RenderOptions { aovs: true, ..state.inputs.render.clone() };
+    let mut sums = vec![(0.0f32, 0u32); gaussians.len()];
+    for (view, model) in state.observed.views.iter().zip(&state.views) {
+        let photo = view.photo;
+        let drawn = render(gaussians, &photo.camera, &photo.camera_from_world, &options);
+        let trust = pixel_trust(state, view, model, &drawn);
+        let Some(aovs) = &drawn.aovs else { continue };
+        let seen = |mean: &[f32; 3]| {
+            let (x, y, z) = view.rays.project(Vec3::from(*mean))?;
+            let (w, h) = (photo.camera.width, photo.camera.height);
+            let inside = x >= 0.0 && y >= 0.0 && x < w as f32 && y < h as f32;
+            let i = inside.then(|| y as usize * w + x as usize)?;
+            let front = aovs.depth_median.data[i];
+            (front > 0.0 && z <= front * (1.0 + HIDDEN)).then(|| trust[i])
+        };
+        sums.par_iter_mut().zip(&gaussians.means).with_min_len(1024).for_each(|(sum, mean)| {
+            if let Some(trust) = seen(mean) {
+                *sum = (sum.0 + trust, sum.1 + 1);
+            }
+        });
+    }
+    let of = |(sum, n): (f32, u32)| {
+        if n == 0 { 0.0 } else { sum / n as f32 * (1.0 - (-(n as f32) / PHOTOS).exp()) }
+    };
+    sums.into_iter().map(of).collect()
+}
+
+/// How far the pixels of a view speak for the decomposition.
+fn pixel_trust(
+    state: &State<'_>,
+    view: &SeenView<'_>,
+    model: &RenderedView,
+    drawn: &Rendering,
+) -> Vec<f32> {
+    let (w, h) = (view.photo.camera.width, view.photo.camera.height);
+    let misfit = averaged(&misfits(view, model), w, h);
+    let Some(aovs) = &drawn.aovs else { return vec![0.0; w * h] };
+    let at = |i: usize| {
+        let hit = &view.hits[i];
+        if !hit.is_hit() {
+            return 0.0;
+        }
+        let depth = (hit.depth - aovs.depth_median.data[i]).abs() / hit.depth;
+        let (x, y) = ((i % w) as f32 + 0.5, (i / w) as f32 + 0.5);
+        let to_viewer = -view.rays.direction(x, y);
+        let (_, normal, _) = state.observed.scene.frame(hit, to_viewer);
+        let metallic = metallic_at(state.surface(), hit);
+        let splat = Vec3::from_slice(&aovs.normal_in_world.data[3 * i..3 * i + 3]);
+        let turn = normal.dot(splat).clamp(-1.0, 1.0).acos();
+        let matter = agreement(depth, DEPTH_SHARE)
+            * agreement(turn, NORMAL_RAD)
+            * agreement(misfit[i], LOG_RATIO);
+        matter + (agreement(misfit[i], METAL_LOG_RATIO) - matter) * metallic
+    };
+    (0..w * h).into_par_iter().with_min_len(1024).map(at).collect()
+}
+
+/// Metallic where a ray meets the surface, 0 to 1.
+fn metallic_at(surface: &Surface, hit: &PixelHit) -> f32 {
+    if surface.metallic.is_empty() {
+        return 0.0;
+    }
+    let [p, q, r] = surface.triangles[hit.triangle as usize].map(|v| surface.metallic[v as usize]);
+    let [b, c] = hit.barycentrics;
+    (p * (1.0 - b - c) + q * b + r * c).clamp(0.0, 1.0)
+}
+
+/// Absolute log ratio of photo and model per pixel; 0 where the photo says nothing.
+fn misfits(view: &SeenView<'_>, model: &RenderedView) -> Vec<f32> {
+    let photo = view.photo.radiance_linear.data.chunks_exact(3);
+    let pixels = photo.zip(model.radiance_linear.data.chunks_exact(3));
+    let log = |v: &[f32]| (luminance(Vec3::from_slice(v)).max(0.0) + BLACK).ln();
+    let of = |((p, m), weight): ((&[f32], &[f32]), &f32)| weight * (log(p) - log(m)).abs();
+    pixels.zip(&view.photo.weight.data).map(of).collect()
+}
+
+/// Means over a window, by sums of rows and of columns.
+fn averaged(values: &[f32], w: usize, h: usize) -> Vec<f32> {
+    let pass = |from: &[f32], step: usize, of: &(dyn Fn(usize) -> (usize, usize) + Sync)| {
+        let mean = |i: usize| {
+            let (at, length) = of(i);
+            let (a, b) = (at.saturating_sub(WINDOW), (at + WINDOW + 1).min(length));
+            (a..b).map(|k| from[i + k * step - at * step]).sum::<f32>() / (b - a) as f32
+        };
+        (0..from.len()).into_par_iter().with_min_len(1024).map(mean).collect::<Vec<f32>>()
+    };
+    pass(&pass(values, 1, &|i| (i % w, w)), w, &|i| (i / w, h))
+}
+
+/// Share of the surface's area that at least three photos see, and that any sees, of what `state` has.
+fn coverage(state: &State<'_>) -> Option<[f64; 2]> {
+    let surface = state.surface();
+    let every = surface.triangles.len().div_ceil(SAMPLED_TRIANGLES).max(1);
+    let corner = |v: u32| Vec3::from(surface.vertices[v as usize]);
+    let of = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(corner);
+        let middle = (a + b + c) / 3.0;
+        let sees = |view: &&SeenView<'_>| {
+            view.rays.project(middle).is_some_and(|(x, y, z)| {
+                let (w, h) = (view.photo.camera.width, view.photo.camera.height);
+                let inside = x >= 0.0 && y >= 0.0 && x < w as f32 && y < h as f32;
+                inside && z <= view.hits[y as usize * w + x as usize].depth * (1.0 + HIDDEN)
+            })
+        };
+        let photos = state.observed.views.iter().filter(sees).take(3).count();
+        (f64::from((b - a).cross(c - a).length()), photos)
+    };
+    let seen: Vec<(f64, usize)> = surface.triangles.par_iter().step_by(every).map(of).collect();
+    let area = |least: usize| seen.iter().filter(|s| s.1 >= least).map(|s| s.0).sum::<f64>();
+    let all = area(0);
+    (all > 0.0).then(|| [3, 1].map(|least| area(least) / all))
+}
+
+/// What is known, in words and numbers.
+pub(super) fn term(state: &State<'_>) -> Term {
+    let opaque = |logit: &f32| f64::from(1.0 / (1.0 + (-logit).exp()));
+    let weights = state.gaussians().opacity_logits.iter().map(opaque);
+    let (mut sum, mut total) = (0.0, 0.0);
+    for (c, w) in state.confidence.iter().zip(weights) {
+        sum += f64::from(*c) * w;
+        total += w;
+    }
+    let mean = (total > 0.0).then(|| sum / total);
+    let [three, any] = coverage(state).map_or([None; 2], |shares| shares.map(Some));
+    let percent = |share: Option<f64>| share.map_or("-".into(), |s| format!("{:.0} %", 100.0 * s));
+    Term {
+        name: "confidence".into(),
+        kept: true,
+        evidence: format!(
+            "{} of the surface was seen by three or more photos; mean confidence {}: where it is low, relighting \
+             shows the captured colors times a smooth ratio of light",
+            percent(three),
+            mean.map_or("-".into(), |c| format!("{c:.2}")),
+        ),
+        numbers: numbers([("mean", mean), ("seen_by_three_share", three), ("seen_share", any)]),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn agreement_is_half_at_its_scale_and_nothing_agrees_with_nan() {
+        assert_eq!(agreement(0.0, 0.02), 1.0);
+        assert!((agreement(0.02, 0.02) - 0.5).abs() < 1e-6 && agreement(0.1, 0.02) < 0.01);
+        assert_eq!(agreement(f32::NAN, 1.0), 0.0);
+        assert_eq!(agreement(f32::INFINITY, 1.0), 0.0);
+    }
+
+    #[test]
+    fn a_window_keeps_the_mean_and_ends_at_the_border() {
+        let (w, h) = (9, 8);
+        assert!(averaged(&vec![0.3; w * h], w, h).iter().all(|v| (v - 0.3).abs() < 1e-6));
+        let mut dot = vec![0.0; w * h];
+        dot[4 * w + 4] = 49.0;
+        let mean = averaged(&dot, w, h);
+        assert!((mean[4 * w + 4] - 1.0).abs() < 1e-6 && mean[0] == 0.0);
+        assert!((mean[w + 1] - 49.0 / 25.0).abs() < 1e-5, "{}", mean[w + 1]);
+    }
+}

@@ -1,0 +1,194 @@
+//! Ratio relighting: the captured colors times a smooth ratio of light, for what a decomposition is not sure of.
+//!
+//! ```text
+//! E_i(L)    radiance of a white matte Gaussian i under L, with shadows; normals smoothed where they are not sure
+//! g_i       = log (E_i(L') + ε' Ē') - log (E_i(L) + ε Ē)           Ē: mean over the Gaussians, ε: light from all around
+//! x         = argmin Σ a_i |x_i - g_i|² + Σ w_ij |x_i - x_j|²       a grows with the confidence c_i
+//! r_i       = m + R_i tanh((x_i - m) / R_i)                          m: median; R_i: the range that c_i allows
+//! shown     = w model + (1 - w) captured exp(r)
+//! w_i       = (1 - a⁸) / (1 + (k / (1 - k) (1 - c_i) / c_i (1 + metallic))⁴)    k: caution; a: likeness of the two lights
+//! ```
+//!
+//! The ratio of two lights is smooth where texture, wrong normals and wrong materials are not, and it is 1 under the scene's
+//! own light: there the picture is the splat itself (Liu, Shan & Zhang 2001; the quotient image of Riklin-Raviv & Shashua 2001).
+
+mod graph;
+mod received;
+
+use glam::Vec3;
+use motes_math::median::median;
+use motes_math::sh::{MAX_SH_DEGREE, sh_coefficients};
+use motes_math::srgb;
+use motes_scene::{Gaussians, Residual};
+use motes_shading::environment::Environment;
+use rayon::prelude::*;
+
+use crate::scene::RelightScene;
+use crate::surface_point::surface_point;
+use graph::Graph;
+use received::received;
+
+/// Light from all around, as a share of the mean: bounces, and what a surface that is not where it should be hides.
+const AMBIENT: f32 = 0.15;
+/// Jacobi steps; information travels one neighbor each.
+const ROUNDS: u32 = 32;
+/// Anchor of a value nobody is sure of, and of one that is sure; weights of neighbors are at most 1.
+const ANCHOR: [f32; 2] = [0.5, 8.0];
+/// Largest distance of the log ratio from its median where nothing is sure, and where all is: 1 and 2 stops.
+const RANGE: [f32; 2] = [0.7, 1.39];
+/// Power of the likeness of two lights: 0.9 counts as 0.43, 0.5 as nothing.
+const LIKENESS_POWER: i32 = 8;
+/// How sharply the model gives way: at confidence 0.68 and caution 0.5 it has 95 %, at 0.32 5 %.
+const SHARPNESS: i32 = 4;
+/// How much more evidence a metal takes.
+const METAL: f32 = 1.0;
+
+/// A scene's captured colors, and what they are multiplied with under a light.
+#[derive(Debug)]
+pub(crate) struct Ratio {
+    /// Median of the log ratio.
+    common: Vec3,
+    /// Log ratio over the common one, of every Gaussian.
+    log_ratio: Residual,
+    /// Colors that stand for it.
+    pub(crate) splats: Gaussians,
+    /// Share of the model in what is shown, of every Gaussian.
+    pub(crate) model_share: Vec<f32>,
+}
+
+impl Ratio {
+    /// Of `scene` between its own light and `light`; none where that light or the confidence is not known.
+    pub(crate) fn new(
+        scene: &RelightScene,
+        light: &Environment,
+        likeness: f32,
+        caution: f32,
+        samples: u32,
+        seed: u64,
+    ) -> Option<Self> {
+        let own = scene.own_environment.as_ref()?;
+        let confidence = scene.confidence.as_deref()?;
+        if own.is_black() || light.is_black() || scene.gaussians.is_empty() {
+            return None;
+        }
+        let trust = Trust::of(scene, confidence);
+        let graph = Graph::new(&scene.gaussians.means);
+        let places = places(scene, &graph, &trust);
+        let lit = |light: &Environment| received(scene, light, &places, samples, seed);
+        let raw: Vec<Vec3> = log_ratios(&lit(light), &lit(own));
+        let alike = |i: usize, j: usize| {
+            let cosine = places[i].1.dot(places[j].1).max(0.0);
+            cosine * cosine * trust.area[j]
+        };
+        let anchor = |i: usize| mix(ANCHOR, trust.confidence[i].powi(2));
+        let smooth = graph.smoothed(&raw, &anchor, &alike, ROUNDS);
+        let middle =
+            |c: usize| median(smooth.iter().map(|v| f64::from(v[c]))).unwrap_or(0.0) as f32;
+        let common = Vec3::from_array([0, 1, 2].map(middle));
+        let limited = smooth.iter().zip(trust.confidence).flat_map(|(v, c)| {
+            let range = mix(RANGE, *c);
+            (*v - common).map(|v| range * (v / range).tanh()).to_array()
+        });
+        // Harmonics of degree 0: a value over their constant.
+        let unit = 1.0 / motes_math::sh::SH_C0 as f32;
+        let log_ratio = Residual { degree: 0, log_ratio_sh: limited.map(|v| v * unit).collect() };
+        let splats = log_ratio.drawn(&scene.gaussians);
+        let doubt = caution / (1.0 - caution).max(1e-6);
+        let different = 1.0 - likeness.powi(LIKENESS_POWER);
+        let share = |(c, metallic): (f32, &f32)| {
+            // Nothing is so sure that all caution would leave it.
+            let odds = (1.0 - c).max(1e-3) / c.max(1e-3);
+            let against = doubt * odds * (1.0 + METAL * metallic.clamp(0.0, 1.0));
+            different / (1.0 + against.powi(SHARPNESS))
+        };
+        // Single Gaussians are judged by few pixels.
+        let sure: Vec<Vec3> = trust.confidence.iter().map(|c| Vec3::splat(*c)).collect();
+        let sure = graph.smoothed(&sure, &|_| 1.0, &|_, j| trust.area[j], ROUNDS / 8);
+        let model_share =
+            sure.iter().map(|c| c.x).zip(&scene.materials.metallic).map(share).collect();
+        Some(Self { common, log_ratio, splats, model_share })
+    }
+
+    /// Linear color of a pixel of which `coverage` is scene, from what the captured colors, the ratio and the alpha show
+    /// there, all over black.
+    pub(crate) fn pixel(&self, captured: Vec3, drawn: Vec3, alpha: f32, coverage: f32) -> Vec3 {
+        let captured = (captured / coverage.max(1.0 / 255.0)).map(|v| srgb::decode(v.max(0.0)));
+        let ratio = drawn.map(|v| Residual::log_ratio(v, alpha) / alpha.max(1.0 / 255.0));
+        captured * (ratio + self.common).map(f32::exp)
+    }
+
+    /// Linear color of a Gaussian, from the basis of the direction of view.
+    pub(crate) fn color(&self, scene: &RelightScene, i: usize, basis: &[f32; 25]) -> Vec3 {
+        let k = sh_coefficients(scene.gaussians.sh_degree.min(MAX_SH_DEGREE));
+        let row = &scene.gaussians.sh[3 * k * i..3 * k * (i + 1)];
+        let mut color = Vec3::splat(0.5);
+        for (y, v) in basis.iter().zip(row.chunks_exact(3)) {
+            color += *y * Vec3::from_slice(v);
+        }
+        let own = Vec3::from_slice(&self.log_ratio.log_ratio_sh[3 * i..3 * i + 3]);
+        let ratio = own * motes_math::sh::SH_C0 as f32 + self.common;
+        color.map(|v| srgb::decode(v.max(0.0))) * ratio.map(f32::exp)
+    }
+}
+
+fn mix([low, high]: [f32; 2], t: f32) -> f32 {
+    low + (high - low) * t
+}
+
+/// What is known of every Gaussian.
+struct Trust<'a> {
+    /// Of its material and its place, 0 to 1.
+    confidence: &'a [f32],
+    /// How much its neighbors listen to it: its opacity.
+    area: Vec<f32>,
+}
+
+impl<'a> Trust<'a> {
+    fn of(scene: &RelightScene, confidence: &'a [f32]) -> Self {
+        let opacity = |logit: &f32| 1.0 / (1.0 + (-logit).exp());
+        Self { confidence, area: scene.gaussians.opacity_logits.iter().map(opacity).collect() }
+    }
+}
+
+/// Where light falls on every Gaussian: normals follow their neighbors where they are not sure, and rays start off
+/// the Gaussian by its own thickness there, since nobody knows how deep in it the surface is.
+fn places(scene: &RelightScene, graph: &Graph, trust: &Trust<'_>) -> Vec<(Vec3, Vec3)> {
+    let first: Vec<(Vec3, Vec3)> = (0..scene.gaussians.len())
+        .into_par_iter()
+        .with_min_len(1024)
+        .map(|i| surface_point(scene, i))
+        .collect();
+    let normals: Vec<Vec3> = first.iter().map(|(_, n)| *n).collect();
+    let anchor = |i: usize| mix(ANCHOR, trust.confidence[i].powi(2));
+    let smooth = graph.smoothed(&normals, &anchor, &|_, j| trust.area[j], ROUNDS / 4);
+    let placed = |i: usize| {
+        let (position, normal) = first[i];
+        let smooth = smooth[i].normalize_or(normal);
+        let unsure = 1.0 - trust.confidence[i];
+        (position + smooth * (unsure * thickness(&scene.gaussians, i, smooth)), smooth)
+    };
+    (0..first.len()).into_par_iter().with_min_len(1024).map(placed).collect()
+}
+
+/// Standard deviation of a Gaussian along a unit vector; 0 where it is not finite.
+fn thickness(gaussians: &Gaussians, i: usize, along: Vec3) -> f32 {
+    let [w, x, y, z] = gaussians.rotations[i];
+    let local = glam::Quat::from_xyzw(x, y, z, w).normalize().inverse() * along;
+    let scales = Vec3::from(gaussians.log_scales[i]).map(f32::exp);
+    let deviation = (local * scales).length();
+    if deviation.is_finite() { deviation } else { 0.0 }
+}
+
+/// Log of new over own light, with light from all around on both sides.
+fn log_ratios(new: &[Vec3], own: &[Vec3]) -> Vec<Vec3> {
+    let floor = |lit: &[Vec3]| {
+        let sum: Vec3 = lit.iter().filter(|v| v.is_finite()).sum();
+        (sum / lit.len().max(1) as f32 * AMBIENT).max(Vec3::splat(1e-6))
+    };
+    let (floor_new, floor_own) = (floor(new), floor(own));
+    let of = |(new, own): (&Vec3, &Vec3)| {
+        let ratio = (*new + floor_new) / (*own + floor_own);
+        if ratio.is_finite() { ratio.map(f32::ln) } else { Vec3::ZERO }
+    };
+    new.iter().zip(own).map(of).collect()
+}

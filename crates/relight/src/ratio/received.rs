@@ -1,0 +1,39 @@
+//! Light that a white matte Gaussian would receive.
+
+use glam::Vec3;
+use motes_shading::brdf::Material;
+use motes_shading::environment::Environment;
+use motes_shading::integrate::{IntegrationOptions, Shader, SurfacePoint};
+
+use crate::scene::RelightScene;
+
+/// Keeps the random numbers apart from those of pixels, vertices and baked colors.
+const FIRST_ITEM: u64 = 1 << 52;
+
+/// Radiance of a white Lambert surface at `position` with `normal`, for every Gaussian; direct light with shadows.
+pub(super) fn received(
+    scene: &RelightScene,
+    light: &Environment,
+    places: &[(Vec3, Vec3)],
+    samples: u32,
+    seed: u64,
+) -> Vec<Vec3> {
+    let material = Material::lambert(Vec3::ONE);
+    let point = |&(position, normal): &(Vec3, Vec3)| SurfacePoint {
+        position,
+        geometric_normal: normal,
+        shading_normal: normal,
+        to_viewer: normal,
+        material,
+    };
+    let points: Vec<SurfacePoint> = places.iter().map(point).collect();
+    let options = IntegrationOptions {
+        light_samples: samples,
+        brdf_samples: samples / 2,
+        ray_bias: scene.ray_bias,
+        seed,
+        ..IntegrationOptions::default()
+    };
+    let shader = Shader::new(light, &scene.tracer, None, options);
+    shader.shade(&points, FIRST_ITEM).iter().map(|s| s.total()).collect()
+}
