@@ -18,6 +18,7 @@ const KNOWN: &[(&str, &str)] = &[
     ("render", "Output"),
     ("evaluate", "Measure"),
     ("report", "Measure"),
+    ("info", "Measure"),
 ];
 
 /// Short and earlier names: the program that is meant, and its first argument.

@@ -243,7 +243,10 @@ fn show<R: Serialize + Display>(report: &R, context: &Context) -> Result<(), Exi
         let report: Value = serde_json::from_str(&text).unwrap_or(Value::Null);
         log::event(&json!({ "event": "report", "report": report }));
     } else if !context.common.quiet && !context.common.json {
-        log::print(report.to_string().trim_end());
+        let text = report.to_string();
+        if !text.is_empty() {
+            log::print(text.trim_end());
+        }
     }
     Ok(())
 }
