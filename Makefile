@@ -22,7 +22,7 @@ revision = revision=$$(git describe --always --dirty --abbrev=10 --exclude '*' 2
     echo "$$revision" >'$(BIN)/motes-revision.txt' || rm -f '$(BIN)/motes-revision.txt'
 
 .DELETE_ON_ERROR:
-.PHONY: build setup setup-consumers docs test fmt tidy licenses clippy doc unit fuzz lab lab-ci relight relight-ci edit edit-ci truth schemas install uninstall clean help
+.PHONY: build setup setup-consumers docs test fmt tidy licenses clippy doc unit fuzz lab lab-ci relight relight-ci edit edit-ci truth schemas install dist uninstall clean help
 
 build: ## build the stages and the dispatcher into target/release (the default)
 	$(CARGO) build --release $(LOCKED) -p motes $(addprefix -p ,$(STAGES))
@@ -128,6 +128,11 @@ install: ## install to PREFIX (default /usr/local); DESTDIR stages a package
 	    mkdir -p "$${file%/*}" && MOTES_STAGE_PATH= PATH=/nowhere '$(BIN)/motes' completions "$${place%%:*}" >"$$file" || exit 1; \
 	done
 
+dist: ## archive, wheel and checksums of the programs in dist/
+	rm -rf build/tree dist
+	$(MAKE) install DESTDIR='$(CURDIR)/build/tree' PREFIX=
+	scripts/package build/tree dist
+
 uninstall: ## remove what install wrote
 	rm -rf '$(DESTDIR)$(PREFIX)/libexec/motes'
 	rm -f '$(DESTDIR)$(PREFIX)/bin/motes' '$(DESTDIR)$(PREFIX)/share/man/man1/'motes-*.1
@@ -138,7 +143,7 @@ clean: ## remove build products and the Python environment
 	$(MAKE) -C pipelines/lab clean
 	$(MAKE) -C pipelines/relight clean
 	$(MAKE) -C pipelines/edit clean
-	rm -rf '$(VENV)' '$(CONSUMERS)' '$(MDBOOK)' build
+	rm -rf '$(VENV)' '$(CONSUMERS)' '$(MDBOOK)' build dist
 
 help: ## print this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-16s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
