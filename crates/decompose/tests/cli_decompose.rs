@@ -115,6 +115,42 @@ fn a_known_light_stands_upright_on_the_surface_that_is_found() {
 }
 
 #[test]
+fn a_preset_sets_what_no_flag_does() {
+    let toy = prepared();
+    let of = |more: &[&str]| -> serde_json::Value {
+        let done = decompose(&toy, &[&["-o", "scene", "--dump-config"], more].concat());
+        assert_code(&done, 0);
+        serde_json::from_slice(&done.stdout).unwrap()
+    };
+    let [draft, balanced, high] = ["draft", "balanced", "high"].map(|name| of(&["--preset", name]));
+    assert_eq!(of(&[]), balanced, "the default");
+    for (key, order) in [("residual_steps", [true, false]), ("voxel-pixels", [true, false])] {
+        assert_eq!([draft[key] != balanced[key], high[key] != balanced[key]], order, "{key}");
+    }
+    // The line of this test gives these.
+    for key in ["photo_steps", "material_rays", "pixel_rays", "samples"] {
+        assert_eq!(draft[key], balanced[key], "{key}");
+    }
+    assert_code(&decompose(&toy, &["-o", "scene", "--preset", "best"]), 2);
+}
+
+#[test]
+fn the_phases_are_named_in_progress() {
+    let toy = prepared();
+    let line =
+        ["-o", "scene", "--environment", "light.exr", "--progress", "json", "--previews", "0"];
+    let done = decompose(&toy, &line);
+    assert_code(&done, 0);
+    let said = stderr(&done);
+    let named: Vec<_> = STEPS
+        .iter()
+        .enumerate()
+        .filter(|(i, step)| said.contains(&format!("{}, {} of {}", step.doing, i + 1, STEPS.len())))
+        .collect();
+    assert!(!named.is_empty(), "{said}");
+}
+
+#[test]
 fn without_photo_steps_the_standard_columns_are_those_of_the_input() {
     let toy = prepared();
     let off = ["--photo-steps", "0", "--residual-steps", "0"];

@@ -113,6 +113,31 @@ fn paths_are_numbered_and_tell_how_to_make_a_video() {
 }
 
 #[test]
+fn an_orbit_needs_no_capture() {
+    let toy = toy_capture();
+    let line = ["--orbit", "4", "--up", "0,0,1", "--width", "96", "-o", "around"];
+    assert_code(&render(&toy, &line), 0);
+    let frames: Vec<_> = files(&toy, "around");
+    assert_eq!(frames.len(), 4);
+    let pictures: Vec<_> =
+        frames.iter().map(|f| read_image(&toy.path("around").join(f)).unwrap()).collect();
+    for picture in &pictures {
+        assert_eq!((picture.width, picture.height), (96, 72));
+        // The object is in the middle of each.
+        let middle = (36 * 96 + 48) * 3;
+        assert!(picture.data[middle..middle + 3].iter().any(|v| *v > 20));
+    }
+    assert_ne!(pictures[0], pictures[2]);
+    // Up is about a capture that there is not, and says nothing beside one.
+    let both = ["--orbit", "4", "--up", "0,0,1", "--capture", "capture.json", "-o", "no"];
+    assert_code(&render(&toy, &both), 2);
+    for wrong in ["0,0,0", "0,0", "a,0,0,1", "nan,0,0"] {
+        assert_code(&render(&toy, &["--orbit", "4", "--up", wrong, "-o", "no"]), 2);
+    }
+    assert!(!toy.path("no").exists());
+}
+
+#[test]
 fn a_camera_path_needs_no_capture() {
     let toy = toy_capture();
     let camera = toy.capture.cameras[0].as_pinhole().unwrap();

@@ -81,9 +81,15 @@ pub trait HasCommon {
     /// always shows all.
     const BASIC: &'static [&'static str] = &[];
 
+    /// What `--preset` sets: its values, each with long flags and theirs. What the user or `--config` gives wins.
+    const PRESETS: &'static [Preset] = &[];
+
     /// The flattened common arguments.
     fn common(&self) -> &CommonArgs;
 }
+
+/// A value of `--preset`, and the long flags that it sets.
+pub type Preset = (&'static str, &'static [(&'static str, &'static str)]);
 
 /// How progress is shown.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize)]

@@ -11,7 +11,7 @@ use clap::parser::ValueSource;
 use clap::{Arg, ArgAction, ArgMatches, Command};
 use serde_json::{Map, Value};
 
-use crate::StageError;
+use crate::{Preset, StageError};
 
 /// Keys that a config file may not set: they choose what the program is.
 const NOT_IN_CONFIG: [&str; 6] =
@@ -83,6 +83,30 @@ pub(crate) fn merged(
         line.extend_from_slice(user.get(end + 1..).unwrap_or_default());
     }
     Ok(Merged { line, from_config })
+}
+
+/// Inserts the flags of the preset that a line names, except those that the line gives.
+pub(crate) fn with_preset(
+    command: &Command,
+    line: Vec<OsString>,
+    presets: &[Preset],
+) -> Vec<OsString> {
+    let given = command.clone().ignore_errors(true).try_get_matches_from(&line).ok();
+    let Some(given) = given.filter(|_| !presets.is_empty()) else { return line };
+    let named = given.get_raw("preset").and_then(Iterator::last).and_then(|name| name.to_str());
+    let Some((_, flags)) = presets.iter().find(|(name, _)| Some(*name) == named) else {
+        return line;
+    };
+    let mut words = line.into_iter();
+    let mut merged: Vec<OsString> = words.next().into_iter().collect();
+    for (flag, value) in *flags {
+        let argument = command.get_arguments().find(|a| a.get_long() == Some(flag));
+        if !argument.is_some_and(|a| is_explicit(&given, a.get_id().as_str())) {
+            merged.push(format!("--{flag}={value}").into());
+        }
+    }
+    merged.extend(words);
+    merged
 }
 
 /// Whether a key names an argument: by its name, or by one that it had before.

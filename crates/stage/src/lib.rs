@@ -70,7 +70,7 @@ mod short_help;
 mod stdout;
 mod subjects;
 
-pub use common::{COMMON_BASIC, CommonArgs, Generate, HasCommon, ProgressMode};
+pub use common::{COMMON_BASIC, CommonArgs, Generate, HasCommon, Preset, ProgressMode};
 pub use context::Context;
 pub use error::{Explanation, OrBadInput, StageError};
 pub use exit_status::ExitStatus;

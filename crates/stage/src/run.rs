@@ -157,7 +157,8 @@ where
         Some(path) => config::merged(&command, &line, &path)?,
         None => Merged { line, from_config: Vec::new() },
     };
-    let parsed = command.try_get_matches_from(merged.line).and_then(|mut matches| {
+    let line = config::with_preset(&command, merged.line, A::PRESETS);
+    let parsed = command.try_get_matches_from(line).and_then(|mut matches| {
         A::from_arg_matches_mut(&mut matches)
             .map_err(|e| e.format(&mut self::command::<A>(program)))
     });

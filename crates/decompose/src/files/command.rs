@@ -7,6 +7,7 @@ use motes_stage::{CommonArgs, Context, HasCommon};
 use serde::Serialize;
 
 use super::known::KnownArgs;
+use super::preset::{PRESETS, Preset};
 use super::report::DecomposeReport;
 use super::request::Request;
 use super::work::StepArgs;
@@ -48,6 +49,10 @@ pub struct Args {
     #[arg(long, value_name = "FILE", help_heading = "Known quantities")]
     surface: Option<PathBuf>,
 
+    /// Speed against quality; flags that are given win
+    #[arg(long, value_enum, default_value_t)]
+    preset: Preset,
+
     /// Seed of the random numbers
     #[arg(long, default_value_t = 0)]
     seed: u64,
@@ -78,6 +83,7 @@ impl HasCommon for Args {
         "capture",
         "gaussians",
         "output",
+        "preset",
         "seed",
         "previews",
         "surface",
@@ -85,6 +91,8 @@ impl HasCommon for Args {
         "lobes",
         "specular",
     ];
+
+    const PRESETS: &'static [motes_stage::Preset] = PRESETS;
 
     fn common(&self) -> &CommonArgs {
         &self.common

@@ -7,6 +7,7 @@ use crate::{BaseColorAnchor, Known, Photo};
 use clap::Args;
 use motes_formats::environment::read_environment;
 use motes_formats::ply::read_surface;
+use motes_scene::view_among;
 use motes_shading::environment::{Convention, Environment, EnvironmentMap, MapOptions};
 use motes_stage::{Context, StageError};
 use relight::EnvUp;
@@ -166,7 +167,7 @@ pub(super) fn load_known(
 impl AlbedoAnchor {
     fn among(&self, photos: &[Photo]) -> Result<BaseColorAnchor, StageError> {
         let Self { view, x, y, base_color_linear } = self;
-        let Some(photo) = photos.iter().position(|p| p.name == *view) else {
+        let Some(photo) = view_among(photos.iter().map(|p| p.name.as_str()), view) else {
             let text =
                 format!("--albedo-anchor names the view \"{view}\", which is not a training photo");
             return Err(StageError::usage(text));

@@ -129,6 +129,9 @@ fn decoder<'b>(bytes: &'b [u8], path: &Path) -> Result<impl ImageDecoder + 'b> {
     let mut reader = ImageReader::new(Cursor::new(bytes))
         .with_guessed_format()
         .map_err(|error| FormatError::io(path, error))?;
+    if is_heif(bytes) {
+        return Err(heif(path));
+    }
     let is_webp = reader.format() == Some(ImageFormat::WebP);
     match reader.format() {
         Some(ImageFormat::Jpeg) if !jpeg_has_end(bytes) => {
@@ -144,7 +147,7 @@ fn decoder<'b>(bytes: &'b [u8], path: &Path) -> Result<impl ImageDecoder + 'b> {
         // Recognized by chance in arbitrary bytes, and no camera writes it.
         Some(ImageFormat::Tga) | None => {
             return Err(FormatError::invalid(path, "byte 0", "not an image of a known format")
-                .with_remedy("PNG, JPEG, TIFF, WebP, BMP, PNM and HDR are read; HEIC and raw files must be converted first"));
+                .with_remedy("PNG, JPEG, TIFF, WebP, BMP, PNM and HDR are read; raw files must be converted first"));
         }
         Some(_) => {}
     }
@@ -171,6 +174,30 @@ fn decoder<'b>(bytes: &'b [u8], path: &Path) -> Result<impl ImageDecoder + 'b> {
     let (unpacked, packed) = (decoded.max(3 * pixels), bytes.len() as u64);
     budget::picture(path, "image header", &size, stored, unpacked, packed, is_webp)?;
     Ok(decoder)
+}
+
+/// Whether a file is a HEIF container (HEIC of phones, AVIF): ISO/IEC 23008-12, box `ftyp` with one of its brands.
+fn is_heif(bytes: &[u8]) -> bool {
+    const BRANDS: [&[u8]; 8] =
+        [b"heic", b"heix", b"hevc", b"heim", b"heis", b"mif1", b"msf1", b"avif"];
+    bytes.get(4..8) == Some(b"ftyp") && bytes.get(8..12).is_some_and(|b| BRANDS.contains(&b))
+}
+
+/// No decoder of HEVC has a license that fits, so the user's own converts.
+fn heif(path: &Path) -> FormatError {
+    let quote = |path: &Path| format!("'{}'", path.display().to_string().replace('\'', "'\\''"));
+    // What is called `.jpg` already would be converted onto itself.
+    let target = match path.with_extension("jpg") {
+        same if same == path => path.with_extension("converted.jpg"),
+        other => other,
+    };
+    let (from, to) = (quote(path), quote(&target));
+    FormatError::not_supported(path, "byte 4", "HEIC and AVIF pictures are not read").with_remedy(
+        format!(
+            "convert it: heif-convert -q 95 {from} {to} (Debian: libheif-examples); on macOS: \
+             sips -s format jpeg -s formatOptions 95 {from} --out {to}; or: magick {from} -quality 95 {to}"
+        ),
+    )
 }
 
 /// Bits of a pixel as a PNG stores it; a picture of two colors has one.

@@ -163,7 +163,18 @@ fn crc32(bytes: &[u8]) -> u32 {
 
 #[test]
 fn what_is_no_image_is_said_so() {
-    for bytes in [&b""[..], b"hello, this is text", b"\0\0\0\x20ftypheic\0\0\0\0mif1heic"] {
+    let phone = b"\0\0\0\x20ftypheic\0\0\0\0mif1heic";
+    let said = read_image_from(phone, Path::new("o'clock.HEIC")).unwrap_err().to_string();
+    for words in [
+        r"heif-convert -q 95 'o'\''clock.HEIC' 'o'\''clock.jpg'",
+        "sips -s format jpeg",
+        "magick 'o",
+    ] {
+        assert!(said.contains(words), "{said}");
+    }
+    let said = read_image_from(phone, Path::new("a/p.jpg")).unwrap_err().to_string();
+    assert!(said.contains("'a/p.jpg' 'a/p.converted.jpg'"), "onto itself: {said}");
+    for bytes in [&b""[..], b"hello, this is text"] {
         let error = read_image_from(bytes, Path::new("x.jpg")).unwrap_err().to_string();
         assert!(error.contains("x.jpg") && error.contains("byte 0"), "{error}");
     }

@@ -8,10 +8,11 @@ use super::{
 };
 use crate::lift::LiftOptions;
 use crate::{Background, BakeOptions, LightOptions, QualityOptions, ViewTransform};
+use anyhow::Context as _;
 use clap::Parser;
 use motes_formats::decomposition::SCENE_FILES;
 use motes_stage::{CommonArgs, Context, HasCommon, StageError};
-use render::frames::{PictureFormat, VideoOptions, shell_words};
+use render::frames::{PictureFormat, VideoOptions, ffmpeg_exists, run_ffmpeg, shell_words};
 use serde::Serialize;
 
 /// The G-buffer, the planes of light, their noise and what a picture is made of.
@@ -72,6 +73,10 @@ pub struct Args {
     #[serde(flatten)]
     poses: PoseOptions,
 
+    #[command(flatten)]
+    #[serde(flatten)]
+    video: VideoOptions,
+
     /// Background: transparent, environment, captured, black, white or r,g,b from 0 to 1
     #[arg(long, value_name = "BACKGROUND", default_value = "environment", help_heading = "Image")]
     background: Background,
@@ -117,6 +122,16 @@ impl HasCommon for Args {
     }
 }
 
+/// Without ffmpeg the pictures are the product, and the command makes a video of them elsewhere.
+fn make_video(command: &[String], context: &Context) -> anyhow::Result<()> {
+    if ffmpeg_exists() {
+        return run_ffmpeg(command).context("cannot make the video");
+    }
+    let text = "ffmpeg cannot be run: there are pictures, but no video; install it, then:";
+    context.warn(format!("{text} {}", shell_words(command)));
+    Ok(())
+}
+
 /// Runs the stage.
 ///
 /// # Errors
@@ -134,8 +149,15 @@ pub fn run(args: &Args, context: &Context) -> anyhow::Result<Outcome> {
     };
     let is_ply = output.extension().is_some_and(|e| e == "ply");
     let product = args.product.unwrap_or(if is_ply { Product::Splat } else { Product::Pictures });
+    if let Some(video) = &args.video.video {
+        if product != Product::Pictures || args.format == PictureFormat::Exr {
+            let cause = "--video is made of PNG pictures";
+            return Err(StageError::usage(cause).help("leave out --as and --format exr").into());
+        }
+        context.output(video)?;
+    }
     let frames = match product {
-        Product::Pictures => load_frames(&args.poses, args.capture.as_ref(), context)?,
+        Product::Pictures => load_frames(&args.poses, &args.video, args.capture.as_ref(), context)?,
         Product::Splat => Vec::new(),
         Product::Scene => {
             context.output_files(&output, &SCENE_FILES)?;
@@ -164,9 +186,13 @@ pub fn run(args: &Args, context: &Context) -> anyhow::Result<Outcome> {
     match product {
         Product::Pictures => {
             write_pictures(&job, &output, &mut report, context)?;
-            if args.poses.turntable.is_some() || args.poses.selection.path.is_some() {
-                let video = VideoOptions { video_frames: true, video: None, fps: 30 };
-                report.video_command = Some(shell_words(&video.command(&output)));
+            let is_numbered = args.poses.turntable.is_some() || args.video.numbers_frames();
+            if is_numbered || args.poses.selection.path.is_some() {
+                let command = args.video.command(&output);
+                report.video_command = Some(shell_words(&command));
+                if args.video.video.is_some() {
+                    make_video(&command, context)?;
+                }
             }
         }
         Product::Splat => write_baked(&job, &args.bake, &output, &mut report, context)?,

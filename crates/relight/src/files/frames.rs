@@ -8,7 +8,8 @@ use motes_formats::capture::read_capture;
 use motes_scene::{Pinhole, Pose, View};
 use motes_stage::{Context, OrBadInput as _, StageError};
 use render::frames::{
-    BetweenOptions, Frame, FrameSelection, FrameSize, numbered, path_frames, plan_frames,
+    BetweenOptions, Frame, FrameSelection, FrameSize, VideoOptions, numbered, path_frames,
+    plan_frames,
 };
 use serde::Serialize;
 
@@ -45,6 +46,7 @@ pub(super) type LitFrame = (Frame, f64);
 /// When nothing was chosen, or a file or view does not exist.
 pub fn load_frames(
     source: &PoseOptions,
+    video: &VideoOptions,
     capture: Option<&PathBuf>,
     context: &Context,
 ) -> anyhow::Result<Vec<(Frame, f64)>> {
@@ -68,6 +70,9 @@ pub fn load_frames(
         plan_frames(&read_capture(capture)?, &chosen).or_bad_input()?
     };
     frames.iter_mut().for_each(|frame| frame.camera = source.size.apply(&frame.camera));
+    if video.numbers_frames() {
+        frames.iter_mut().zip(0..).for_each(|(frame, i)| frame.name = numbered(i));
+    }
     let Some(n) = source.turntable else {
         return Ok(frames.into_iter().map(|frame| (frame, 0.0)).collect());
     };

@@ -4,6 +4,7 @@
 mod baked;
 mod caution;
 mod residual;
+mod turntable;
 
 use std::process::{Command, Output};
 
@@ -276,23 +277,6 @@ fn extreme_maps_give_finite_pictures_and_say_what_was_repaired() {
     assert_code(&done, 0);
     let said = text(&done);
     assert!(said.contains("2 negative and 2 NaN became 0, 2 infinite"), "{said}");
-}
-
-#[test]
-fn a_turntable_numbers_its_frames_and_begins_unturned() {
-    let toy = toy_scene();
-    let light = ["--sun", "azimuth=60,elevation=35", "--env-exposure", "ground"];
-    let done = relight(&toy, &[&VIEW[..], &light, &["--turntable", "4", "-o", "turn"]].concat());
-    assert_code(&done, 0);
-    assert!(text(&done).contains("ffmpeg"), "{}", text(&done));
-    let frame = |i: usize| read_image(&toy.path(&format!("turn/frame_000{i}.png"))).unwrap();
-    assert_eq!(frame(0), picture(&toy, "first", &light));
-    let opposite = ["--sun", "azimuth=240,elevation=35", "--env-exposure", "ground"];
-    let opposite = picture(&toy, "opposite", &opposite);
-    let far =
-        frame(2).data.iter().zip(&opposite.data).filter(|(a, b)| a.abs_diff(**b) > 12).count();
-    assert!(far < opposite.data.len() / 100, "{far}");
-    assert!(!toy.path("turn/frame_0004.png").exists());
 }
 
 #[test]

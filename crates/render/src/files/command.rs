@@ -5,9 +5,10 @@ use std::path::{Path, PathBuf};
 use super::ChosenFrames;
 use super::FrameWriter;
 use super::MaskFlags;
+use super::around::{Direction, around_model, parse_direction};
 use crate::frames::{
-    BetweenOptions, FrameFiles, FrameFormat, FrameLook, FrameSelection, FrameSize, RenderReport,
-    VideoOptions, ffmpeg_exists, numbered, run_ffmpeg, shell_words,
+    BetweenOptions, Frame, FrameFiles, FrameFormat, FrameLook, FrameSelection, FrameSize,
+    RenderReport, VideoOptions, ffmpeg_exists, numbered, run_ffmpeg, shell_words,
 };
 use crate::model::{Model, ModelInput};
 use anyhow::Context as _;
@@ -22,6 +23,8 @@ Examples:
     render --gaussians gaussians.ply --capture capture.json --split test -o test/
   One view with depth, normals and alpha as linear EXR:
     render --gaussians gaussians.ply --capture capture.json --view p03 --format exr -o aovs/
+  Once around Gaussians of any program, without a capture:
+    render --gaussians any.ply --orbit 60 --up 0,0,1 -o around/
   A video of an orbit around the object (needs ffmpeg):
     render --gaussians gaussians.ply --capture capture.json --orbit 120 --video orbit.mp4 -o out/";
 
@@ -34,8 +37,13 @@ pub struct Args {
     input: ModelInput,
 
     /// Capture that gives cameras and poses
-    #[arg(long, value_name = "FILE", required_unless_present = "path")]
+    #[arg(long, value_name = "FILE", required_unless_present_any = ["path", "orbit"])]
     capture: Option<PathBuf>,
+
+    /// Direction up of an orbit without a capture, x,y,z; COLMAP's worlds have about -y
+    #[arg(long, value_name = "X,Y,Z", default_value = "0,-1,0", value_parser = parse_direction,
+        allow_hyphen_values = true, conflicts_with = "capture", help_heading = "Cameras")]
+    up: Direction,
 
     /// Folder of the images to write
     #[arg(short, long, value_name = "DIR")]
@@ -115,14 +123,29 @@ pub fn run(args: &Args, context: &Context) -> anyhow::Result<RenderReport> {
         size: &args.size,
         video: &args.video,
     };
-    let frames = chosen.load(context)?;
-    context.need_memory(args.look.memory_bytes(&frames, &args.size), "take a smaller --width")?;
+    let around = args.selection.orbit.filter(|_| args.capture.is_none());
     let gaussians = args.input.file()?;
-    context.input("gaussians", &gaussians)?;
-    let model = Model::load(&gaussians, args.look.antialias)?;
-    if let Some(scene) = &args.input.scene {
-        warn_of_mirrors(&model.gaussians, scene, context);
-    }
+    let load = || -> anyhow::Result<Model> {
+        context.input("gaussians", &gaussians)?;
+        let model = Model::load(&gaussians, args.look.antialias)?;
+        if let Some(scene) = &args.input.scene {
+            warn_of_mirrors(&model.gaussians, scene, context);
+        }
+        Ok(model)
+    };
+    let enough = |frames: &[Frame]| {
+        context.need_memory(args.look.memory_bytes(frames, &args.size), "take a smaller --width")
+    };
+    let (frames, model) = if let Some(count) = around {
+        let model = load()?;
+        let frames = around_model(&model.gaussians, args.up, &args.size, count)?;
+        enough(&frames)?;
+        (frames, model)
+    } else {
+        let frames = chosen.load(context)?;
+        enough(&frames)?;
+        (frames, load()?)
+    };
     let projection = (files.exr, args.look.projection);
     let objects = args.objects.load(&args.input, &model, projection, context)?;
     let matte = args.look.options(&model, false);

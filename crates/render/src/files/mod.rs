@@ -1,5 +1,6 @@
 //! Command line and files of `render`.
 
+mod around;
 mod chosen_frames;
 mod command;
 mod frame_writer;

@@ -6,6 +6,7 @@ mod look;
 mod options;
 mod plan;
 mod report;
+mod turntable;
 mod video;
 
 pub use cryptomatte::MatteObjects;
@@ -19,4 +20,5 @@ pub use plan::{
     views_of,
 };
 pub use report::RenderReport;
+pub use turntable::turntable;
 pub use video::{ffmpeg_exists, run_ffmpeg, shell_words};

@@ -105,3 +105,27 @@ fn a_file_names_no_program() {
     assert_eq!(parse(file, &["--python", "mine"]).unwrap().python, Some("mine".into()));
     assert_eq!(parse(r#"{"output": "o.ply", "python": null}"#, &[]).unwrap().python, None);
 }
+
+#[test]
+fn a_preset_sets_what_is_not_given() {
+    const PRESETS: &[Preset] = &[("draft", &[("sh-degree", "1"), ("require", "psnr>=1")])];
+    #[derive(Parser, Debug)]
+    struct Line {
+        #[arg(long)]
+        preset: Option<String>,
+        #[arg(long, default_value_t = 3)]
+        sh_degree: u8,
+        #[arg(long)]
+        require: Vec<String>,
+    }
+    let parse = |words: &[&str]| {
+        let line = std::iter::once("demo").chain(words.iter().copied()).map(Into::into).collect();
+        let line = with_preset(&Line::command(), line, PRESETS);
+        let Line { preset, sh_degree, require } = Line::try_parse_from(line).unwrap();
+        (preset.unwrap_or_default(), sh_degree, require.concat())
+    };
+    assert_eq!(parse(&["--preset", "draft"]), ("draft".into(), 1, "psnr>=1".into()));
+    assert_eq!(parse(&["--sh-degree=2", "--preset=draft"]).1, 2, "the user wins");
+    assert_eq!(parse(&["--preset", "high"]).1, 3);
+    assert_eq!(parse(&[]), (String::new(), 3, String::new()));
+}

@@ -7,6 +7,7 @@ mod choose;
 mod colmap_command;
 mod colmap_step;
 mod events;
+mod heif_photos;
 mod judge;
 mod options;
 mod process;

@@ -13,6 +13,7 @@ use image::metadata::Orientation;
 use image::{DynamicImage, ImageDecoder, ImageEncoder, ImageReader};
 use rayon::prelude::*;
 
+use super::heif_photos;
 use super::pycolmap::cannot_write;
 use crate::error::{IngestError, Result};
 use crate::files::locate_image::is_image;
@@ -31,7 +32,9 @@ pub(super) struct Staged {
 /// Makes the folder: the photos' own when no photo needs turning.
 pub(super) fn stage(photos: &Path, workspace: &Path, progress: &dyn Progress) -> Result<Staged> {
     let mut names = Vec::new();
-    list(photos, "", &mut names)?;
+    list_all(photos, "", &mut names)?;
+    heif_photos::refuse(photos, &names)?;
+    names.retain(|name| is_image(name));
     names.sort();
     let orientations: Vec<Orientation> =
         names.par_iter().map(|name| orientation(&photos.join(name))).collect();
@@ -74,6 +77,15 @@ pub(super) fn stage(photos: &Path, workspace: &Path, progress: &dyn Progress) ->
 
 /// Image files below a folder, `/` between parts, hidden ones left out.
 pub(super) fn list(root: &Path, below: &str, names: &mut Vec<String>) -> Result<()> {
+    let first = names.len();
+    list_all(root, below, names)?;
+    let found = names.split_off(first);
+    names.extend(found.into_iter().filter(|name| is_image(name)));
+    Ok(())
+}
+
+/// Files below a folder, `/` between parts, hidden ones left out.
+fn list_all(root: &Path, below: &str, names: &mut Vec<String>) -> Result<()> {
     let folder = root.join(below);
     let entries = std::fs::read_dir(&folder).map_err(|error| {
         let cause = format!("cannot read the folder of photos ({error}): {}", folder.display());
@@ -86,8 +98,8 @@ pub(super) fn list(root: &Path, below: &str, names: &mut Vec<String>) -> Result<
         }
         let name = if below.is_empty() { file } else { format!("{below}/{file}") };
         if entry.file_type().is_ok_and(|kind| kind.is_dir()) {
-            list(root, &name, names)?;
-        } else if is_image(&name) {
+            list_all(root, &name, names)?;
+        } else {
             names.push(name);
         }
     }
