@@ -22,7 +22,7 @@ revision = revision=$$(git describe --always --dirty --abbrev=10 --exclude '*' 2
     echo "$$revision" >'$(BIN)/motes-revision.txt' || rm -f '$(BIN)/motes-revision.txt'
 
 .DELETE_ON_ERROR:
-.PHONY: build setup setup-consumers docs test fmt tidy licenses clippy doc unit fuzz lab lab-ci relight relight-ci edit edit-ci truth schemas install dist uninstall clean help
+.PHONY: build setup setup-consumers docs test fmt tidy licenses clippy doc unit fuzz lab lab-relit lab-ci relight relight-ci edit edit-ci truth schemas install dist uninstall clean help
 
 build: ## build the stages and the dispatcher into target/release (the default)
 	$(CARGO) build --release $(LOCKED) -p motes $(addprefix -p ,$(STAGES))
@@ -68,14 +68,17 @@ define run-lab
 	    photos=$$(cd "$$photos" 2>/dev/null && pwd) || \
 	        { echo "make: no such folder of photos: $(PHOTOS)" >&2; exit 3; }; \
 	fi; \
-	$(MAKE) -C pipelines/lab BIN='$(BIN)' PYTHON='$(VENV)/bin/python' PHOTOS="$$photos" PRESET='$(1)'
+	$(MAKE) -C pipelines/lab BIN='$(BIN)' PYTHON='$(VENV)/bin/python' PHOTOS="$$photos" PRESET='$(1)' $(2)
 endef
 
 lab: setup build ## photos to a report page; PHOTOS=dir takes yours, PRESET=draft is quicker
 	$(call run-lab,$(PRESET))
 
+lab-relit: setup build ## the lab's next step: a 2D tool relights the pictures, the model takes their light; TOOL=program takes yours
+	$(call run-lab,$(PRESET),$(if $(TOOL),TOOL='$(TOOL)') relit)
+
 lab-ci: setup build
-	$(call run-lab,draft)
+	$(call run-lab,draft,all relit)
 
 # A made scene brings its cameras; photos need COLMAP.
 relight: $(if $(SCENE)$(INPUT),,setup) build $(if $(SCENE),truth) ## photos to the same scene at sunrise, midday and evening; PHOTOS=, INPUT= or SCENE=
