@@ -14,6 +14,7 @@ pub mod decomposition;
 pub mod documents;
 pub mod environment;
 pub mod error;
+pub mod event_file;
 pub mod exr_aov;
 pub mod finite;
 pub mod images;

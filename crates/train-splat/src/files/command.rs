@@ -3,11 +3,13 @@
 use std::path::PathBuf;
 
 use super::report::DryRun;
+use super::snapshots::Snapshots;
 use super::{
     SessionEnd, StartRequest, Target, TrainReport, Verdict, default_checkpoint, parse_seconds,
 };
 use crate::{FitOptions, Lap, Phase};
 use motes_formats::documents::to_pretty_json;
+use motes_formats::event_file::EventFile;
 use motes_formats::ply::{PlyWriteOptions, write_gaussians};
 use motes_stage::{CommonArgs, Context, HasCommon};
 use serde::Serialize;
@@ -76,6 +78,14 @@ pub struct Args {
     #[arg(long, value_name = "FILE.json")]
     metrics: Option<PathBuf>,
 
+    /// Steps between snapshots: the model so far as PLY, NAME.step-000500.ply beside the product
+    #[arg(long, value_name = "STEPS", value_parser = clap::value_parser!(u32).range(1..), help_heading = "Outputs")]
+    export_every: Option<u32>,
+
+    /// Write curves for TensorBoard into this folder: loss, PSNR and count of Gaussians against steps
+    #[arg(long, value_name = "DIR", help_heading = "Outputs")]
+    tensorboard: Option<PathBuf>,
+
     /// Report wall and CPU time per phase and per unit of work
     #[arg(long)]
     profile: bool,
@@ -136,6 +146,16 @@ pub fn run(args: &Args, context: &Context) -> anyhow::Result<TrainReport> {
     let mut session = start.session(checkpoint)?;
     (session.eval_every, session.save_every) = (args.eval_every, args.save_every);
     session.target = args.target;
+    let ply = PlyWriteOptions {
+        exposure_response: start.exposure_response,
+        ..PlyWriteOptions::default()
+    };
+    if let Some(every) = args.export_every {
+        let from = session.trainer.state.step;
+        let overwrite = args.common.overwrite;
+        session.snapshots = Some(Snapshots::new(every, &output, ply.clone(), from, overwrite)?);
+    }
+    session.events = args.tensorboard.as_deref().map(EventFile::create).transpose()?;
     if args.profile {
         session.trainer.count_pairs();
     }
@@ -143,10 +163,6 @@ pub fn run(args: &Args, context: &Context) -> anyhow::Result<TrainReport> {
         return Err(session.interrupted().into());
     }
     let lap = Lap::start();
-    let ply = PlyWriteOptions {
-        exposure_response: start.exposure_response,
-        ..PlyWriteOptions::default()
-    };
     let model = start.world.gaussians_in_world(session.trainer.model());
     let broken = model.invalid_rows().len();
     if broken > 0 {
@@ -158,6 +174,7 @@ pub fn run(args: &Args, context: &Context) -> anyhow::Result<TrainReport> {
     write_gaussians(&output, &model, &ply)?;
     session.trainer.profile.add(Phase::Write, lap);
     let scores = session.final_scores(&start);
+    session.log_scores(scores)?;
     let verdict = Verdict::new(&mut session, &start, scores[1], context);
     let mut report = TrainReport::new(&session, scores, verdict, context);
     report.extent *= start.world.length;

@@ -10,6 +10,7 @@ mod report;
 mod resumed;
 mod scores;
 mod session;
+mod snapshots;
 mod start;
 mod verdict;
 mod world;

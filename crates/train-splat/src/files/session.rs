@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::{Failure, FitOptions, Lap, Phase, Trainer, TrainingImage};
+use motes_formats::event_file::EventFile;
 use motes_formats::train_report::TrainingPoint;
 use motes_raster::RenderOptions;
 use motes_stage::{Context, StageError};
@@ -11,6 +12,7 @@ use serde_json::json;
 use super::checkpoint::{Checkpoint, write_checkpoint};
 use super::failure_words::{contradiction, what_is_wrong};
 use super::scores::{Held, Target, TargetOutcome};
+use super::snapshots::{self, Snapshots};
 use super::start::Start;
 
 /// Rows of the training curve at least this many steps apart.
@@ -43,6 +45,10 @@ pub struct Session<'a> {
     pub eval_every: Option<u32>,
     /// Steps between checkpoints.
     pub save_every: Option<u32>,
+    /// PLY files of the model on the way.
+    pub(super) snapshots: Option<Snapshots>,
+    /// Curves for TensorBoard.
+    pub(super) events: Option<EventFile>,
     /// Stop once the held-out photos reach this.
     pub target: Option<Target>,
     /// What became of it.
@@ -69,6 +75,8 @@ impl Start {
             checkpoint,
             eval_every: None,
             save_every: None,
+            snapshots: None,
+            events: None,
             target: None,
             outcome: None,
             history: Vec::new(),
@@ -123,6 +131,7 @@ impl Session<'_> {
             if due(self.save_every) {
                 self.save()?;
             }
+            self.snapshot(context)?;
             let by_work = self.eval_every.is_none()
                 && self.target.is_some()
                 && TARGET_SHARE * STEP_OVER_RENDER * pixels as f64 >= self.look_pixels() as f64;
@@ -146,6 +155,9 @@ impl Session<'_> {
                 progress
                     .message(format!("loss {:.4}, {} Gaussians{test}", row.loss, row.gaussians));
                 progress.event("step", &json!(row));
+                if let Some(events) = &mut self.events {
+                    snapshots::log_point(events, &row)?;
+                }
                 self.history.push(row);
             }
             if reached {
@@ -175,7 +187,33 @@ impl Session<'_> {
         failed.push(now.from);
         self.trainer = self.start.another_trainer(&failed)?;
         self.history.clear();
+        if let Some(snapshots) = &self.snapshots {
+            snapshots.forget();
+        }
         Ok(())
+    }
+
+    /// Writes the model so far where one is due, as it would be written now; the fit goes on from what it was.
+    fn snapshot(&mut self, context: &Context) -> anyhow::Result<()> {
+        let step = self.trainer.state.step;
+        let Some(snapshots) = self.snapshots.as_mut().filter(|s| s.is_due(step)) else {
+            return Ok(());
+        };
+        let lap = Lap::start();
+        let model = self.start.world.gaussians_in_world(self.trainer.model());
+        snapshots.write(step, &model, context)?;
+        self.trainer.profile.add(Phase::Write, lap);
+        Ok(())
+    }
+
+    /// The scores of the finished model as the last points of the curves for TensorBoard.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn log_scores(&mut self, [train, test]: [Option<Held>; 2]) -> anyhow::Result<()> {
+        let step = self.trainer.state.step;
+        let Some(events) = &mut self.events else { return Ok(()) };
+        snapshots::log_scores(events, step, train.map(|h| h.psnr), test.map(|h| h.psnr))
     }
 
     /// Scores of the training and of the held-out photos: all, or as many as a time budget leaves
