@@ -38,14 +38,17 @@ pub(crate) struct Reading {
     bright: f64,
 }
 
-/// Meters the pictures of `frames` under `light`; none where nothing is lit.
+/// Meters the pictures of `frames` under `light`, shown with as much caution as `shown` asks for; none where nothing is lit.
 pub(crate) fn reading(
     scene: &RelightScene,
     light: &Environment,
     frames: &[(Pinhole, Pose)],
+    shown: &QualityOptions,
     seed: u64,
 ) -> Option<Reading> {
-    let quality = QualityOptions { bounces: Some(0), ..QualityOptions::of(Quality::Preview) };
+    let caution = if shown.shows_model_alone() { 0.0 } else { shown.caution };
+    let preview = QualityOptions::of(Quality::Preview);
+    let quality = QualityOptions { bounces: Some(0), caution, ..preview };
     let relighter = Relighter::new(scene, light, &quality, seed);
     let chosen = PICTURES.min(frames.len());
     let (mut luminances, mut largest) = (Vec::new(), Vec::new());

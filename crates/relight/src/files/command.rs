@@ -168,7 +168,8 @@ pub fn run(args: &Args, context: &Context) -> anyhow::Result<Outcome> {
     context.need_memory_for_pictures(sizes, PICTURE_BYTES_PER_PIXEL)?;
     let loaded = LoadedScene::load(scene, context)?;
     let mut light = NewLight::load(&args.light, &loaded, context)?;
-    light.meter(&metered_cameras(&frames, args.capture.as_ref(), context)?, args.seed)?;
+    let metered = metered_cameras(&frames, args.capture.as_ref(), context)?;
+    light.meter(&metered, &args.quality, args.seed)?;
     let report = light.report(&light.turned(0.0)?, context);
     context.stop_if_dry_run()?;
     let mut report =

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::meter;
-use crate::{Exposure, Light, LightOptions, LightSource, Place, Sky};
+use crate::{Exposure, Light, LightOptions, LightSource, Place, QualityOptions, Sky};
 use glam::DVec3;
 use motes_formats::environment::read_environment;
 use motes_math::luminance::luminance_f64;
@@ -93,11 +93,16 @@ impl<'s> NewLight<'s> {
         Ok(Self { source, options, exposure, loaded, is_own, metered_from })
     }
 
-    /// Sets an automatic exposure by what the pictures of `frames` show; without any it stays that of the ground.
+    /// Sets an automatic exposure by what the pictures of `frames` show with `quality`; without any it stays that of the ground.
     ///
     /// # Errors
     /// When a map or a sky cannot be light.
-    pub fn meter(&mut self, frames: &[(Pinhole, Pose)], seed: u64) -> anyhow::Result<()> {
+    pub fn meter(
+        &mut self,
+        frames: &[(Pinhole, Pose)],
+        quality: &QualityOptions,
+        seed: u64,
+    ) -> anyhow::Result<()> {
         if self.exposure != Exposure::Auto || frames.is_empty() {
             return Ok(());
         }
@@ -106,7 +111,8 @@ impl<'s> NewLight<'s> {
         let rotate = self.options.env_rotate;
         let light = self.source.light(rotate, Exposure::Factor(1.0), &self.place(), &none);
         let light = light.or_bad_input()?.environment;
-        let readings = [&own, &light].map(|light| meter::reading(scene, light, frames, seed));
+        let read = |light| meter::reading(scene, light, frames, quality, seed);
+        let readings = [&own, &light].map(read);
         if let [Some(own), Some(new)] = readings {
             let up = scene.up_in_world.as_dvec3();
             let lux = LUMENS_PER_WATT * luminance_f64(irradiance(&light.harmonics(), up));

@@ -54,8 +54,12 @@ fn the_scenes_own_light_shows_the_splat_itself_however_sure_the_model_is() {
     for confidence in [0.0, 1.0, f32::NAN] {
         put_confidence(&toy, confidence);
         tear(&toy);
-        let own = picture(&toy, &format!("own{confidence}"), &["--background", "captured"]);
-        assert!(difference(&own, &splat) < 1.0, "{confidence}: {}", difference(&own, &splat));
+        for caution in ["0.25", "1"] {
+            let shown = ["--background", "captured", "--caution", caution];
+            let own = picture(&toy, &format!("own{confidence}-{caution}"), &shown);
+            let off = difference(&own, &splat);
+            assert!(off < 1.0, "{confidence} {caution}: {off}");
+        }
         // Twice the light is twice the splat.
         let brighter = picture(&toy, &format!("ev{confidence}"), &["--ev", "1"]);
         assert!(difference(&brighter, &splat) > 5.0, "{confidence}");
@@ -82,6 +86,20 @@ fn a_torn_surface_is_shown_torn_only_where_it_is_sure() {
     assert!(torn > 100.0 && whole < 0.3 * torn, "{torn} {whole}");
     let all = relit("all", &["--caution", "1"]);
     assert!(difference(&all, &unsure) < 0.5, "{}", difference(&all, &unsure));
+}
+
+#[test]
+fn without_caution_a_scene_is_shown_and_metered_as_if_it_had_no_confidence() {
+    let toy = toy_scene();
+    tear(&toy);
+    let sun = &SUN[..2];
+    let before = picture(&toy, "before", sun);
+    put_confidence(&toy, 0.0);
+    let model = picture(&toy, "model", &[sun, &["--caution", "0"]].concat());
+    assert!(before == model, "{}", difference(&before, &model));
+    // The meter reads what is shown.
+    let shown = picture(&toy, "shown", &[sun, &["--caution", "1"]].concat());
+    assert!(difference(&before, &shown) > 1.0, "{}", difference(&before, &shown));
 }
 
 #[test]
