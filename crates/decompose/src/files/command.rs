@@ -85,7 +85,6 @@ impl HasCommon for Args {
         "output",
         "preset",
         "seed",
-        "previews",
         "surface",
         "environment",
         "lobes",

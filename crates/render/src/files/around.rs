@@ -10,6 +10,13 @@ use crate::frames::{Frame, FrameSize, turntable};
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Direction([f64; 3]);
 
+impl Default for Direction {
+    /// About that of COLMAP's worlds.
+    fn default() -> Self {
+        Self([0.0, -1.0, 0.0])
+    }
+}
+
 impl Serialize for Direction {
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let [x, y, z] = self.0;

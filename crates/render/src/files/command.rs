@@ -40,10 +40,10 @@ pub struct Args {
     #[arg(long, value_name = "FILE", required_unless_present_any = ["path", "orbit"])]
     capture: Option<PathBuf>,
 
-    /// Direction up of an orbit without a capture, x,y,z; COLMAP's worlds have about -y
-    #[arg(long, value_name = "X,Y,Z", default_value = "0,-1,0", value_parser = parse_direction,
+    /// Direction up of an orbit without a capture, x,y,z; default 0,-1,0, about that of COLMAP's worlds
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_direction,
         allow_hyphen_values = true, conflicts_with = "capture", help_heading = "Cameras")]
-    up: Direction,
+    up: Option<Direction>,
 
     /// Folder of the images to write
     #[arg(short, long, value_name = "DIR")]
@@ -138,7 +138,8 @@ pub fn run(args: &Args, context: &Context) -> anyhow::Result<RenderReport> {
     };
     let (frames, model) = if let Some(count) = around {
         let model = load()?;
-        let frames = around_model(&model.gaussians, args.up, &args.size, count)?;
+        let frames =
+            around_model(&model.gaussians, args.up.unwrap_or_default(), &args.size, count)?;
         enough(&frames)?;
         (frames, model)
     } else {
