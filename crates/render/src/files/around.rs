@@ -35,14 +35,15 @@ pub(super) fn parse_direction(text: &str) -> Result<Direction, String> {
     }
 }
 
-/// `count` frames around the opaque Gaussians, at the size asked for.
+/// `count` frames around the opaque Gaussians, at the size asked for; `up` as of COLMAP's worlds where it is not given.
 pub(super) fn around_model(
     gaussians: &Gaussians,
-    up: Direction,
+    up: Option<Direction>,
     size: &FrameSize,
     count: u32,
 ) -> anyhow::Result<Vec<Frame>> {
-    let frames = turntable(gaussians, glam::DVec3::from_array(up.0), count as usize);
+    let up = glam::DVec3::from_array(up.unwrap_or_default().0);
+    let frames = turntable(gaussians, up, count as usize);
     let mut frames = frames.ok_or_else(|| {
         StageError::bad_input("no Gaussian is opaque: there is nothing to turn around")
     })?;

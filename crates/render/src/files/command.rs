@@ -138,8 +138,7 @@ pub fn run(args: &Args, context: &Context) -> anyhow::Result<RenderReport> {
     };
     let (frames, model) = if let Some(count) = around {
         let model = load()?;
-        let frames =
-            around_model(&model.gaussians, args.up.unwrap_or_default(), &args.size, count)?;
+        let frames = around_model(&model.gaussians, args.up, &args.size, count)?;
         enough(&frames)?;
         (frames, model)
     } else {
