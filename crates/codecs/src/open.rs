@@ -1,7 +1,7 @@
 //! One way in: the format follows from the first bytes, and from the name where they say nothing.
 
 use std::fs::File;
-use std::io::Read;
+use std::io::{Read, stdin};
 use std::path::Path;
 
 use motes_scene::Gaussians;
@@ -11,16 +11,21 @@ use super::{CODECS, SplatFormat, compressed_ply, r3dg, sog};
 use motes_formats::error::{FormatError, Result};
 use motes_formats::ply::{GaussianFile, PlySource};
 
+/// The path that stands for standard input.
+const STANDARD_INPUT: &str = "-";
 /// Bytes that tell formats apart.
 const MAGIC_BYTES: usize = 8;
 
-/// Reads Gaussians of any [format](CODECS) that can be read.
+/// Reads Gaussians of any [format](CODECS) that can be read; `-` is standard input.
 ///
 /// Materials of Relightable3DGaussian arrive activated, as [`motes_scene::Materials`].
 ///
 /// # Errors
 /// The file cannot be read, is of no known format, or is malformed.
 pub fn open_gaussians(path: &Path) -> Result<GaussianFile> {
+    if path == Path::new(STANDARD_INPUT) {
+        return of_stream(stdin().lock(), Path::new("standard input"));
+    }
     let io = |error| FormatError::io(path, error);
     let mut file = File::open(path).map_err(io)?;
     if file.metadata().map_err(io)?.is_dir() {
@@ -46,10 +51,30 @@ pub fn open_gaussians(path: &Path) -> Result<GaussianFile> {
             }
         }
     };
+    activate(&mut opened);
+    Ok(opened)
+}
+
+/// Gaussians of any format but a folder's; `name` stands for the stream in errors.
+fn of_stream(mut reader: impl Read, name: &Path) -> Result<GaussianFile> {
+    let io = |error| FormatError::io(name, error);
+    let mut start = Vec::with_capacity(MAGIC_BYTES);
+    (&mut reader).take(MAGIC_BYTES as u64).read_to_end(&mut start).map_err(io)?;
+    let mut opened = match format_of(&start, name)? {
+        SplatFormat::Ply => read_ply(PlySource::stream(start.as_slice().chain(reader), name)?)?,
+        format => {
+            reader.read_to_end(&mut start).map_err(io)?;
+            read_with(format, &start, name)?
+        }
+    };
+    activate(&mut opened);
+    Ok(opened)
+}
+
+fn activate(opened: &mut GaussianFile) {
     if r3dg::is_r3dg(&opened.gaussians) {
         r3dg::activate(&mut opened.gaussians);
     }
-    Ok(opened)
 }
 
 /// Reads Gaussians of any format: [`open_gaussians`] without what else the file says.
@@ -117,4 +142,26 @@ fn format_of(start: &[u8], path: &Path) -> Result<SplatFormat> {
 fn readable() -> String {
     let names = CODECS.iter().filter(|codec| codec.is_readable()).map(|codec| codec.name);
     format!("formats that can be read: {}", names.collect::<Vec<_>>().join(", "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tests::some;
+    use crate::{SplatWriteOptions, write_gaussians_to};
+
+    #[test]
+    fn a_stream_is_read_as_the_file_is() {
+        let gaussians = some(40, 1);
+        for format in [SplatFormat::Ply, SplatFormat::Spz, SplatFormat::CompressedPly] {
+            let (mut bytes, options) = (Vec::new(), SplatWriteOptions::default());
+            let name = Path::new("standard input");
+            write_gaussians_to(&mut bytes, format, &gaussians, &options, name).unwrap();
+            let streamed = of_stream(bytes.as_slice(), name).unwrap();
+            let read = read_with(format, &bytes, name).unwrap();
+            assert_eq!((streamed.gaussians.len(), &streamed.gaussians), (40, &read.gaussians));
+        }
+        let error = of_stream(&b"nothing known"[..], Path::new("standard input")).unwrap_err();
+        assert!(error.to_string().contains("standard input"), "{error}");
+    }
 }

@@ -59,8 +59,9 @@ fn sentence(what: &str) -> String {
     format!("{first}{} may come first, without a flag.", letters.as_str())
 }
 
+/// A word that is no flag; `-` is standard input.
 fn is_input(word: &OsStr) -> bool {
-    !word.is_empty() && !word.to_string_lossy().starts_with('-')
+    word == "-" || !word.is_empty() && !word.to_string_lossy().starts_with('-')
 }
 
 fn has(command: &Command, flag: &str) -> bool {

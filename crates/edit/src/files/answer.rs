@@ -13,8 +13,8 @@ use serde::Serialize;
 pub struct EditAnswer {
     /// The splat or scene folder.
     pub output: PathBuf,
-    /// The plan as executed.
-    pub log: PathBuf,
+    /// The plan as executed; none beside standard output.
+    pub log: Option<PathBuf>,
     /// Gaussians before.
     pub gaussians_before: usize,
     /// Gaussians after.
@@ -39,14 +39,14 @@ impl EditAnswer {
     /// What the record of an edit says; `gaussians` before and after it.
     pub(super) fn new(
         output: &Path,
-        log: &Path,
+        log: Option<&Path>,
         gaussians: [usize; 2],
         record: &EditRecord,
     ) -> Self {
         let [gaussians_before, gaussians] = gaussians;
         Self {
             output: output.to_owned(),
-            log: log.to_owned(),
+            log: log.map(Path::to_owned),
             gaussians_before,
             gaussians,
             applied: record.applied.clone(),

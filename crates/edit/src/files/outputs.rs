@@ -5,12 +5,15 @@ use std::path::{Path, PathBuf};
 use crate::plan::EditPlanDocument;
 use motes_codecs::{SplatFormat, SplatWriteOptions};
 use motes_formats::decomposition::SCENE_FILES;
-use motes_formats::ply::{PlyWriteOptions, write_gaussians};
+use motes_formats::ply::{PlyWriteOptions, write_gaussians, write_gaussians_to};
 use motes_scene::{Gaussians, Surface};
 use motes_stage::{Context, StageError};
 
 use super::input::Input;
 use super::output::{log_path, write_log, write_scene};
+
+/// The path that stands for standard output.
+const STANDARD_OUTPUT: &str = "-";
 
 /// What will be written.
 pub(super) struct Outputs {
@@ -18,8 +21,8 @@ pub(super) struct Outputs {
     pub(super) output: PathBuf,
     /// Format of the splat.
     format: SplatFormat,
-    /// The plan as executed.
-    pub(super) log: PathBuf,
+    /// The plan as executed; none beside standard output.
+    pub(super) log: Option<PathBuf>,
     /// Folder of pictures.
     pub(super) thumbnails: Option<PathBuf>,
 }
@@ -41,14 +44,19 @@ impl Outputs {
             context.output_files(&output, &SCENE_FILES)?;
         }
         let log = log_path(&output, is_scene);
-        let log = if is_scene { log } else { context.output(log)? };
+        let log = match (is_scene, output == Path::new(STANDARD_OUTPUT)) {
+            (true, _) => Some(log),
+            (false, true) => None,
+            (false, false) => Some(context.output(log)?),
+        };
         let thumbnails = thumbnails.map(|folder| context.output(folder)).transpose()?;
         Ok(Self { output, format, log, thumbnails })
     }
 
     pub(super) fn paths(&self) -> Vec<&Path> {
-        [&self.output, &self.log]
+        [&self.output]
             .into_iter()
+            .chain(&self.log)
             .chain(&self.thumbnails)
             .map(PathBuf::as_path)
             .collect()
@@ -72,7 +80,7 @@ impl Outputs {
             }
             _ => {
                 self.write_splat(&input.state.gaussians, &input.write_options, context)?;
-                write_log(&self.log, executed)
+                self.log.as_ref().map_or(Ok(()), |log| write_log(log, executed))
             }
         }
     }
@@ -83,6 +91,11 @@ impl Outputs {
         options: &PlyWriteOptions,
         context: &Context,
     ) -> anyhow::Result<()> {
+        if self.output == Path::new(STANDARD_OUTPUT) {
+            let mut stdout = context.stdout();
+            write_gaussians_to(&mut stdout, gaussians, options, &self.output)?;
+            return Ok(std::io::Write::flush(&mut stdout)?);
+        }
         if self.format == SplatFormat::Ply {
             return Ok(write_gaussians(&self.output, gaussians, options)?);
         }
@@ -100,8 +113,11 @@ impl Outputs {
     }
 }
 
-/// The format of Gaussians that the suffix names: one that can be read again.
+/// The format of Gaussians that the suffix names: one that can be read again. Standard output takes PLY.
 fn format_of(output: &Path) -> Result<SplatFormat, StageError> {
+    if output == Path::new(STANDARD_OUTPUT) {
+        return Ok(SplatFormat::Ply);
+    }
     let is_splat = |format: &SplatFormat| {
         let codec = format.codec();
         codec.is_readable() && codec.is_writable()

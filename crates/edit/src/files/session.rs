@@ -147,11 +147,15 @@ pub fn run_edit(job: &EditJob<'_>, context: &Context) -> anyhow::Result<EditAnsw
     }
     record.warnings.iter().for_each(|text| context.warn(text));
     record.made_by = concat!("motes edit ", env!("CARGO_PKG_VERSION")).into();
-    if !context.skips_provenance() {
+    if !context.skips_provenance() && source.is_file() {
         record.gaussians_sha256 = source.bound()?.sha256;
     }
-    let mut answer =
-        EditAnswer::new(&outputs.output, &outputs.log, [count, input.state.len()], &record);
+    let mut answer = EditAnswer::new(
+        &outputs.output,
+        outputs.log.as_deref(),
+        [count, input.state.len()],
+        &record,
+    );
     (answer.light, answer.refit) = (light, refit);
     context.stop_if_dry_run_with(&answer)?;
     context.check_interrupted()?;

@@ -3,6 +3,7 @@
 use std::cell::OnceCell;
 use std::path::Path;
 
+use motes_formats::FormatError;
 use motes_formats::decomposition::Decomposition;
 use motes_formats::selection::BoundGaussians;
 
@@ -27,6 +28,11 @@ impl<'a> Source<'a> {
         Self { decomposition, gaussians, count, sha256, bound: OnceCell::new() }
     }
 
+    /// Whether it is one, not standard input.
+    pub(super) fn is_file(&self) -> bool {
+        self.decomposition.is_some() || self.gaussians != Path::new("-")
+    }
+
     /// As selections are bound to it.
     ///
     /// # Errors
@@ -34,6 +40,12 @@ impl<'a> Source<'a> {
     pub(super) fn bound(&self) -> motes_formats::Result<BoundGaussians> {
         if let Some(bound) = self.bound.get() {
             return Ok(bound.clone());
+        }
+        if !self.is_file() {
+            let cause =
+                "a selection belongs to a file of Gaussians, and these come from standard input";
+            return Err(FormatError::not_supported(self.gaussians, "", cause)
+                .with_remedy("name the file that the selection was made for"));
         }
         let found = match (self.decomposition, &self.sha256) {
             (Some(decomposition), _) => decomposition.bound_gaussians(self.count)?,
