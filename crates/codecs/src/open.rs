@@ -10,11 +10,10 @@ use super::registry::Input;
 use super::{CODECS, SplatFormat, compressed_ply, r3dg, sog};
 use motes_formats::error::{FormatError, Result};
 use motes_formats::ply::{GaussianFile, PlySource};
+use motes_formats::standard_stream::is_standard_stream;
 
-/// The path that stands for standard input.
-const STANDARD_INPUT: &str = "-";
 /// Bytes that tell formats apart.
-const MAGIC_BYTES: usize = 8;
+const MAGIC_BYTES: u64 = 8;
 
 /// Reads Gaussians of any [format](CODECS) that can be read; `-` is standard input.
 ///
@@ -23,58 +22,59 @@ const MAGIC_BYTES: usize = 8;
 /// # Errors
 /// The file cannot be read, is of no known format, or is malformed.
 pub fn open_gaussians(path: &Path) -> Result<GaussianFile> {
-    if path == Path::new(STANDARD_INPUT) {
+    if is_standard_stream(path) {
         return of_stream(stdin().lock(), Path::new("standard input"));
     }
     let io = |error| FormatError::io(path, error);
     let mut file = File::open(path).map_err(io)?;
-    if file.metadata().map_err(io)?.is_dir() {
+    let metadata = file.metadata().map_err(io)?;
+    if metadata.is_dir() {
         return Err(FormatError::invalid(path, "", "this is a folder, not a file of Gaussians"));
     }
-    let mut start = Vec::with_capacity(MAGIC_BYTES);
-    (&mut file).take(MAGIC_BYTES as u64).read_to_end(&mut start).map_err(io)?;
-    let mut opened = match format_of(&start, path)? {
-        // Streams; what is not a regular file cannot be opened twice.
-        SplatFormat::Ply if file.metadata().map_err(io)?.is_file() => {
-            drop(file);
-            read_ply(PlySource::open(path)?)?
-        }
-        SplatFormat::Ply => read_ply(PlySource::stream(start.as_slice().chain(file), path)?)?,
-        format => {
-            let mut bytes = start;
-            file.read_to_end(&mut bytes).map_err(io)?;
-            let is_folder = format == SplatFormat::Sog && !sog::is_archive(&bytes);
-            if is_folder {
-                sog::read_folder(&bytes, path)?
-            } else {
-                read_with(format, &bytes, path)?
-            }
-        }
-    };
-    activate(&mut opened);
-    Ok(opened)
+    let start = first_bytes(&mut file, path)?;
+    let format = format_of(&start, path)?;
+    if format == SplatFormat::Ply && metadata.is_file() {
+        // Mapped; what is not a regular file cannot be opened twice.
+        drop(file);
+        return Ok(activated(read_ply(PlySource::open(path)?)?));
+    }
+    let rest = start.as_slice().chain(file);
+    if format == SplatFormat::Sog && !sog::is_archive(&start) {
+        let document = read_whole(rest, path)?;
+        return Ok(activated(sog::read_folder(&document, path)?));
+    }
+    read_stream(format, rest, path)
 }
 
 /// Gaussians of any format but a folder's; `name` stands for the stream in errors.
 fn of_stream(mut reader: impl Read, name: &Path) -> Result<GaussianFile> {
-    let io = |error| FormatError::io(name, error);
-    let mut start = Vec::with_capacity(MAGIC_BYTES);
-    (&mut reader).take(MAGIC_BYTES as u64).read_to_end(&mut start).map_err(io)?;
-    let mut opened = match format_of(&start, name)? {
-        SplatFormat::Ply => read_ply(PlySource::stream(start.as_slice().chain(reader), name)?)?,
-        format => {
-            reader.read_to_end(&mut start).map_err(io)?;
-            read_with(format, &start, name)?
-        }
-    };
-    activate(&mut opened);
-    Ok(opened)
+    let start = first_bytes(&mut reader, name)?;
+    read_stream(format_of(&start, name)?, start.as_slice().chain(reader), name)
 }
 
-fn activate(opened: &mut GaussianFile) {
+fn read_stream(format: SplatFormat, reader: impl Read, name: &Path) -> Result<GaussianFile> {
+    let opened = match format {
+        SplatFormat::Ply => read_ply(PlySource::stream(reader, name)?)?,
+        _ => read_with(format, &read_whole(reader, name)?, name)?,
+    };
+    Ok(activated(opened))
+}
+
+fn first_bytes(reader: impl Read, name: &Path) -> Result<Vec<u8>> {
+    read_whole(reader.take(MAGIC_BYTES), name)
+}
+
+fn read_whole(mut reader: impl Read, name: &Path) -> Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    reader.read_to_end(&mut bytes).map_err(|error| FormatError::io(name, error))?;
+    Ok(bytes)
+}
+
+fn activated(mut opened: GaussianFile) -> GaussianFile {
     if r3dg::is_r3dg(&opened.gaussians) {
         r3dg::activate(&mut opened.gaussians);
     }
+    opened
 }
 
 /// Reads Gaussians of any format: [`open_gaussians`] without what else the file says.

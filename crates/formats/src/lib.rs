@@ -26,6 +26,7 @@ pub mod run_record;
 pub mod schemas;
 pub mod selection;
 pub mod selectors;
+pub mod standard_stream;
 pub mod statistics;
 pub mod tensors;
 pub mod train_report;

@@ -10,27 +10,15 @@ use rayon::prelude::*;
 /// Coincident points count as neighbors at distance 0. With a single point the result is 0.
 /// Points with a non-finite coordinate are left out of the search and get NaN.
 pub fn rms_neighbor_distance(points: &[[f32; 3]], k: usize) -> Vec<f32> {
-    let finite: Vec<usize> =
-        (0..points.len()).filter(|&i| points[i].iter().all(|v| v.is_finite())).collect();
-    let entries: Vec<[f32; 3]> = finite.iter().map(|&i| points[i]).collect();
     let mut out = vec![f32::NAN; points.len()];
-    let wanted = NonZero::new(k + 1).unwrap_or(NonZero::<usize>::MIN);
-    let Ok(tree) = ImmutableKdTree::<f32, 3>::new_from_slice(&entries) else {
-        // Only an empty set has no tree.
-        return out;
-    };
-    let distances: Vec<f32> = entries
-        .par_iter()
-        .map(|point| {
-            let found = tree.query(point).nearest_n::<SquaredEuclidean<f32>>(wanted).execute();
-            // The nearest one is the point itself (or a coincident twin, also at distance 0).
-            let others = found.len().saturating_sub(1);
-            let sum: f64 = found.iter().skip(1).map(|n| f64::from(n.distance)).sum();
-            (sum / others.max(1) as f64).sqrt() as f32
-        })
-        .collect();
-    for (&i, d) in finite.iter().zip(distances) {
-        out[i] = d;
+    let distances = of_neighborhoods(points, k, |_, found| {
+        // The nearest one is the point itself (or a coincident twin, also at distance 0).
+        let others = found.len().saturating_sub(1);
+        let sum: f64 = found.iter().skip(1).map(|&(_, squared)| f64::from(squared)).sum();
+        (sum / others.max(1) as f64).sqrt() as f32
+    });
+    for (i, distance) in distances {
+        out[i as usize] = distance;
     }
     out
 }
@@ -38,30 +26,40 @@ pub fn rms_neighbor_distance(points: &[[f32; 3]], k: usize) -> Vec<f32> {
 /// The `k` nearest other points of each point, nearest first, `[N, k]`; rows of points with fewer others, or with a
 /// non-finite coordinate, are filled up with the point itself.
 pub fn nearest_neighbors(points: &[[f32; 3]], k: usize) -> Vec<u32> {
+    let mut out: Vec<u32> =
+        (0..points.len() as u32).flat_map(|i| std::iter::repeat_n(i, k)).collect();
+    let rows = of_neighborhoods(points, k, |i, found| -> Vec<u32> {
+        found.iter().map(|&(j, _)| j).filter(|&j| j != i).take(k).collect()
+    });
+    for (i, row) in rows {
+        out[i as usize * k..][..row.len()].copy_from_slice(&row);
+    }
+    out
+}
+
+/// A value for every finite point, of the `k + 1` points nearest to it (itself included): nearest first, each with
+/// its squared distance.
+fn of_neighborhoods<T: Send>(
+    points: &[[f32; 3]],
+    k: usize,
+    value: impl Fn(u32, &[(u32, f32)]) -> T + Sync,
+) -> Vec<(u32, T)> {
     let finite: Vec<u32> = (0..points.len() as u32)
         .filter(|&i| points[i as usize].iter().all(|v| v.is_finite()))
         .collect();
     let entries: Vec<[f32; 3]> = finite.iter().map(|&i| points[i as usize]).collect();
-    let mut out: Vec<u32> =
-        (0..points.len() as u32).flat_map(|i| std::iter::repeat_n(i, k)).collect();
     let wanted = NonZero::new(k + 1).unwrap_or(NonZero::<usize>::MIN);
     let Ok(tree) = ImmutableKdTree::<f32, 3>::new_from_slice(&entries) else {
         // Only an empty set has no tree.
-        return out;
+        return Vec::new();
     };
-    let rows: Vec<Vec<u32>> = entries
-        .par_iter()
-        .enumerate()
-        .map(|(i, point)| {
-            let found = tree.query(point).nearest_n::<SquaredEuclidean<f32>>(wanted).execute();
-            let others = found.iter().map(|n| n.item as usize).filter(|j| *j != i);
-            others.take(k).map(|j| finite[j]).collect()
-        })
-        .collect();
-    for (&i, row) in finite.iter().zip(rows) {
-        out[i as usize * k..][..row.len()].copy_from_slice(&row);
-    }
-    out
+    let of_one = |(&i, point): (&u32, &[f32; 3])| {
+        let found = tree.query(point).nearest_n::<SquaredEuclidean<f32>>(wanted).execute();
+        let found: Vec<(u32, f32)> =
+            found.iter().map(|n| (finite[n.item as usize], n.distance)).collect();
+        (i, value(i, &found))
+    };
+    finite.par_iter().zip(&entries).map(of_one).collect()
 }
 
 #[cfg(test)]

@@ -91,8 +91,9 @@ pub(crate) fn with_preset(
     line: Vec<OsString>,
     presets: &[Preset],
 ) -> Vec<OsString> {
-    let given = command.clone().ignore_errors(true).try_get_matches_from(&line).ok();
-    let Some(given) = given.filter(|_| !presets.is_empty()) else { return line };
+    // The line is parsed for stages that have presets only.
+    let parsed = || command.clone().ignore_errors(true).try_get_matches_from(&line).ok();
+    let Some(given) = (!presets.is_empty()).then(parsed).flatten() else { return line };
     let named = given.get_raw("preset").and_then(Iterator::last).and_then(|name| name.to_str());
     let Some((_, flags)) = presets.iter().find(|(name, _)| Some(*name) == named) else {
         return line;

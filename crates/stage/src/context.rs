@@ -7,6 +7,7 @@ use std::time::{Instant, SystemTime};
 
 use motes_formats::atomic;
 use motes_formats::run_record::RunInput;
+use motes_formats::standard_stream::is_standard_stream;
 
 use crate::error::Explanation;
 use crate::progress::Display;
@@ -89,7 +90,7 @@ impl Context {
                 StageError::usage(format!("two outputs have the same path: {shown}")).into()
             );
         }
-        if path == Path::new("-") {
+        if is_standard_stream(path) {
             if self.common.json {
                 let text = "standard output cannot hold both the report and the product: -";
                 return Err(StageError::usage(text).help("give --output a file").into());
@@ -198,7 +199,7 @@ impl Context {
         let path = path.as_ref();
         let shown = path.to_string_lossy().into_owned();
         let mut input = RunInput { role: role.to_owned(), path: shown, sha256: None };
-        if path != Path::new("-") {
+        if !is_standard_stream(path) {
             let failed = |e: io::Error| {
                 let shown = path.display();
                 let text = match e.kind() {

@@ -8,6 +8,8 @@ use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use clap::{Arg, Command};
+use motes_formats::decomposition::DECOMPOSITION_FILE;
+use motes_formats::standard_stream::is_standard_stream;
 
 /// Bytes of a document in which its key `format` stands.
 const OPENING_BYTES: u64 = 4096;
@@ -61,7 +63,8 @@ fn sentence(what: &str) -> String {
 
 /// A word that is no flag; `-` is standard input.
 fn is_input(word: &OsStr) -> bool {
-    word == "-" || !word.is_empty() && !word.to_string_lossy().starts_with('-')
+    is_standard_stream(Path::new(word))
+        || !word.is_empty() && !word.to_string_lossy().starts_with('-')
 }
 
 fn has(command: &Command, flag: &str) -> bool {
@@ -72,7 +75,7 @@ fn has(command: &Command, flag: &str) -> bool {
 fn meaning(command: &Command, path: &Path, given: &[&str]) -> Option<(&'static str, PathBuf)> {
     let inside = |name: &str| path.join(name).is_file();
     let (kind, path) = match path.is_dir() {
-        true if inside("decomposition.json") => ("scene", path.to_owned()),
+        true if inside(DECOMPOSITION_FILE) => ("scene", path.to_owned()),
         true if inside("capture.json") => ("capture", path.join("capture.json")),
         true => ("scene", path.to_owned()),
         false => match format_of(path).as_deref() {

@@ -75,6 +75,7 @@ pub use context::Context;
 pub use error::{Explanation, OrBadInput, StageError};
 pub use exit_status::ExitStatus;
 pub use progress::Progress;
+pub use provenance::record_path;
 pub use run::{INVOKED_AS_VARIABLE, main, main_with_schema};
 pub use stdout::Stdout;
 pub use subjects::Subjects;

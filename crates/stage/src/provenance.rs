@@ -5,13 +5,14 @@ use std::path::{Path, PathBuf};
 
 use motes_formats::documents::{Document as _, write_document};
 use motes_formats::run_record::RunRecord;
+use motes_formats::standard_stream::is_standard_stream;
 use serde::Serialize;
 use serde_json::Value;
 
 use crate::{Context, clock, resources, revision};
 
-/// `a/b.ply` to `a/b.ply.run.json`; a folder's record lies beside the folder.
-pub(crate) fn record_path(output: &Path) -> PathBuf {
+/// The run record of a product: `a/b.ply` to `a/b.ply.run.json`; a folder's record lies beside the folder.
+pub fn record_path(output: &Path) -> PathBuf {
     // Going through components drops a trailing slash.
     let mut name: OsString = output.components().collect::<PathBuf>().into();
     name.push(".run.json");
@@ -61,7 +62,7 @@ fn to_value<T: Serialize>(value: &T) -> serde_json::Result<Value> {
 
 /// Standard output and devices keep no files beside them.
 fn has_record(output: &Path) -> bool {
-    output != Path::new("-")
+    !is_standard_stream(output)
         && std::fs::metadata(output).is_ok_and(|meta| meta.is_file() || meta.is_dir())
 }
 

@@ -7,6 +7,7 @@
 use glam::{DQuat, DVec3, Vec3};
 use motes_codecs::mesh::{Mesh, barycentrics};
 use motes_math::sh::SH_C0;
+use motes_math::sigmoid::logit;
 use motes_math::srgb;
 use motes_scene::{Gaussians, Materials, Surface};
 
@@ -83,10 +84,6 @@ pub fn gaussians_on(mesh: &Mesh, count: Option<usize>) -> Gaussians {
     }
     materials.attach(&mut gaussians);
     gaussians
-}
-
-fn logit(opacity: f32) -> f32 {
-    (opacity / (1.0 - opacity)).ln()
 }
 
 fn default_count(mesh: &Surface, area: f64) -> usize {

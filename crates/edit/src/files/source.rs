@@ -6,6 +6,7 @@ use std::path::Path;
 use motes_formats::FormatError;
 use motes_formats::decomposition::Decomposition;
 use motes_formats::selection::BoundGaussians;
+use motes_formats::standard_stream::is_standard_stream;
 
 /// The file of Gaussians, hashed when it is asked for.
 pub(super) struct Source<'a> {
@@ -30,7 +31,7 @@ impl<'a> Source<'a> {
 
     /// Whether it is one, not standard input.
     pub(super) fn is_file(&self) -> bool {
-        self.decomposition.is_some() || self.gaussians != Path::new("-")
+        self.decomposition.is_some() || !is_standard_stream(self.gaussians)
     }
 
     /// As selections are bound to it.

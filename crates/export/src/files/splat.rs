@@ -1,5 +1,6 @@
 //! Gaussians as a file of another program.
 
+use motes_formats::standard_stream::is_standard_stream;
 use std::path::Path;
 
 use clap::Args;
@@ -108,7 +109,7 @@ pub fn write_splat(
         tracing::info!("the format {} has no columns {}", codec.name, names.join(", "));
     }
     let options = options.for_source(source);
-    if output == Path::new("-") {
+    if is_standard_stream(output) {
         let mut stdout = context.stdout();
         write_gaussians_to(&mut stdout, format, gaussians, &options, output)?;
         std::io::Write::flush(&mut stdout)?;

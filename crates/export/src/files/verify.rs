@@ -8,6 +8,7 @@ use glam::DVec3;
 use motes_codecs::{SplatFormat, open_gaussians};
 use motes_formats::capture::read_capture;
 use motes_formats::ply::{GaussianFile, RenderMode};
+use motes_formats::standard_stream::is_standard_stream;
 use motes_math::metrics::psnr_f32;
 use motes_raster::{Antialias, RenderOptions, render};
 use motes_scene::{Gaussians, Pinhole, Pose};
@@ -43,7 +44,7 @@ impl VerifyOptions {
     /// # Errors
     /// A usage error.
     pub fn check(&self, format: SplatFormat, output: &Path) -> Result<(), StageError> {
-        if self.verify && (!format.codec().is_readable() || output == Path::new("-")) {
+        if self.verify && (!format.codec().is_readable() || is_standard_stream(output)) {
             let text = format!("--verify reads the product, and {} cannot be", output.display());
             return Err(StageError::usage(text).help("take a file of a format that can be read"));
         }

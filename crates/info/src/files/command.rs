@@ -2,11 +2,12 @@
 
 use std::fmt;
 use std::io::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Parser;
 use motes_formats::atomic::write_atomic;
 use motes_formats::documents::to_pretty_json;
+use motes_formats::standard_stream::is_standard_stream;
 use motes_stage::{CommonArgs, Context, HasCommon};
 use serde::Serialize;
 
@@ -64,7 +65,7 @@ impl Report {
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.output == Path::new("-") {
+        if is_standard_stream(&self.output) {
             return Ok(()); // Said on standard output.
         }
         writeln!(f, "{} described: {}", self.files.len(), self.output.display())
@@ -76,7 +77,7 @@ impl fmt::Display for Report {
 /// # Errors
 /// When one is missing or broken, or the product cannot be written.
 pub fn run(args: &Args, context: &Context) -> anyhow::Result<Report> {
-    let to_stdout = args.output == Path::new("-");
+    let to_stdout = is_standard_stream(&args.output);
     let output = match to_stdout && args.common.json {
         true => args.output.clone(), // The report is the description.
         false => context.output(&args.output)?,

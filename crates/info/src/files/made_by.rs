@@ -1,10 +1,10 @@
 //! Who made a file: its own words, and the run record beside it.
 
-use std::ffi::OsString;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use motes_formats::documents::read_document;
 use motes_formats::run_record::RunRecord;
+use motes_stage::record_path;
 
 use crate::{Description, Kind};
 
@@ -24,9 +24,7 @@ pub(super) fn of_comments(comments: &[String]) -> Option<String> {
 
 /// Program, version, commit and seed from `PATH.run.json`, where the file itself does not say.
 pub(super) fn add_run_record(description: &mut Description, path: &Path) {
-    let mut name: OsString = path.components().collect::<PathBuf>().into();
-    name.push(".run.json");
-    let beside = PathBuf::from(name);
+    let beside = record_path(path);
     if description.kind == Kind::RunRecord || !beside.is_file() {
         return;
     }

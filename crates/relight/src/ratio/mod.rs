@@ -18,6 +18,7 @@ mod received;
 use glam::Vec3;
 use motes_math::median::median;
 use motes_math::sh::{MAX_SH_DEGREE, sh_coefficients};
+use motes_math::sigmoid::sigmoid;
 use motes_math::srgb;
 use motes_scene::{Gaussians, Residual};
 use motes_shading::environment::Environment;
@@ -145,8 +146,8 @@ struct Trust<'a> {
 
 impl<'a> Trust<'a> {
     fn of(scene: &RelightScene, confidence: &'a [f32]) -> Self {
-        let opacity = |logit: &f32| 1.0 / (1.0 + (-logit).exp());
-        Self { confidence, area: scene.gaussians.opacity_logits.iter().map(opacity).collect() }
+        let logits = &scene.gaussians.opacity_logits;
+        Self { confidence, area: logits.iter().map(|&logit| sigmoid(logit)).collect() }
     }
 }
 

@@ -17,6 +17,7 @@ use evaluate::evaluation::protocol_words;
 use motes_formats::atomic::write_atomic;
 use motes_formats::documents::read_document;
 use motes_formats::metrics::{MetricsDocument, Protocol, Scores};
+use motes_formats::standard_stream::is_standard_stream;
 use motes_stage::{CommonArgs, Context, HasCommon, StageError};
 use serde::Serialize;
 
@@ -112,7 +113,7 @@ impl fmt::Display for Report {
 /// # Errors
 /// When a document cannot be read, or the product cannot be written.
 pub fn run(args: &Args, context: &Context) -> anyhow::Result<Report> {
-    let to_stdout = args.output == Path::new("-");
+    let to_stdout = is_standard_stream(&args.output);
     let format = match args.format {
         Some(format) => format,
         None if to_stdout => Format::Markdown,

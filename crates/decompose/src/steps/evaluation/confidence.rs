@@ -15,6 +15,7 @@
 //! about shape, three tell most (0.86).
 
 use motes_math::luminance::luminance;
+use motes_math::sigmoid::sigmoid;
 use motes_raster::{RenderOptions, Rendering, render};
 use rayon::prelude::*;
 
@@ -169,8 +170,7 @@ fn coverage(state: &State<'_>) -> Option<[f64; 2]> {
 
 /// What is known, in words and numbers.
 pub(super) fn term(state: &State<'_>) -> Term {
-    let opaque = |logit: &f32| f64::from(1.0 / (1.0 + (-logit).exp()));
-    let weights = state.gaussians().opacity_logits.iter().map(opaque);
+    let weights = state.gaussians().opacity_logits.iter().map(|&logit| f64::from(sigmoid(logit)));
     let (mut sum, mut total) = (0.0, 0.0);
     for (c, w) in state.confidence.iter().zip(weights) {
         sum += f64::from(*c) * w;

@@ -10,6 +10,7 @@ mod shadow;
 pub use options::{Asset, AssetOptions};
 pub use report::AssetReport;
 
+use motes_formats::standard_stream::is_standard_stream;
 use std::path::{Path, PathBuf};
 
 use motes_stage::{Context, StageError};
@@ -62,7 +63,7 @@ impl AssetJob<'_> {
 
 /// `output` with another ending, claimed as an output too.
 fn beside(output: &Path, suffix: &str, context: &Context) -> anyhow::Result<PathBuf> {
-    if output == Path::new("-") {
+    if is_standard_stream(output) {
         let text = format!("the file {suffix} beside the product needs a name");
         return Err(StageError::usage(text).help("give --output a file").into());
     }

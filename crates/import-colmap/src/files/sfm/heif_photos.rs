@@ -3,6 +3,8 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
+use motes_scene::stem_of;
+
 use crate::error::{IngestError, Result};
 use crate::files::locate_image::is_image;
 
@@ -11,12 +13,12 @@ const SUFFIXES: [&str; 3] = ["heic", "heif", "avif"];
 /// Refuses HEIC and AVIF files without a converted photo of the same name beside them. `names` are those of all files below
 /// `photos`, `/` between parts.
 pub(super) fn refuse(photos: &Path, names: &[String]) -> Result<()> {
-    let stem = |name: &str| name.rsplit_once('.').map_or(name, |n| n.0).to_owned();
     let suffix = |name: &str| name.rsplit_once('.').map_or("", |n| n.1).to_owned();
-    let converted: BTreeSet<String> =
-        names.iter().filter(|name| is_image(name)).map(|name| stem(name)).collect();
+    let converted: BTreeSet<&str> =
+        names.iter().filter(|name| is_image(name)).map(|name| stem_of(name)).collect();
     let mut left = names.iter().filter(|name| {
-        SUFFIXES.contains(&suffix(name).to_lowercase().as_str()) && !converted.contains(&stem(name))
+        SUFFIXES.contains(&suffix(name).to_lowercase().as_str())
+            && !converted.contains(stem_of(name))
     });
     let Some(first) = left.next() else { return Ok(()) };
     let path = photos.join(first);
