@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use glam::DVec3;
 use motes_scene::{Camera, Pinhole};
 
+use crate::options::PhotoSize;
 use crate::panorama;
 use crate::undistort::PhotoCamera;
 
@@ -45,7 +46,7 @@ impl Plan {
 /// Plans by camera and photo size, in order of first use.
 pub(crate) struct Plans {
     keep_border: bool,
-    max_resolution: Option<u32>,
+    size: PhotoSize,
     pub(crate) plans: Vec<Plan>,
     index: HashMap<Key, usize>,
     /// Sentences about cameras that could not be kept whole.
@@ -56,14 +57,8 @@ pub(crate) struct Plans {
 type Key = (u32, [usize; 4], Vec<u64>);
 
 impl Plans {
-    pub(crate) fn new(keep_border: bool, max_resolution: Option<u32>) -> Self {
-        Self {
-            keep_border,
-            max_resolution,
-            plans: Vec::new(),
-            index: HashMap::new(),
-            warnings: Vec::new(),
-        }
+    pub(crate) fn new(keep_border: bool, size: PhotoSize) -> Self {
+        Self { keep_border, size, plans: Vec::new(), index: HashMap::new(), warnings: Vec::new() }
     }
 
     /// Index of the plan for a camera and a photo size, or why there is none.
@@ -105,7 +100,7 @@ impl Plans {
             }
             (pinhole, Kind::Undistort)
         };
-        let pinhole = limited(&full, self.max_resolution);
+        let pinhole = downscaled(&full, self.size);
         if kind == Kind::Copy && pinhole != full {
             kind = Kind::Resize;
         }
@@ -115,10 +110,9 @@ impl Plans {
     }
 }
 
-/// The camera with its long side at most `limit` pixels.
-fn limited(full: &Pinhole, limit: Option<u32>) -> Pinhole {
-    let long_side = full.width.max(full.height) as f64;
-    let scale = limit.map_or(1.0, |limit| f64::from(limit) / long_side);
+/// The camera of photos that are made smaller.
+fn downscaled(full: &Pinhole, size: PhotoSize) -> Pinhole {
+    let scale = size.scale(full.width.max(full.height) as f64);
     if scale >= 1.0 {
         return *full;
     }

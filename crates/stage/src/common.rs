@@ -5,6 +5,8 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 
+use crate::Habit;
+
 /// Flags that mean the same in every stage. Flatten into a stage's arguments with
 /// `#[command(flatten)] #[serde(flatten)] common: CommonArgs`.
 #[derive(Args, Clone, Debug, Default, Serialize)]
@@ -83,6 +85,9 @@ pub trait HasCommon {
 
     /// What `--preset` sets: its values, each with long flags and theirs. What the user or `--config` gives wins.
     const PRESETS: &'static [Preset] = &[];
+
+    /// Flags of other programs that stand for one of ours with a value. Plain other names are clap aliases.
+    const HABITS: &'static [Habit] = &[];
 
     /// The flattened common arguments.
     fn common(&self) -> &CommonArgs;

@@ -54,6 +54,7 @@ mod error;
 mod exit_status;
 mod fingerprint;
 mod generate;
+mod habits;
 mod help_order;
 mod interrupt;
 mod large_pages;
@@ -74,6 +75,7 @@ pub use common::{COMMON_BASIC, CommonArgs, Generate, HasCommon, Preset, Progress
 pub use context::Context;
 pub use error::{Explanation, OrBadInput, StageError};
 pub use exit_status::ExitStatus;
+pub use habits::Habit;
 pub use progress::Progress;
 pub use provenance::record_path;
 pub use run::{INVOKED_AS_VARIABLE, main, main_with_schema};

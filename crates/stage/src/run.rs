@@ -15,7 +15,7 @@ use crate::config::Merged;
 use crate::context::DryRun;
 use crate::error::{Explanation, explain, status_of};
 use crate::{
-    CommonArgs, Context, ExitStatus, HasCommon, ProgressMode, StageError, config, generate,
+    CommonArgs, Context, ExitStatus, HasCommon, ProgressMode, StageError, config, generate, habits,
     interrupt, leading_inputs, log, memory, panics, provenance, revision, stdout,
 };
 
@@ -152,7 +152,8 @@ where
     if let Some(what) = generate::requested(arguments) {
         return Ok(Parsed::Print(generate::text(what, command)?));
     }
-    let line = leading_inputs::with_flags(&command, arguments);
+    let line = habits::spelled(&command, arguments, A::HABITS);
+    let line = leading_inputs::with_flags(&command, &line);
     let merged = match config::config_path(&line) {
         Some(path) => config::merged(&command, &line, &path)?,
         None => Merged { line, from_config: Vec::new() },

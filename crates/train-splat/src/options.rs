@@ -1,5 +1,7 @@
 //! Parameters of the fit, their defaults and the presets.
 
+mod choices;
+
 use clap::{Args, ValueEnum};
 use motes_raster::RasterParameters;
 use motes_scene::Switch;
@@ -8,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use crate::auto::options::{BackgroundModel, ExposureModel, ModelChoice};
 use crate::loss::WeightedTerm;
 use crate::start::options::StartFrom;
+pub use choices::{AdamRule, Background, Densify, FreezeGroup};
 
 /// A point on the measured front of time against quality.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
@@ -20,65 +23,6 @@ pub enum Preset {
     Balanced,
     /// As good as it gets.
     High,
-}
-
-/// Color behind the Gaussians while fitting.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Background {
-    /// Random at every step when photos have alpha, so that transparent parts stay transparent; else black.
-    #[default]
-    Auto,
-    /// A new random color at every step.
-    Random,
-    /// Black.
-    Black,
-    /// White.
-    White,
-}
-
-/// Which parameters a step of Adam changes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum AdamRule {
-    /// All parameters: momentum continues where the views of a step see nothing.
-    #[default]
-    Dense,
-    /// Parameters with a gradient; the others keep their moments (Taming 3DGS, Mallick et al.
-    /// 2024).
-    Visible,
-}
-
-/// Where Gaussians are added.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Densify {
-    /// Split Gaussians with a large gradient of the projected center (Kerbl et al. 2023).
-    #[default]
-    Pull,
-    /// Split Gaussians that cover most of the error of several views (after FastGS, 2025).
-    Error,
-    /// Move faint Gaussians to opaque ones and add noise to the centers (3DGS as Markov chain Monte
-    /// Carlo, Kheradmand et al. 2024).
-    Relocate,
-}
-
-/// Parameters that a fit may leave alone.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum FreezeGroup {
-    /// Centers, scales and rotations, and the number of Gaussians.
-    Geometry,
-    /// Centers, and the number of Gaussians.
-    Means,
-    /// Log scales.
-    Scales,
-    /// Quaternions.
-    Rotations,
-    /// Opacity logits.
-    Opacities,
-    /// All spherical harmonics.
-    Colors,
 }
 
 /// Parameters of the fit. `None` means: from the preset, or chosen from the number of views.
@@ -153,7 +97,13 @@ pub struct FitOptions {
     #[arg(long, help_heading = "Optimizer (expert)", default_value_t = 0.0, value_name = "SHARE")]
     pub skip_backward: f64,
     /// Method of densification
-    #[arg(long, value_enum, default_value_t, help_heading = "Densification (expert)")]
+    #[arg(
+        long,
+        alias = "strategy",
+        value_enum,
+        default_value_t,
+        help_heading = "Densification (expert)"
+    )]
     pub densify: Densify,
     /// Views that --densify error evaluates per round
     #[arg(
@@ -235,7 +185,7 @@ pub struct FitOptions {
     #[arg(long, value_enum, default_value_t, help_heading = "Model")]
     pub filter_3d: Switch,
     /// Color behind the Gaussians
-    #[arg(long, value_enum, default_value_t, help_heading = "Model")]
+    #[arg(long, alias = "background-color", value_enum, default_value_t, help_heading = "Model")]
     pub background: Background,
     /// Meaning of an alpha channel in the photos
     #[arg(long, value_enum, default_value_t, help_heading = "Model")]
@@ -303,6 +253,7 @@ pub struct FitOptions {
         long,
         value_enum,
         default_value_t,
+        alias = "init-type",
         help_heading = "Initialization",
         value_name = "SOURCE"
     )]

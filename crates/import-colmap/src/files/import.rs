@@ -90,7 +90,7 @@ pub(crate) fn write(
 ) -> Result<ImportReport> {
     let mut splits = split::assign(&gathered.photos, options, &mut gathered.notes)?;
     some_train(&splits, &[])?;
-    let mut plans = Plans::new(options.keep_border, options.max_resolution);
+    let mut plans = Plans::new(options.keep_border, options.photo_size());
     let (plan_of, mut broken) = plan_photos(&mut gathered, &mut splits, &mut plans)?;
     some_train(&splits, &broken)?;
     gathered.warnings.append(&mut plans.warnings);

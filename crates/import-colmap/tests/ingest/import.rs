@@ -194,5 +194,9 @@ fn two_cameras_stay_two() {
     let capture = capture_of(&project);
     let size = |i: usize| (capture.cameras[i].width, capture.cameras[i].height);
     assert_eq!((size(0), size(1)), ((40, 30), (40, 20)));
+    let halved = ImportOptions { downscale_factor: Some(2.0), ..Default::default() };
+    project.import_written(&halved).unwrap();
+    let cameras = capture_of(&project).cameras;
+    assert_eq!((cameras[0].width, cameras[1].width), (32, 40), "each by the same factor");
     assert_eq!((capture.views[0].camera, capture.views[1].camera), (0, 1));
 }

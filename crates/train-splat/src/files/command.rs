@@ -11,7 +11,7 @@ use crate::{FitOptions, Lap, Phase};
 use motes_formats::documents::to_pretty_json;
 use motes_formats::event_file::EventFile;
 use motes_formats::ply::{PlyWriteOptions, write_gaussians};
-use motes_stage::{CommonArgs, Context, HasCommon};
+use motes_stage::{CommonArgs, Context, Habit, HasCommon};
 use serde::Serialize;
 
 const EXAMPLES: &str = "\
@@ -49,7 +49,7 @@ pub struct Args {
     init_ply: Option<PathBuf>,
 
     /// Continue from a checkpoint, with its options and seed
-    #[arg(long, value_name = "FILE", help_heading = "Initialization")]
+    #[arg(long, alias = "ckpt", value_name = "FILE", help_heading = "Initialization")]
     resume: Option<PathBuf>,
 
     /// Checkpoint to write [default: the output with the suffix .checkpoint.safetensors]
@@ -112,6 +112,7 @@ impl HasCommon for Args {
         "target",
         "iterations",
     ];
+    const HABITS: &'static [Habit] = &[("random-bkgd", "background=random")];
 
     fn common(&self) -> &CommonArgs {
         &self.common

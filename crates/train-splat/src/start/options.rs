@@ -11,6 +11,7 @@ pub enum StartFrom {
     #[default]
     Auto,
     /// The capture's points.
+    #[value(alias = "sfm")]
     Points,
     /// Points found in the posed photos: triangulated keypoints, a dense search, silhouettes.
     Photos,
