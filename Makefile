@@ -8,7 +8,7 @@ PHOTOS ?=
 INPUT  ?=
 SCENE  ?=
 
-STAGES := import-colmap train-splat render evaluate decompose relight segment-select edit export report info
+STAGES := import-colmap train-splat render evaluate decompose relight segment-select edit export report info provider
 BIN  := $(CURDIR)/target/release
 VENV := $(CURDIR)/.venv
 MDBOOK := $(CURDIR)/.mdbook

@@ -22,6 +22,7 @@ pub mod metrics;
 pub mod named_weight;
 pub mod ply;
 pub mod posed;
+pub mod provider;
 pub mod run_record;
 pub mod schemas;
 pub mod selection;

@@ -19,6 +19,7 @@ const KNOWN: &[(&str, &str)] = &[
     ("evaluate", "Measure"),
     ("report", "Measure"),
     ("info", "Measure"),
+    ("provider", "Measure"),
 ];
 
 /// Short and earlier names: the program that is meant, and its first argument.

@@ -128,6 +128,12 @@ pub(crate) fn explain(error: &anyhow::Error) -> Explanation {
     Explanation { text, help }
 }
 
+/// What [`crate::main`] would say about an error, and the exit code that it stands for: for programs that answer in another way
+/// than by ending.
+pub fn outcome_of(error: &anyhow::Error) -> (Explanation, ExitStatus) {
+    (explain(error), status_of(error))
+}
+
 /// The exit code that an error stands for.
 pub(crate) fn status_of(error: &anyhow::Error) -> ExitStatus {
     for cause in error.chain() {

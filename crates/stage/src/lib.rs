@@ -73,7 +73,7 @@ mod subjects;
 
 pub use common::{COMMON_BASIC, CommonArgs, Generate, HasCommon, Preset, ProgressMode};
 pub use context::Context;
-pub use error::{Explanation, OrBadInput, StageError};
+pub use error::{Explanation, OrBadInput, StageError, outcome_of};
 pub use exit_status::ExitStatus;
 pub use habits::Habit;
 pub use progress::Progress;

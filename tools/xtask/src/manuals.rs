@@ -13,7 +13,7 @@ use crate::tidy::{prose, vocabulary};
 
 const MANUALS: &str = "docs/stages/";
 /// Programs of one stage that have a help of their own.
-const SUBJECTS: [(&str, &[&str]); 1] = [("report", &["lab", "relight"])];
+const SUBJECTS: [(&str, &[&str]); 2] = [("report", &["lab", "relight"]), ("provider", &["check"])];
 
 pub(crate) fn run(root: &Path) -> anyhow::Result<()> {
     let mut known = BTreeSet::new();

@@ -57,6 +57,7 @@ const GROUPS: &[&str] = &[
     "Pipeline",
     "Prompts",
     "Protocol",
+    "Provider (expert)",
     "Quality",
     "Schedule",
     "Shadow plane",
