@@ -115,9 +115,22 @@ fn examples(help: &str, stage: &str) -> Vec<Vec<String>> {
             _ => commands.push(line.to_owned()),
         }
     }
-    let words = |line: &String| line.split(' ').map(|w| w.trim_matches('\'').to_owned()).collect();
     let of_stage = |line: &&String| line.starts_with(&format!("{stage} "));
-    commands.iter().filter(of_stage).map(words).collect()
+    commands.iter().filter(of_stage).map(|line| words(line)).collect()
+}
+
+/// Words as a shell sees them: spaces part them outside of single quotes.
+fn words(line: &str) -> Vec<String> {
+    let (mut words, mut is_quoted) = (vec![String::new()], false);
+    for c in line.chars() {
+        match (c, words.last_mut()) {
+            ('\'', _) => is_quoted = !is_quoted,
+            (' ', _) if !is_quoted => words.push(String::new()),
+            (c, Some(word)) => word.push(c),
+            (_, None) => {}
+        }
+    }
+    words
 }
 
 #[test]
