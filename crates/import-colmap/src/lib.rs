@@ -18,12 +18,14 @@ mod plan;
 mod progress;
 mod report;
 mod undistort;
+mod video;
 mod warp;
 
 pub use error::{IngestError, Result};
-pub use files::import::{import, import_photos};
+pub use files::import::{import, import_photos, import_video};
 pub use files::sfm::{CameraSharing, Matcher, SfmOptions, SfmReport, SfmTool};
 pub use files::source::{ImportInput, Source};
+pub use files::video::{VideoOptions, VideoReport};
 pub use options::ImportOptions;
 pub use progress::{Progress, Silent};
 pub use report::ImportReport;

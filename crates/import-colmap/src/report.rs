@@ -8,6 +8,7 @@ use motes_scene::{Capture, Split};
 use serde::Serialize;
 
 use crate::files::sfm::SfmReport;
+use crate::files::video::VideoReport;
 use crate::gathered::{Gathered, Photo};
 use crate::geometry;
 
@@ -51,6 +52,8 @@ pub struct ImportReport {
     pub point_bounds: Option<[[f64; 3]; 2]>,
     /// How poses were found, when this import found them.
     pub sfm: Option<SfmReport>,
+    /// What was taken from a video, when this import read one.
+    pub video: Option<VideoReport>,
     /// How pixels were made.
     pub resampling: String,
     /// Facts worth knowing.
@@ -62,6 +65,13 @@ pub struct ImportReport {
 impl fmt::Display for ImportReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "source: {}", self.source)?;
+        if let Some(video) = &self.video {
+            writeln!(
+                f,
+                "video: {} frames looked at, the picture moved by {:.1} image widths",
+                video.frames_seen, video.image_motion_widths
+            )?;
+        }
         writeln!(f, "photos: {} of {} registered", self.registered, self.photos)?;
         let [width, height] = self.image_size;
         writeln!(
@@ -123,6 +133,7 @@ pub(crate) fn report(gathered: &Gathered, capture: &Capture) -> ImportReport {
             capture.points.positions.iter().map(|p| glam::Vec3::from_array(*p).as_dvec3()),
         ),
         sfm: None,
+        video: None,
         resampling: RESAMPLING.into(),
         notes: gathered.notes.clone(),
         warnings: gathered.warnings.clone(),

@@ -6,8 +6,8 @@ use std::path::PathBuf;
 use std::sync::Mutex;
 
 use crate::{
-    ImportInput, ImportOptions, ImportReport, IngestError, SfmOptions, Source, import,
-    import_photos,
+    ImportInput, ImportOptions, ImportReport, IngestError, SfmOptions, Source, VideoOptions,
+    import, import_photos, import_video,
 };
 use motes_formats::FormatError;
 use motes_stage::{CommonArgs, Context, HasCommon, StageError};
@@ -15,13 +15,13 @@ use serde::Serialize;
 
 const EXAMPLES: &str = include_str!("examples.txt");
 
-/// Import photos, a COLMAP model or a transforms.json as an undistorted capture
+/// Import photos, a video, a COLMAP model or a transforms.json as an undistorted capture
 #[derive(clap::Parser, Serialize)]
 #[command(name = "import-colmap", after_help = EXAMPLES)]
 pub struct Args {
     /// COLMAP project, folder with transforms*.json, such a file, or (with --photos) a folder of
     /// photos
-    #[arg(required_unless_present_any = ["photos", "model"])]
+    #[arg(required_unless_present_any = ["photos", "model", "video"])]
     input: Option<PathBuf>,
 
     /// Photos without poses; COLMAP estimates them (without DIR: the photos in INPUT)
@@ -47,6 +47,10 @@ pub struct Args {
 
     #[command(flatten)]
     #[serde(flatten)]
+    video: VideoOptions,
+
+    #[command(flatten)]
+    #[serde(flatten)]
     sfm: SfmOptions,
 
     #[command(flatten)]
@@ -57,6 +61,7 @@ pub struct Args {
 impl HasCommon for Args {
     const BASIC: &'static [&'static str] = &[
         "photos",
+        "video",
         "model",
         "images",
         "output",
@@ -64,7 +69,6 @@ impl HasCommon for Args {
         "test-every",
         "masks",
         "sfm",
-        "share-camera",
         "seed",
     ];
 
@@ -108,7 +112,11 @@ pub fn run(args: &Args, context: &Context) -> anyhow::Result<ImportReport> {
     let shown = Shown { context, current: Mutex::new(None) };
     let photos = photos_of(args)?;
     context.output(args.output.join("capture.json"))?;
-    let report = if let Some(photos) = photos {
+    let report = if let Some(video) = &args.video.video {
+        context.input("video", video)?;
+        context.stop_if_dry_run()?;
+        import_video(&args.video, &args.output, &args.options, &args.sfm, &shown)
+    } else if let Some(photos) = photos {
         context.input("photos", photos)?;
         context.stop_if_dry_run()?;
         import_photos(photos, &args.output, &args.options, &args.sfm, &shown)

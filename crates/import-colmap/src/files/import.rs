@@ -17,6 +17,7 @@ use crate::files::photos_out::{Done, Job, run, unique_stems};
 use crate::files::sfm::{self, SfmOptions};
 use crate::files::source::Source;
 use crate::files::start_points::{find_points, start_points};
+use crate::files::video::{VideoOptions, take_photos};
 use crate::files::{from_colmap, from_transforms, split};
 use crate::gathered::Gathered;
 use crate::options::ImportOptions;
@@ -59,22 +60,72 @@ pub fn import_photos(
     sfm_options: &SfmOptions,
     progress: &dyn Progress,
 ) -> Result<ImportReport> {
-    let temporary;
-    let workspace = match &sfm_options.sfm_workspace {
-        Some(folder) => folder.as_path(),
-        None => {
-            temporary = ScratchFolder::new().map_err(|error| IngestError::Failed {
-                cause: format!("cannot make a temporary folder ({error})"),
-                remedy: "give a folder with --sfm-workspace".into(),
-            })?;
-            temporary.path()
-        }
+    let workspace = Workspace::new(sfm_options)?;
+    solve_and_write(photos, &workspace, output, options, sfm_options, progress)
+}
+
+/// Takes photos out of a video and imports them as [`import_photos`] does.
+///
+/// # Errors
+/// As [`import_photos`]; there is no ffmpeg, the video cannot be decoded, or the camera does not move in it.
+pub fn import_video(
+    video: &VideoOptions,
+    output: &Path,
+    options: &ImportOptions,
+    sfm_options: &SfmOptions,
+    progress: &dyn Progress,
+) -> Result<ImportReport> {
+    let Some(file) = &video.video else {
+        return Err(IngestError::usage("no video is given", "give --video FILE"));
     };
+    let workspace = Workspace::new(sfm_options)?;
+    let photos = workspace.folder().join("frames");
+    let taken = take_photos(file, video.frames, &photos, progress)?;
+    let mut report = solve_and_write(&photos, &workspace, output, options, sfm_options, progress)?;
+    report.source = format!("video, {}", report.source);
+    report.warnings.extend(taken.warnings.iter().cloned());
+    report.video = Some(taken);
+    Ok(report)
+}
+
+/// Where the solver keeps its files.
+enum Workspace<'a> {
+    Kept(&'a Path),
+    Scratch(ScratchFolder),
+}
+
+impl<'a> Workspace<'a> {
+    fn new(options: &'a SfmOptions) -> Result<Self> {
+        if let Some(folder) = &options.sfm_workspace {
+            return Ok(Self::Kept(folder));
+        }
+        ScratchFolder::new().map(Self::Scratch).map_err(|error| IngestError::Failed {
+            cause: format!("cannot make a temporary folder ({error})"),
+            remedy: "give a folder with --sfm-workspace".into(),
+        })
+    }
+
+    fn folder(&self) -> &Path {
+        match self {
+            Self::Kept(folder) => folder,
+            Self::Scratch(folder) => folder.path(),
+        }
+    }
+}
+
+fn solve_and_write(
+    photos: &Path,
+    workspace: &Workspace<'_>,
+    output: &Path,
+    options: &ImportOptions,
+    sfm_options: &SfmOptions,
+    progress: &dyn Progress,
+) -> Result<ImportReport> {
     // Inverted masks would hide the subject from the solver; it does without masks then.
     let masks = options.masks.as_deref().filter(|_| !options.invert_masks);
-    let is_scratch = sfm_options.sfm_workspace.is_none();
+    let is_scratch = matches!(workspace, Workspace::Scratch(_));
     let (gathered, sfm_report) =
-        sfm::gather(photos, workspace, is_scratch, masks, sfm_options, progress)?;
+        sfm::gather(photos, workspace.folder(), is_scratch, masks, sfm_options, progress)?;
     let mut report = write(gathered, output, options, sfm_options, progress)?;
     report.sfm = Some(sfm_report);
     Ok(report)

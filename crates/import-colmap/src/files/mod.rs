@@ -7,9 +7,11 @@ pub(crate) mod import;
 mod locate_image;
 mod photo_plans;
 mod photos_out;
+mod process;
 pub(crate) mod sfm;
 pub(crate) mod source;
 mod split;
 mod start_points;
+pub(crate) mod video;
 
 pub use command::{Args, run};

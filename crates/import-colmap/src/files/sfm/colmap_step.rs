@@ -3,8 +3,8 @@
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use super::process::{Ended, Line, run};
 use crate::error::{IngestError, Result};
+use crate::files::process::{Ended, Line, run};
 use crate::progress::Progress;
 
 /// `COLMAP 3.8`, when the command runs.

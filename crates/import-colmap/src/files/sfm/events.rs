@@ -5,8 +5,8 @@ use std::process::Command;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
-use super::process::{Line, run};
 use crate::error::{IngestError, Result};
+use crate::files::process::{Line, run};
 use crate::progress::Progress;
 
 /// A line of a script whose result is an `R`.

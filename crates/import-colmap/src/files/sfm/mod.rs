@@ -10,7 +10,6 @@ mod events;
 mod heif_photos;
 mod judge;
 mod options;
-mod process;
 mod pycolmap;
 mod staged_photos;
 mod triangulate;

@@ -15,21 +15,21 @@ const POLL: Duration = Duration::from_millis(100);
 const KEPT_LINES: usize = 40;
 
 /// A line and the stream it came from.
-pub(super) enum Line {
+pub(in crate::files) enum Line {
     Out(String),
     Err(String),
 }
 
 /// How a child ended.
-pub(super) struct Ended {
-    pub(super) status: ExitStatus,
+pub(in crate::files) struct Ended {
+    pub(in crate::files) status: ExitStatus,
     /// The last lines of standard error.
-    pub(super) last_words: Vec<String>,
+    pub(in crate::files) last_words: Vec<String>,
 }
 
 /// Runs a command to its end, hands every line to `hear`, and kills it when the user asks to
 /// stop. Its standard input stays empty and open as long as this process lives.
-pub(super) fn run(
+pub(in crate::files) fn run(
     command: &mut Command,
     progress: &dyn Progress,
     hear: &mut dyn FnMut(&Line),
