@@ -9,6 +9,8 @@ INPUT  ?=
 SCENE  ?=
 
 STAGES := import-colmap train-splat render evaluate decompose relight segment-select edit export report info provider
+# Programs that run learned models for stages, called motes-NAME.
+PROVIDERS := provider-sam
 BIN  := $(CURDIR)/target/release
 VENV := $(CURDIR)/.venv
 MDBOOK := $(CURDIR)/.mdbook
@@ -25,7 +27,7 @@ revision = revision=$$(git describe --always --dirty --abbrev=10 --exclude '*' 2
 .PHONY: build setup setup-consumers docs test fmt tidy licenses clippy doc unit fuzz lab lab-relit lab-ci relight relight-ci edit edit-ci truth schemas install dist uninstall clean help
 
 build: ## build the stages and the dispatcher into target/release (the default)
-	$(CARGO) build --release $(LOCKED) -p motes $(addprefix -p ,$(STAGES))
+	$(CARGO) build --release $(LOCKED) -p motes $(addprefix -p ,$(STAGES) $(PROVIDERS))
 	@$(revision)
 
 setup: $(VENV)/.ready ## make the private Python environment .venv for COLMAP (pycolmap)
@@ -116,13 +118,16 @@ schemas: ## write docs/formats/schema and the versions in pages from the code
 
 # Only `motes` goes on PATH: `export` and `edit` would collide with the shell and other programs.
 install: ## install to PREFIX (default /usr/local); DESTDIR stages a package
-	$(CARGO) build --release $(LOCKED) -p motes $(addprefix -p ,$(STAGES))
+	$(CARGO) build --release $(LOCKED) -p motes $(addprefix -p ,$(STAGES) $(PROVIDERS))
 	@$(revision)
 	$(CARGO) run --quiet --release -p xtask -- man
 	install -d '$(DESTDIR)$(PREFIX)/bin' '$(DESTDIR)$(PREFIX)/libexec/motes' '$(DESTDIR)$(PREFIX)/share/man/man1'
 	install -m 755 '$(BIN)/motes' '$(DESTDIR)$(PREFIX)/bin/'
 	for stage in $$(MOTES_STAGE_PATH= PATH=/nowhere '$(BIN)/motes' list); do \
 	    install -m 755 "$(BIN)/$$stage" '$(DESTDIR)$(PREFIX)/libexec/motes/' || exit 1; \
+	done
+	for provider in $(PROVIDERS); do \
+	    install -m 755 "$(BIN)/motes-$$provider" '$(DESTDIR)$(PREFIX)/libexec/motes/' || exit 1; \
 	done
 	[ ! -f '$(BIN)/motes-revision.txt' ] || install -m 644 '$(BIN)/motes-revision.txt' '$(DESTDIR)$(PREFIX)/libexec/motes/'
 	install -m 644 target/man/*.1 '$(DESTDIR)$(PREFIX)/share/man/man1/'

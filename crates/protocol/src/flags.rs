@@ -22,7 +22,7 @@ pub struct ProviderFlags {
     #[arg(long, value_name = "SECONDS", default_value_t = 600.0, value_parser = positive)]
     pub provider_time_limit: f64,
 
-    /// Folder for answers of the provider, which serve again for the same pictures, request and model; "" keeps none [default:
+    /// Folder for answers of the provider, which serve again for the same pictures, request and model; none keeps none [default:
     /// motes/answers in the user's folder of caches]
     #[arg(long, value_name = "DIR")]
     pub provider_cache: Option<PathBuf>,
@@ -60,9 +60,9 @@ impl ProviderFlags {
         context: &Context,
     ) -> Result<Provider, StageError> {
         let answers = match &self.provider_cache {
-            Some(folder) if folder.as_os_str().is_empty() => None,
+            Some(folder) if folder.as_os_str() == "none" => None,
             Some(folder) => Some(folder.clone()),
-            None => usual_folder(),
+            None => user_cache("answers"),
         };
         let stopped = || context.interrupted();
         let answers = answers.as_deref().map(Path::new);
@@ -70,11 +70,11 @@ impl ProviderFlags {
     }
 }
 
-/// `motes/answers` in the user's folder of caches.
-fn usual_folder() -> Option<PathBuf> {
+/// `motes/NAME` in the user's folder of caches; none where there is no such folder.
+pub fn user_cache(name: &str) -> Option<PathBuf> {
     let variable = |name: &str| std::env::var_os(name).map(PathBuf::from);
     let absolute = |folder: &PathBuf| folder.is_absolute();
     let caches = variable("XDG_CACHE_HOME").filter(absolute);
     let caches = caches.or_else(|| Some(variable("HOME").filter(absolute)?.join(".cache")))?;
-    Some(caches.join("motes").join("answers"))
+    Some(caches.join("motes").join(name))
 }

@@ -19,5 +19,5 @@ pub use checks::read_logits;
 pub use client::{Provider, ProviderUse};
 pub use command::{ProviderCommand, split_words};
 pub use error::ProviderError;
-pub use flags::ProviderFlags;
+pub use flags::{ProviderFlags, user_cache};
 pub use process::{POLL, end_group};

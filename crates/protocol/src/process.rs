@@ -110,6 +110,10 @@ impl Ended {
 pub(crate) fn last_words(stderr: &str) -> String {
     let short = |line: &str| line.trim().chars().take(300).collect::<String>();
     let mut lines = stderr.lines().rev().filter(|line| !line.trim().is_empty()).map(short);
+    // Usage errors of many programs end with how to get help, and begin with what is wrong.
+    if lines.clone().next().is_some_and(|last| last.contains("--help")) {
+        return lines.next_back().unwrap_or_default();
+    }
     match (lines.next(), lines.next()) {
         (Some(help), Some(text)) if help.starts_with("help:") => format!("{text}\n{help}"),
         (Some(text), _) => text,
