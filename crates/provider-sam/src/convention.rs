@@ -37,8 +37,7 @@ impl Convention {
     /// The convention of a decoder with these inputs.
     pub fn of(inputs: &[String]) -> Option<Self> {
         let has = |name: &&str| inputs.iter().any(|input| input == name);
-        let found =
-            NAMES.iter().find(|(_, e, p)| e.iter().all(|n| has(&n)) && p.iter().all(|n| has(&n)));
+        let found = NAMES.iter().find(|(_, e, p)| e.iter().all(has) && p.iter().all(has));
         found.map(|(convention, ..)| *convention)
     }
 

@@ -91,7 +91,9 @@ impl Prompt {
             match abilities.takes_masks {
                 true => prompt.logits = Some(((width, height), values)),
                 false => {
-                    prompt.warnings.push("this export of SAM takes no mask: it was left out".into())
+                    prompt
+                        .warnings
+                        .push("this export of SAM takes no mask: it was left out".into());
                 }
             }
         }
