@@ -34,6 +34,13 @@ impl ProviderCommand {
         Self { name: name.into(), program: program.into(), arguments: arguments.into() }
     }
 
+    /// The same with more arguments.
+    #[must_use]
+    pub fn with_arguments(mut self, more: impl IntoIterator<Item = String>) -> Self {
+        self.arguments.extend(more);
+        self
+    }
+
     pub(crate) fn to_command(&self, more: &[&OsStr]) -> std::process::Command {
         let mut command = std::process::Command::new(&self.program);
         command.args(&self.arguments).args(more);

@@ -22,7 +22,7 @@ pub struct ProviderFlags {
     #[arg(long, value_name = "SECONDS", default_value_t = 600.0, value_parser = positive)]
     pub provider_time_limit: f64,
 
-    /// Folder for answers of the provider, which serve again for the same pictures, request and model; none keeps none [default:
+    /// Folder for answers of the provider, which serve again for the same pictures, request and model; "none" keeps no answer [default:
     /// motes/answers in the user's folder of caches]
     #[arg(long, value_name = "DIR")]
     pub provider_cache: Option<PathBuf>,

@@ -80,6 +80,12 @@ pub enum SelectError {
         /// The file.
         path: String,
     },
+    /// The segmenter failed; it says why and what helps.
+    #[error("{0}")]
+    Segmenter(String),
+    /// The user asked to stop.
+    #[error("interrupted")]
+    Interrupted,
     /// A file cannot be read.
     #[error(transparent)]
     Format(#[from] FormatError),

@@ -15,7 +15,7 @@ use crate::lift::lift_masks;
 use crate::neighbors::{connected, grown, settled, shrunk};
 use crate::prompt::{Place, seeds};
 use crate::property::{base_lab, property};
-use crate::provider::{GraphCut, MaskProvider};
+use crate::provider::{Asked, GraphCut, MaskProvider};
 use crate::shapes::{centers, half_space, mean, polygon, turned_box};
 use crate::source::SelectSource;
 use crate::{masks, plane::SupportPlane};
@@ -72,7 +72,10 @@ pub fn propose(
     prompt: &ObjectPrompt,
     count: usize,
 ) -> Result<Vec<Proposal>, SelectError> {
-    propose_with(source, &GraphCut::default(), prompt, count)
+    match source.segmenter() {
+        Some(segmenter) => propose_with(source, segmenter, prompt, count),
+        None => propose_with(source, &GraphCut::default(), prompt, count),
+    }
 }
 
 /// [`propose`] with another maker of masks.
@@ -87,7 +90,7 @@ pub fn propose_with(
 ) -> Result<Vec<Proposal>, SelectError> {
     let index = source.index()?;
     let seeds = seeds(source, index, prompt)?;
-    let proposals = provider.propose(index, &seeds, count);
+    let proposals = provider.propose(&Asked { source, index, prompt, seeds: &seeds }, count)?;
     let lifted = proposals.into_iter().map(|(mask, score)| {
         let lifted = lift_masks(index, &mask);
         Proposal {

@@ -8,7 +8,7 @@ use crate::error::SelectError;
 use crate::index::SceneIndex;
 use crate::lift::{lift_masks, remapped};
 use crate::prompt::Place;
-use crate::provider::{GraphCut, MaskProvider as _};
+use crate::provider::GraphCut;
 use crate::seeds::Seeds;
 use crate::source::SelectSource;
 

@@ -1,19 +1,35 @@
 //! Who makes masks from prompts.
 
+use motes_formats::selectors::ObjectPrompt;
+
 use crate::diffusion::{Mark, probabilities};
+use crate::error::SelectError;
 use crate::index::SceneIndex;
 use crate::seeds::{Seeds, marks};
 use crate::segment::{SegmentOptions, nested_regions, rounds};
+use crate::source::SelectSource;
 
-/// Masks of all views for a prompt, as shares of superpixels. Another segmenter (a network, say) is another
-/// implementation: it sees the views and seeds of the index, and [`SceneIndex::from_pixels`] brings its
-/// pictures to superpixels.
-pub trait MaskProvider {
+/// A prompt, and what it is about.
+pub struct Asked<'a> {
+    /// Gaussians and views.
+    pub source: &'a SelectSource<'a>,
+    /// The prepared views.
+    pub index: &'a SceneIndex,
+    /// The prompt in pixels of the views.
+    pub prompt: &'a ObjectPrompt,
+    /// The prompt in superpixels of all views.
+    pub seeds: &'a Seeds,
+}
+
+/// Masks of all views for a prompt, as shares of superpixels. Another segmenter is another implementation:
+/// [`SceneIndex::from_pixels`] brings its pictures to superpixels.
+pub trait MaskProvider: Sync {
     /// Up to `count` nested masks (`[nodes]`, 0 to 1) with scores, the whole object first.
-    fn propose(&self, index: &SceneIndex, seeds: &Seeds, count: usize) -> Vec<(Vec<f32>, f32)>;
-
-    /// The mask of an object that is fully outlined in some views, in all views.
-    fn spread(&self, index: &SceneIndex, seeds: &Seeds) -> Vec<f32>;
+    ///
+    /// # Errors
+    /// What ends the segmenter.
+    fn propose(&self, asked: &Asked<'_>, count: usize)
+    -> Result<Vec<(Vec<f32>, f32)>, SelectError>;
 }
 
 /// Graph cuts on color and rendered geometry; no learned weights.
@@ -31,8 +47,13 @@ fn masked_area(index: &SceneIndex, mask: &[f32]) -> f32 {
 }
 
 impl MaskProvider for GraphCut {
-    fn propose(&self, index: &SceneIndex, seeds: &Seeds, count: usize) -> Vec<(Vec<f32>, f32)> {
-        nested_regions(index, seeds, count)
+    fn propose(
+        &self,
+        asked: &Asked<'_>,
+        count: usize,
+    ) -> Result<Vec<(Vec<f32>, f32)>, SelectError> {
+        let (index, seeds) = (asked.index, asked.seeds);
+        let nested = nested_regions(index, seeds, count)
             .into_iter()
             .map(|(region, score)| {
                 let cut = rounds(index, region.clone(), seeds, &self.options);
@@ -40,10 +61,14 @@ impl MaskProvider for GraphCut {
                 let lost = masked_area(index, &cut) < LEAST_LEFT * masked_area(index, &region);
                 (if lost { region } else { cut }, score)
             })
-            .collect()
+            .collect();
+        Ok(nested)
     }
+}
 
-    fn spread(&self, index: &SceneIndex, seeds: &Seeds) -> Vec<f32> {
+impl GraphCut {
+    /// The mask of an object that is fully outlined in some views, in all views.
+    pub(crate) fn spread(&self, index: &SceneIndex, seeds: &Seeds) -> Vec<f32> {
         let mut marks = marks(index, seeds);
         // An outline says more than the plane: only what it leaves open is walked through.
         seeds.positive.iter().flatten().for_each(|&n| marks[n as usize] = Mark::Positive);

@@ -12,6 +12,7 @@ use rayon::prelude::*;
 use crate::error::SelectError;
 use crate::index::SceneIndex;
 use crate::plane::SupportPlane;
+use crate::provider::MaskProvider;
 use crate::view_data::ViewData;
 
 /// Longest side of the pictures that prompts are answered on, pixels: more is slower, and finer than the
@@ -21,7 +22,6 @@ pub const WORKING_PX: usize = 640;
 pub const MOST_VIEWS: usize = 24;
 
 /// Gaussians and, for prompts in pixels, views.
-#[derive(Debug)]
 pub struct SelectSource<'a> {
     /// What is selected from.
     pub gaussians: &'a Gaussians,
@@ -30,6 +30,7 @@ pub struct SelectSource<'a> {
     pub(crate) capture: Option<(&'a Capture, PathBuf)>,
     bound: Option<BoundGaussians>,
     pub(crate) cache: Option<PathBuf>,
+    segmenter: Option<&'a dyn MaskProvider>,
     index: OnceLock<SceneIndex>,
 }
 
@@ -37,7 +38,8 @@ impl<'a> SelectSource<'a> {
     /// Gaussians without views: shapes, properties and files can select.
     pub fn new(gaussians: &'a Gaussians, antialias: Antialias) -> Self {
         let options = RenderOptions { antialias, ..RenderOptions::default() };
-        Self { gaussians, options, capture: None, bound: None, cache: None, index: OnceLock::new() }
+        let (capture, bound, cache, segmenter) = (None, None, None, None);
+        Self { gaussians, options, capture, bound, cache, segmenter, index: OnceLock::new() }
     }
 
     /// Adds the views of a capture; `path` is its document, photos lie beside it.
@@ -59,6 +61,18 @@ impl<'a> SelectSource<'a> {
     pub fn with_cache(mut self, folder: &Path) -> Self {
         self.cache = Some(folder.to_owned());
         self
+    }
+
+    /// Answers clicks, boxes and strokes by another segmenter than the graph cut.
+    #[must_use]
+    pub fn with_segmenter(mut self, segmenter: &'a dyn MaskProvider) -> Self {
+        self.segmenter = Some(segmenter);
+        self
+    }
+
+    /// The segmenter, when it is not the graph cut.
+    pub(crate) fn segmenter(&self) -> Option<&'a dyn MaskProvider> {
+        self.segmenter
     }
 
     /// The file of the Gaussians, when it was said.
@@ -147,11 +161,16 @@ impl<'a> SelectSource<'a> {
 
     /// A camera at the working size.
     pub(crate) fn working(camera: &Pinhole) -> Pinhole {
+        Self::at_most(camera, WORKING_PX)
+    }
+
+    /// A camera whose longest side has at most this many pixels.
+    pub(crate) fn at_most(camera: &Pinhole, most_px: usize) -> Pinhole {
         let longest = camera.width.max(camera.height);
-        if longest <= WORKING_PX {
+        if longest <= most_px {
             return *camera;
         }
-        let side = |px: usize| (px * WORKING_PX).div_ceil(longest).max(1);
+        let side = |px: usize| (px * most_px).div_ceil(longest).max(1);
         camera.resized(side(camera.width), side(camera.height))
     }
 }

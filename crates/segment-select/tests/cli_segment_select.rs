@@ -5,12 +5,13 @@ use std::process::{Command, Output};
 
 use glam::DVec3;
 use motes_formats::exr_aov::open_exr;
-use motes_formats::images::read_image;
+use motes_formats::images::{read_image, write_png};
 use motes_formats::ply::read_gaussians;
 use motes_formats::selection::{
     BoundGaussians, SelectionDocument, SelectionNotes, write_selection,
 };
-use motes_scene::{ColumnValues, Selection};
+use motes_raster::RenderOptions;
+use motes_scene::{ColumnValues, ImageU8, Selection};
 use motes_testkit::toy_scene::{ToyScene, toy_scene};
 use serde_json::{Value, json};
 
@@ -194,5 +195,97 @@ fn bad_prompts_are_refused_and_leave_nothing() {
         assert_eq!(done.status.code(), Some(code), "{arguments:?}: {}", stderr(&done));
         assert!(stderr(&done).contains(part), "{arguments:?}: {}", stderr(&done));
         assert!(!toy.path("s.json").exists(), "{arguments:?}");
+    }
+}
+
+/// Photos of the views: the box red, the rest blue.
+fn take_photos(toy: &ToyScene) {
+    let gaussians = read_gaussians(&toy.path("scene/gaussians.ply")).unwrap();
+    let is_box = Selection::where_true(gaussians.len(), |i| gaussians.means[i][2] > 0.01);
+    for view in &toy.capture.views {
+        let camera = toy.capture.cameras[view.camera].as_pinhole().unwrap();
+        let (pose, options) = (&view.camera_from_world, RenderOptions::default());
+        let mask = segment_select::selection_mask(&gaussians, &is_box, &camera, pose, &options);
+        let color = |m: &f32| if *m > 0.5 { [230, 40, 30] } else { [20, 60, 160] };
+        let pixels = mask.data.iter().flat_map(color).collect();
+        let photo = ImageU8::from_data(camera.width, camera.height, 3, pixels);
+        write_png(&toy.path(&view.image.to_string_lossy()), &photo).unwrap();
+    }
+}
+
+fn data(name: &str) -> String {
+    std::path::Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../../testdata")
+        .join(name)
+        .display()
+        .to_string()
+}
+
+#[cfg(unix)]
+#[test]
+fn sam_answers_a_click_and_its_answers_are_kept() {
+    let toy = toy_scene();
+    take_photos(&toy);
+    motes_testkit::program("motes-provider-sam");
+    let click = click(&toy, 1);
+    for export in ["meta", "sam2-js"] {
+        let model = data(&format!("sam/{export}"));
+        let line = ["--click", &click, "--segmenter", "sam", "--model", &model, "--json", "-w"];
+        let ask = || {
+            let done = select(&toy, &line);
+            assert_eq!(done.status.code(), Some(0), "{export}: {}", stderr(&done));
+            let report: Value = serde_json::from_slice(&done.stdout).unwrap();
+            (report, std::fs::read(toy.path("s.json")).unwrap())
+        };
+        let (report, first) = ask();
+        let count = report["count"].as_u64().unwrap();
+        assert!((400..=560).contains(&count), "{export}: {count}");
+        let top = report["object_box"]["max"][2].as_f64().unwrap();
+        assert!((top - 0.6).abs() < 0.03, "{export}: {top}");
+        let by = &report["segmenter"];
+        assert_eq!(by["provider"]["name"], "sam");
+        assert_eq!(by["provider"]["models"][1]["id"], "prompt_encoder_mask_decoder.onnx");
+        let asked = by["views_asked"].as_array().unwrap().len() as u64;
+        assert!(asked > 1 && by["provider"]["answered"] == asked, "{by}");
+        let (report, again) = ask();
+        let by = &report["segmenter"]["provider"];
+        assert_eq!((by["kept"].as_u64(), by["answered"].as_u64()), (Some(asked), Some(0)));
+        assert_eq!(again, first, "{export}");
+    }
+}
+
+#[test]
+fn a_segmenter_that_cannot_answer_is_told_and_no_file_starts_one() {
+    let toy = toy_scene();
+    let name = toy.capture.views[0].name.clone();
+    let click = format!("{name},40,30");
+    let model = data("sam/meta");
+    std::fs::write(toy.path("sam.json"), json!({"segmenter": "sam", "model": &model}).to_string())
+        .unwrap();
+    let command = format!("touch {}", toy.path("started").display());
+    let provider = json!({"segmenter": "provider", "provider": &command});
+    std::fs::write(toy.path("provider.json"), provider.to_string()).unwrap();
+    let copy = format!("python3 '{}'", data("providers/copy.py"));
+    for (line, code, says) in [
+        (vec!["--segmenter", "sam"], 2, "needs weights"),
+        (vec!["--model", &model], 2, "--model is for --segmenter sam"),
+        (vec!["--provider", "sam"], 2, "--provider is for --segmenter provider"),
+        (vec!["--segmenter", "provider"], 2, "needs a program"),
+        (vec!["--segmenter", "sam", "--model", "nowhere"], 3, "no such file or folder: nowhere"),
+        (vec!["--segmenter", "sam", "--model", "scene"], 3, "no .onnx file with \"encoder\""),
+        (
+            vec!["--segmenter", "provider", "--provider", "no-such-one"],
+            3,
+            "no provider no-such-one",
+        ),
+        (vec!["--segmenter", "provider", "--provider", &copy], 3, "does not do segment"),
+        (vec!["--segmenter", "provider", "--config", "provider.json"], 2, "may not name a program"),
+        (vec!["--config", "provider.json"], 2, "may not choose a segmenter"),
+        (vec!["--config", "sam.json"], 2, "may not choose a segmenter"),
+    ] {
+        let done = select(&toy, &[&["--click", &click], &line[..]].concat());
+        assert_eq!(done.status.code(), Some(code), "{line:?}: {}", stderr(&done));
+        assert!(stderr(&done).contains(says), "{line:?}: {}", stderr(&done));
+        assert!(!toy.path("s.json").exists() && !toy.path("started").exists(), "{line:?}");
     }
 }

@@ -2,7 +2,11 @@
 
 use std::path::PathBuf;
 
-use super::{ExtraProducts, Inputs, PromptFlags, SelectReport, answer, write_products};
+use super::{
+    ExtraProducts, Inputs, PromptFlags, SegmenterFlags, SegmenterReport, SelectReport, answer,
+    write_products,
+};
+use crate::MaskProvider;
 use clap::Parser;
 use motes_stage::{CommonArgs, Context, HasCommon, OrBadInput as _};
 use serde::Serialize;
@@ -46,6 +50,10 @@ pub struct Args {
 
     #[command(flatten)]
     #[serde(flatten)]
+    segmenter: SegmenterFlags,
+
+    #[command(flatten)]
+    #[serde(flatten)]
     common: CommonArgs,
 }
 
@@ -81,8 +89,13 @@ pub fn run(args: &Args, context: &Context) -> anyhow::Result<SelectReport> {
         args.capture.as_deref(),
         context,
     )?;
+    let segmenter = args.segmenter.command(context)?;
     context.stop_if_dry_run()?;
+    let segmenter = args.segmenter.open(segmenter, context)?;
     let mut source = inputs.source();
+    if let Some(segmenter) = &segmenter {
+        source = source.with_segmenter(segmenter as &dyn MaskProvider);
+    }
     // Without a capture there are no views to keep.
     if let Some(cache) = args.capture.as_ref().and_then(|_| args.extra.cache_folder()) {
         source = source.with_cache(&cache);
@@ -92,8 +105,14 @@ pub fn run(args: &Args, context: &Context) -> anyhow::Result<SelectReport> {
         source.index().or_bad_input()?;
     }
     let prepared = context.elapsed_seconds();
-    let answer = answer(&source, &args.prompt, &steps)?;
+    let answer = answer(&source, &args.prompt, &steps);
+    if segmenter.is_some() {
+        // What it was stopped at is no fault of the input.
+        context.check_interrupted()?;
+    }
+    let answer = answer?;
     let mut report = SelectReport::new(&source, &answer, &args.output);
+    report.segmenter = segmenter.as_ref().map(|s| SegmenterReport::new(s, inputs.capture.as_ref()));
     report.seconds_prepare = prepared - start;
     report.seconds_answer = context.elapsed_seconds() - prepared;
     write_products(&inputs, &source, &answer, &args.extra, &outputs, context)?;

@@ -7,10 +7,12 @@ mod inputs;
 mod pictures;
 mod products;
 mod report;
+mod segmenter;
 mod view_cache;
 
 pub use command::{Args, run};
 pub use flags::PromptFlags;
 pub use inputs::Inputs;
 pub use products::{Answer, ExtraProducts, Outputs, answer, write_products};
-pub use report::SelectReport;
+pub use report::{SegmenterReport, SelectReport};
+pub use segmenter::{ByProvider, Segmenter, SegmenterFlags};

@@ -14,6 +14,9 @@ use crate::masks::Mask;
 use crate::source::SelectSource;
 use crate::view_data::ViewData;
 
+/// Longest side of the pictures that a segmenter gets, pixels: that of the square of SAM.
+const SEGMENTED_PX: usize = 1024;
+
 impl SelectSource<'_> {
     /// The selection of a file, which has to be about the same Gaussians.
     pub(crate) fn selection_file(&self, path: &str) -> Result<Selection, SelectError> {
@@ -56,7 +59,23 @@ impl SelectSource<'_> {
 
     /// Camera at the working size, pose and photo of a view, or its rendering where there is none.
     pub(crate) fn picture(&self, view: usize) -> Result<(Pinhole, Pose, ImageF32), SelectError> {
-        let camera = Self::working(&self.camera(view)?);
+        self.picture_of(view, Self::working(&self.camera(view)?))
+    }
+
+    /// As [`Self::picture`], at the size that a segmenter gets: larger than the working size where the photo is.
+    pub(crate) fn segmented_picture(
+        &self,
+        view: usize,
+    ) -> Result<(Pinhole, Pose, ImageF32), SelectError> {
+        let camera = self.camera(view)?;
+        self.picture_of(view, Self::at_most(&camera, SEGMENTED_PX))
+    }
+
+    fn picture_of(
+        &self,
+        view: usize,
+        camera: Pinhole,
+    ) -> Result<(Pinhole, Pose, ImageF32), SelectError> {
         let Some((capture, folder)) = &self.capture else {
             return Err(SelectError::NoCapture("a picture"));
         };

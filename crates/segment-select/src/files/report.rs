@@ -3,11 +3,13 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use crate::{SelectSource, notes};
+use crate::{ProjectedPrompts, SelectSource, notes};
 use motes_formats::selection::{BoxDocument, PlaneDocument};
+use motes_protocol::ProviderUse;
+use motes_scene::Capture;
 use serde::Serialize;
 
-use super::Answer;
+use super::{Answer, ByProvider};
 
 /// One of the nested answers.
 #[derive(Clone, Debug, Serialize)]
@@ -16,12 +18,42 @@ pub struct CandidateReport {
     pub name: &'static str,
     /// Gaussians.
     pub count: usize,
-    /// How little holds it to the rest, 0 to 1.
+    /// How little holds it to the rest, 0 to 1; of another segmenter, the intersection over union that it expects.
     pub score: f32,
     /// Intersection over union of the rendered selection and the masks of the views.
     pub agreement: f32,
     /// Share inside the masks from which a Gaussian belongs.
     pub threshold: f32,
+}
+
+/// Who answered, when it was not the graph cut.
+#[derive(Clone, Debug, Serialize)]
+pub struct SegmenterReport {
+    /// The program and its models.
+    pub provider: ProviderUse,
+    /// Views that were asked.
+    pub views_asked: Vec<String>,
+    /// Views whose answers contradict the others and were left out.
+    pub views_left_out: Vec<String>,
+}
+
+impl SegmenterReport {
+    /// Of a segmenter that answered about a capture.
+    pub fn new(
+        segmenter: &ProjectedPrompts<ByProvider<'_>>,
+        capture: Option<&(Capture, PathBuf)>,
+    ) -> Self {
+        let names = |views: Vec<usize>| {
+            let name = |v: usize| Some(capture?.0.views[v].name.clone());
+            views.into_iter().filter_map(name).collect()
+        };
+        let resolved = segmenter.resolved();
+        Self {
+            provider: segmenter.segmenter().used(),
+            views_asked: names(resolved.asked),
+            views_left_out: names(resolved.left_out),
+        }
+    }
 }
 
 /// The report.
@@ -39,6 +71,9 @@ pub struct SelectReport {
     pub support_plane: Option<PlaneDocument>,
     /// Answers to a prompt, the whole object first.
     pub candidates: Vec<CandidateReport>,
+    /// Who answered, when it was not the graph cut.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub segmenter: Option<SegmenterReport>,
     /// Seconds for the views: made, or read from the cache.
     pub seconds_prepare: f64,
     /// Seconds for the answer.
@@ -64,6 +99,7 @@ impl SelectReport {
             object_box: notes.object_box,
             support_plane: notes.support_plane,
             candidates: names.into_iter().zip(&answer.proposals).map(candidate).collect(),
+            segmenter: None,
             seconds_prepare: 0.0,
             seconds_answer: 0.0,
         }
@@ -84,6 +120,17 @@ impl fmt::Display for SelectReport {
                 f,
                 "{}: {} Gaussians, score {:.4}, views agree to {:.3}",
                 c.name, c.count, c.score, c.agreement
+            )?;
+        }
+        if let Some(SegmenterReport { provider, views_asked, views_left_out }) = &self.segmenter {
+            let (asked, out) = (views_asked.len(), views_left_out.len());
+            let models: Vec<String> =
+                provider.models.iter().map(|m| format!("{} ({})", m.id, m.license)).collect();
+            writeln!(
+                f,
+                "{} with {}: {asked} views asked, {out} left out",
+                provider.name,
+                models.join(", ")
             )?;
         }
         write!(f, "views {:.2} s, answer {:.2} s", self.seconds_prepare, self.seconds_answer)
