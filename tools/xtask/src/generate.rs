@@ -47,6 +47,22 @@ pub(crate) fn stage_names(root: &Path) -> Vec<String> {
     names
 }
 
+/// The programs `motes-NAME` of the crates `provider-NAME`, which stages start and `motes` does not list.
+pub(crate) fn built_providers(root: &Path) -> anyhow::Result<Vec<PathBuf>> {
+    let folder = root.join("target/release");
+    let mut paths = Vec::new();
+    for entry in std::fs::read_dir(root.join("crates"))? {
+        let name = entry?.file_name().to_string_lossy().into_owned();
+        if name.starts_with("provider-") {
+            let path = folder.join(format!("motes-{name}{}", std::env::consts::EXE_SUFFIX));
+            ensure!(path.exists(), "run `make` first: it builds {}", path.display());
+            paths.push(path);
+        }
+    }
+    paths.sort();
+    Ok(paths)
+}
+
 pub(crate) fn built_stages(root: &Path) -> anyhow::Result<Vec<PathBuf>> {
     let names = stage_names(root);
     ensure!(!names.is_empty(), "there is no stage in crates/");

@@ -7,7 +7,7 @@ use std::process::Command;
 
 use anyhow::{bail, ensure};
 
-use crate::generate::built_stages;
+use crate::generate::{built_providers, built_stages};
 use crate::sources::sources;
 use crate::tidy::{prose, vocabulary};
 
@@ -58,7 +58,7 @@ pub(crate) fn help_words(root: &Path) -> anyhow::Result<()> {
 /// Words that call a program, and its help.
 fn helps(root: &Path) -> anyhow::Result<Vec<(String, String)>> {
     let mut helps = Vec::new();
-    for stage in built_stages(root)? {
+    for stage in built_stages(root)?.into_iter().chain(built_providers(root)?) {
         let name = stage.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         let subjects = SUBJECTS.iter().find(|(stage, _)| *stage == name).map(|(_, s)| *s);
         let calls = subjects.map_or(vec![vec![]], |s| s.iter().map(|s| vec![*s]).collect());
