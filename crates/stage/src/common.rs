@@ -22,7 +22,7 @@ pub struct CommonArgs {
 
     /// Memory limit, such as 8GiB or 500MiB: a run that would need more stops with an error before
     /// it starts [default: what the machine, the control group and the shell leave]
-    #[arg(long, value_name = "SIZE", value_parser = crate::memory::parse_size)]
+    #[arg(long, alias = "memory-budget", value_name = "SIZE", value_parser = crate::memory::parse_size)]
     pub max_memory: Option<u64>,
 
     /// Print only errors on stderr: no progress, report or warnings
