@@ -215,3 +215,89 @@ fn pictures_must_belong_to_views() {
     assert_eq!(code("two", &["--scene", "scene"]).0, 2);
     assert!(Path::new(&case.toy.path("scene")).exists());
 }
+
+/// The provider of tests: linear gains that the prompt says, and another exposure for each picture.
+const PROVIDER: &str =
+    concat!("python3 ", env!("CARGO_MANIFEST_DIR"), "/../../testdata/providers/warm_light.py");
+
+impl Case {
+    fn by_provider(&self, output: &str, arguments: &[&str]) -> Output {
+        Command::new(env!("CARGO_BIN_EXE_relight"))
+            .args(["--capture", "capture.json", "--gaussians", "plain.ply", "--provider", PROVIDER])
+            .args(["--provider-cache", "answers", "-o", output])
+            .args(arguments)
+            .current_dir(self.toy.folder.path())
+            .output()
+            .unwrap()
+    }
+}
+
+#[test]
+fn a_provider_relights_the_views_and_they_become_one_splat() {
+    let mut case = case();
+    // What the provider does to every picture, done to the Gaussians.
+    let plain = read_gaussians(&case.toy.path("plain.ply")).unwrap();
+    case.truth = plain.clone();
+    for (i, value) in case.truth.sh.iter_mut().enumerate() {
+        let gain = [1.5, 1.0, 0.5][i % 3];
+        *value = (srgb::encode(srgb::decode(0.5 + SH_C0 * *value) * gain) - 0.5) / SH_C0;
+    }
+    let prompt = "red 1.5 green 1 blue 0.5";
+    let line = ["--prompt", prompt, "--provider-pictures", "made", "--json"];
+    let done = case.by_provider("lit.ply", &line);
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    let report: serde_json::Value = serde_json::from_slice(&done.stdout).unwrap();
+    let train = case.capture.views_of(Split::Train).len();
+    assert_eq!(report["provider"]["name"], "warm-light");
+    assert_eq!(
+        (&report["provider"]["answered"], &report["provider"]["kept"]),
+        (&train.into(), &0.into())
+    );
+    assert_eq!(std::fs::read_dir(case.toy.path("made")).unwrap().count(), train);
+    let lit = read_gaussians(&case.toy.path("lit.ply")).unwrap();
+    let (before, after) = (case.psnr_of(&plain), case.psnr_of(&lit));
+    println!("before {before:.1} dB, lit {after:.1} dB");
+    assert!(after > 30.0 && after > before + 8.0, "{before:.1} {after:.1}");
+    // The same again asks nobody, and a few views do.
+    let again = case.by_provider("again.ply", &["--prompt", prompt, "--json"]);
+    let report: serde_json::Value = serde_json::from_slice(&again.stdout).unwrap();
+    assert_eq!(
+        (&report["provider"]["answered"], &report["provider"]["kept"]),
+        (&0.into(), &train.into())
+    );
+    assert_eq!(read_gaussians(&case.toy.path("again.ply")).unwrap(), lit);
+    let few =
+        case.by_provider("few.ply", &["--prompt", "blue 2", "--provider-views", "3", "--json"]);
+    let report: serde_json::Value = serde_json::from_slice(&few.stdout).unwrap();
+    assert_eq!(report["views"].as_array().unwrap().len(), 3);
+}
+
+#[test]
+fn a_picture_gives_the_light_and_wrong_lines_are_refused() {
+    let case = case();
+    write_png(
+        &case.toy.path("room.png"),
+        &ImageU8::from_data(2, 1, 3, vec![255, 60, 60, 255, 60, 60]),
+    )
+    .unwrap();
+    let done =
+        case.by_provider("red.ply", &["--background-picture", "room.png", "--provider-views", "4"]);
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    let [plain, red] =
+        ["plain.ply", "red.ply"].map(|name| read_gaussians(&case.toy.path(name)).unwrap());
+    let mean = |g: &Gaussians, c: usize| {
+        (0..g.len()).map(|i| g.sh[3 * i + c]).sum::<f32>() / g.len() as f32
+    };
+    assert!(mean(&red, 0) - mean(&plain, 0) > mean(&red, 2) - mean(&plain, 2) + 0.3);
+    for (line, said) in [
+        (&[][..], "not told which light"),
+        (&["--prompt", "x", "--from-images", "made"], "--from-images"),
+        (&["--prompt", "x", "--scene", "scene"], "--scene"),
+    ] {
+        let done = case.by_provider("no.ply", line);
+        let text = String::from_utf8_lossy(&done.stderr);
+        assert_eq!(done.status.code(), Some(2), "{text}");
+        assert!(text.contains(said), "{text}");
+    }
+    assert!(!case.toy.path("no.ply").exists());
+}

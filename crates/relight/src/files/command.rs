@@ -3,8 +3,9 @@
 use std::path::PathBuf;
 
 use super::{
-    LiftJob, LoadedScene, NewLight, Outcome, PictureJob, PoseOptions, Product, RelightReport,
-    lift_views, load_frames, metered_cameras, write_baked, write_pictures, write_scene,
+    LiftJob, LoadedScene, NewLight, Outcome, PictureJob, PoseOptions, Product, ProviderJob,
+    ProviderOptions, RelightReport, lift_views, load_frames, metered_cameras, relight_by_provider,
+    write_baked, write_pictures, write_scene,
 };
 use crate::lift::LiftOptions;
 use crate::{Background, BakeOptions, LightOptions, QualityOptions, ViewTransform};
@@ -27,26 +28,29 @@ Examples:
   A relit splat for any viewer:
     relight --scene scene/ --environment map.exr -o relit.ply
   Views that another program relit, lifted to 3D:
-    relight --from-images relit/ --gaussians gaussians.ply --capture c.json -o relit.ply";
+    relight --from-images relit/ --gaussians gaussians.ply --capture c.json -o relit.ply
+  Views that a learned model relights, lifted to 3D:
+    relight --provider iclight --prompt 'warm studio light from the left' \\
+        --gaussians gaussians.ply --capture c.json -o relit.ply";
 
 /// Relight a decomposed scene, or lift relit views to 3D
 #[derive(Parser, Debug, Serialize)]
 #[command(name = "relight", after_help = EXAMPLES, mut_group("FrameSelection", |group| group.required(false)))]
 pub struct Args {
     /// Scene folder written by decompose, relight or edit
-    #[arg(long, value_name = "DIR", required_unless_present = "from_images")]
+    #[arg(long, value_name = "DIR", required_unless_present_any = ["from_images", "provider"])]
     scene: Option<PathBuf>,
 
     /// Capture that gives cameras and poses
     #[arg(long, value_name = "FILE")]
     capture: Option<PathBuf>,
 
-    /// Gaussians that relit views are lifted to (PLY)
-    #[arg(long, value_name = "FILE", requires = "from_images")]
+    /// Gaussians that relit views are lifted to (PLY), with --from-images or --provider
+    #[arg(long, value_name = "FILE", conflicts_with = "scene")]
     gaussians: Option<PathBuf>,
 
     /// Folder of relit images, named after the views
-    #[arg(long, value_name = "DIR", requires_all = ["gaussians", "capture"], conflicts_with = "scene")]
+    #[arg(long, value_name = "DIR", requires_all = ["gaussians", "capture"], conflicts_with_all = ["scene", "provider"])]
     from_images: Option<PathBuf>,
 
     /// Folder of the images, or a file NAME.ply for a splat
@@ -100,6 +104,10 @@ pub struct Args {
 
     #[command(flatten)]
     #[serde(flatten)]
+    provider: ProviderOptions,
+
+    #[command(flatten)]
+    #[serde(flatten)]
     common: CommonArgs,
 }
 
@@ -144,8 +152,19 @@ pub fn run(args: &Args, context: &Context) -> anyhow::Result<Outcome> {
         let job = LiftJob { capture, gaussians, images, options: &args.lift };
         return lift_views(&job, &output, context).map(|report| Outcome::Lifted(report.into()));
     }
+    if args.provider.flags.provider.is_some() {
+        let (Some(gaussians), Some(capture)) = (&args.gaussians, &args.capture) else {
+            let text = "--provider relights views of --gaussians under the cameras of --capture";
+            return Err(StageError::usage(text).help("give both, without --scene").into());
+        };
+        let (provider, lift, seed) = (&args.provider, &args.lift, args.seed);
+        let job = ProviderJob { capture, gaussians, provider, lift, seed };
+        let report = relight_by_provider(&job, &output, context)?;
+        return Ok(Outcome::Lifted(report.into()));
+    }
     let Some(scene) = &args.scene else {
-        return Err(StageError::usage("--scene or --from-images is needed").into());
+        let text = "one of --scene, --from-images and --provider is needed";
+        return Err(StageError::usage(text).into());
     };
     let is_ply = output.extension().is_some_and(|e| e == "ply");
     let product = args.product.unwrap_or(if is_ply { Product::Splat } else { Product::Pictures });

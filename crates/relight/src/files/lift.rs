@@ -8,7 +8,8 @@ use crate::lift::{Agreement, LiftMethod, LiftOptions, RelitView, ViewAgreement, 
 use motes_codecs::open_gaussians;
 use motes_formats::capture::{read_capture, resolve};
 use motes_formats::images::{read_image, read_mask};
-use motes_formats::ply::{PlyWriteOptions, RenderMode, write_gaussians};
+use motes_formats::ply::{GaussianFile, PlyWriteOptions, RenderMode, write_gaussians};
+use motes_protocol::ProviderUse;
 use motes_raster::Antialias;
 use motes_scene::{Capture, ImageF32};
 use motes_stage::{Context, OrBadInput as _, StageError};
@@ -53,6 +54,9 @@ pub struct LiftReport {
     pub refit_rms: Option<[f64; 2]>,
     /// Of all threads.
     pub cpu_seconds: Option<f64>,
+    /// Who relit the views, where a provider did.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub provider: Option<ProviderUse>,
 }
 
 /// Reads the views, lifts them and writes the Gaussians.
@@ -76,13 +80,30 @@ pub fn lift_views(
         context.check_interrupted()?;
         views.push(load_view(&capture, job.capture, *view, path)?);
     }
-    let antialias = match file.render_mode {
+    let without = capture.views.len() - found.len();
+    write_lifted(&file, &views, without, job.options, output, context)
+}
+
+/// How the Gaussians of a file are drawn.
+pub(super) fn antialias_of(file: &GaussianFile) -> Antialias {
+    match file.render_mode {
         Some(RenderMode::Mip) => Antialias::Mip,
         _ => Antialias::Classic,
-    };
+    }
+}
+
+/// Lifts views onto the Gaussians of a file and writes these.
+pub(super) fn write_lifted(
+    file: &GaussianFile,
+    views: &[RelitView],
+    views_without_picture: usize,
+    options: &LiftOptions,
+    output: &Path,
+    context: &Context,
+) -> anyhow::Result<LiftReport> {
     let cpu = || context.cpu_seconds().unwrap_or(f64::NAN);
     let start = cpu();
-    let lifted = lift(&file.gaussians, antialias, &views, job.options);
+    let lifted = lift(&file.gaussians, antialias_of(file), views, options);
     let cpu_seconds = Some(cpu() - start).filter(|s| s.is_finite());
     for view in lifted.views.iter().filter(|v| v.weight < DISTRUST) {
         context.warn(format!(
@@ -90,18 +111,19 @@ pub fn lift_views(
             view.name, view.disagreement_stops, view.weight
         ));
     }
-    let options = PlyWriteOptions { render_mode: file.render_mode, ..PlyWriteOptions::default() };
-    write_gaussians(output, &lifted.gaussians, &options)?;
+    let written = PlyWriteOptions { render_mode: file.render_mode, ..PlyWriteOptions::default() };
+    write_gaussians(output, &lifted.gaussians, &written)?;
     Ok(LiftReport {
         output: output.to_owned(),
-        lift: job.options.lift,
-        agreement: job.options.agreement,
+        lift: options.lift,
+        agreement: options.agreement,
         gaussians: lifted.gaussians.len(),
         unseen_gaussians: lifted.unseen,
-        views_without_picture: capture.views.len() - found.len(),
+        views_without_picture,
         views: lifted.views,
         refit_rms: lifted.refit_rms,
         cpu_seconds,
+        provider: None,
     })
 }
 

@@ -6,6 +6,7 @@ mod lift;
 mod light;
 mod pictures;
 mod products;
+mod provider;
 mod report;
 mod scene;
 
@@ -16,5 +17,6 @@ pub use lift::{LiftJob, LiftReport, lift_views};
 pub use light::{LightReport, NewLight};
 pub use pictures::{PictureJob, write_pictures};
 pub use products::{write_baked, write_scene};
+pub use provider::{ProviderJob, ProviderOptions, relight_by_provider};
 pub use report::{Outcome, Product, RelightReport};
 pub use scene::{LoadedScene, map_axes, note_map_axes};
