@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use crate::plan::{EditRecord, SkipRecord, StepRecord};
 use crate::refit::RefitReport;
 use crate::reshade::ReshadeReport;
+use motes_protocol::ProviderUse;
 use serde::Serialize;
 
 /// What an edit answers: also of a dry run, which writes nothing.
@@ -31,6 +32,9 @@ pub struct EditAnswer {
     pub light: Option<ReshadeReport>,
     /// What the fit of fillings did; null where there was none.
     pub refit: Option<RefitReport>,
+    /// Who edited pictures, where a provider did.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub provider: Option<ProviderUse>,
     /// Of all threads.
     pub cpu_seconds: Option<f64>,
 }
@@ -55,6 +59,7 @@ impl EditAnswer {
             thumbnails: Vec::new(),
             light: None,
             refit: None,
+            provider: None,
             cpu_seconds: None,
         }
     }

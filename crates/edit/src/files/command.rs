@@ -6,6 +6,7 @@ use super::{EditAnswer, EditJob, OpFlags, ReshadeFlags, run_edit};
 use crate::plan::EditPlanDocument;
 use clap::{ArgAction, Parser};
 use motes_formats::documents::{schema, to_pretty_json};
+use motes_protocol::ProviderFlags;
 use motes_stage::{CommonArgs, Context, HasCommon};
 use serde::Serialize;
 
@@ -72,6 +73,10 @@ pub struct Args {
 
     #[command(flatten)]
     #[serde(flatten)]
+    provider: ProviderFlags,
+
+    #[command(flatten)]
+    #[serde(flatten)]
     common: CommonArgs,
 }
 
@@ -107,6 +112,7 @@ pub fn run(args: &Args, context: &Context) -> anyhow::Result<EditAnswer> {
         flags: &args.ops,
         reshade: &args.reshade,
         seed: args.seed,
+        provider: &args.provider,
         thumbnails: args.thumbnails.as_deref(),
         output: &args.output,
     };

@@ -8,8 +8,11 @@ use std::time::{Duration, Instant};
 
 use motes_formats::FormatError;
 use motes_formats::images::{read_image, write_png};
+use motes_protocol::split_words;
 use motes_scene::ImageF32;
-use thiserror::Error;
+
+use super::provider_editor::rgb;
+use crate::stylize::{EditorError, Picture, PictureEditor, Round};
 
 /// How often an interruption is looked for while the program works.
 const POLL: Duration = Duration::from_millis(20);
@@ -20,57 +23,20 @@ const KEPT_BYTES: u64 = 4096;
 
 /// A command line that edits a picture.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Editor {
+pub(crate) struct Editor {
     words: Vec<String>,
-    prompt: String,
 }
 
-/// Why the editor failed.
-#[derive(Debug, Error)]
-pub enum EditorError {
-    /// The command line has an open quote or no word.
-    #[error("the command line of the editor is empty or has an open quote: {0}")]
-    Words(String),
-    /// It cannot be started.
-    #[error("cannot start {program}: {source}")]
-    Start {
-        /// Its first word.
-        program: String,
-        /// What the system answered.
-        source: std::io::Error,
-    },
-    /// It ended with an error.
-    #[error("the editor failed on {view} ({status}): {said}")]
-    Failed {
-        /// The view.
-        view: String,
-        /// How it ended.
-        status: String,
-        /// The last line of its error output.
-        said: String,
-    },
-    /// It ended well, but there is no picture.
-    #[error("the editor wrote no picture for {view} at the place that {{output}} stands for")]
-    NoPicture {
-        /// The view.
-        view: String,
-    },
-    /// The picture that it wrote has another size.
-    #[error("the editor made {width} x {height} pixels of {view}: pictures keep their size")]
-    Size {
-        /// The view.
-        view: String,
-        /// Columns.
-        width: usize,
-        /// Rows.
-        height: usize,
-    },
-    /// The user asked to stop.
-    #[error("interrupted")]
-    Stopped,
-    /// A picture cannot be written or read.
-    #[error(transparent)]
-    Picture(#[from] FormatError),
+impl PictureEditor for Editor {
+    fn edit(
+        &self,
+        prompt: &str,
+        pictures: &[Picture<'_>],
+        _round: Round,
+        stopped: &dyn Fn() -> bool,
+    ) -> Result<Vec<ImageF32>, EditorError> {
+        pictures.iter().map(|picture| self.edit_one(prompt, picture, stopped)).collect()
+    }
 }
 
 impl Editor {
@@ -78,24 +44,11 @@ impl Editor {
     ///
     /// # Errors
     /// A quote is not closed, or there is no word.
-    pub fn new(command: &str, prompt: &str) -> Result<Self, EditorError> {
-        let (mut words, mut word, mut quote) = (Vec::new(), None::<String>, None);
-        for c in command.chars() {
-            match (quote, c) {
-                (Some(open), _) if c == open => quote = None,
-                (None, '\'' | '"') => {
-                    quote = Some(c);
-                    word.get_or_insert_with(String::new);
-                }
-                (None, c) if c.is_whitespace() => words.extend(word.take()),
-                _ => word.get_or_insert_with(String::new).push(c),
-            }
+    pub(crate) fn new(command: &str) -> Result<Self, EditorError> {
+        match split_words(command) {
+            Some(words) if !words.is_empty() => Ok(Self { words }),
+            _ => Err(EditorError::Words(command.to_owned())),
         }
-        words.extend(word);
-        if quote.is_some() || words.is_empty() {
-            return Err(EditorError::Words(command.to_owned()));
-        }
-        Ok(Self { words, prompt: prompt.to_owned() })
     }
 
     /// The edited picture of a view.
@@ -103,13 +56,13 @@ impl Editor {
     /// # Errors
     /// The program cannot be started, fails, or writes no picture of the same size; the user asked to stop, which ends
     /// the program, too.
-    pub fn edit(
+    fn edit_one(
         &self,
-        original: &ImageF32,
-        current: &ImageF32,
-        view: &str,
+        prompt: &str,
+        picture: &Picture<'_>,
         stopped: &dyn Fn() -> bool,
     ) -> Result<ImageF32, EditorError> {
+        let Picture { view, original, current } = *picture;
         let io = |source| FormatError::io(Path::new("temporary folder"), source);
         let folder = tempfile::tempdir().map_err(io)?;
         let at = |name: &str| folder.path().join(name);
@@ -120,7 +73,7 @@ impl Editor {
                 .replace("{current}", &at("current.png").to_string_lossy())
                 .replace("{output}", &at("output.png").to_string_lossy())
                 .replace("{view}", view)
-                .replace("{prompt}", &self.prompt)
+                .replace("{prompt}", prompt)
         };
         let words: Vec<String> = self.words.iter().map(filled).collect();
         let errors = at("errors.txt");
@@ -138,9 +91,7 @@ impl Editor {
         if (width, height) != (original.width, original.height) {
             return Err(EditorError::Size { view: view.to_owned(), width, height });
         }
-        let data = image.to_f32();
-        let rgb = data.data.chunks_exact(data.channels).flat_map(|p| [p[0], p[1], p[2]]).collect();
-        Ok(ImageF32::from_data(width, height, 3, rgb))
+        Ok(rgb(&image))
     }
 
     /// Runs the program to its end, or until the user asks to stop. What it says goes to the file `errors`.
@@ -212,7 +163,7 @@ mod tests {
 
     #[test]
     fn words_are_split_outside_of_quotes() {
-        let words = |text: &str| Editor::new(text, "").map(|e| e.words);
+        let words = |text: &str| Editor::new(text).map(|e| e.words);
         assert_eq!(words("a  'b c' d\"e f\" ''").unwrap(), ["a", "b c", "de f", ""]);
         assert!(words("a 'b").is_err() && words("  ").is_err());
     }
@@ -220,8 +171,9 @@ mod tests {
     #[test]
     fn a_copy_changes_nothing_and_failures_are_told() {
         let image = ImageF32::filled(6, 4, 3, 0.5);
-        let copy = Editor::new("cp {input} {output}", "").unwrap();
-        let edited = copy.edit(&image, &image, "a", &|| false).unwrap();
+        let picture = Picture { view: "a", original: &image, current: &image };
+        let copy = Editor::new("cp {input} {output}").unwrap();
+        let edited = copy.edit_one("", &picture, &|| false).unwrap();
         assert!(edited.data.iter().all(|v| (v - 0.5).abs() < 3e-3));
         for (command, says) in [
             ("no-such-program-here {input} {output}", "cannot start no-such-program-here"),
@@ -231,8 +183,8 @@ mod tests {
             ),
             ("true {input} {output}", "wrote no picture for a"),
         ] {
-            let error =
-                Editor::new(command, "").unwrap().edit(&image, &image, "a", &|| false).unwrap_err();
+            let editor = Editor::new(command).unwrap();
+            let error = editor.edit_one("", &picture, &|| false).unwrap_err();
             assert!(error.to_string().contains(says), "{command}: {error}");
         }
     }
@@ -246,7 +198,8 @@ mod tests {
         let command = format!("sh -c 'sleep 3; touch {}; sleep 60' {{input}}", late.display());
         let started = Instant::now();
         let stopped = || started.elapsed() > Duration::from_millis(300);
-        let error = Editor::new(&command, "").unwrap().edit(&image, &image, "a", &stopped);
+        let picture = Picture { view: "a", original: &image, current: &image };
+        let error = Editor::new(&command).unwrap().edit_one("", &picture, &stopped);
         assert!(matches!(error, Err(EditorError::Stopped)));
         assert!(started.elapsed() < Duration::from_secs(10));
         std::thread::sleep(Duration::from_millis(3200));

@@ -91,7 +91,7 @@ impl Args for OpFlags {
             .arg(one(
                 "editor",
                 "COMMAND",
-                "Command line for --stylize, with {input}, {output} and {prompt}; the only program that a plan starts",
+                "Command line for --stylize, with {input}, {output} and {prompt}; the only one of a plan that is started",
             ))
     }
 
@@ -125,6 +125,7 @@ impl FromArgMatches for OpFlags {
             ("height", &height),
             ("surroundings", &surroundings),
         ];
+        let has_provider = matches.try_contains_id("provider").unwrap_or(false);
         let mut editors: Vec<(&'static str, String)> = Vec::new();
         editors.extend(single("editor").map(|command| ("editor", command.to_owned())));
         let mut note_editor = |flag: &'static str, keys: &Value| {
@@ -146,9 +147,10 @@ impl FromArgMatches for OpFlags {
                         keys.entry(key).or_insert_with(|| value.clone());
                     }
                 }
-                if shared.contains(&"editor") && !keys.contains_key("editor") {
+                let edits = keys.contains_key("editor") || has_provider;
+                if shared.contains(&"editor") && !edits {
                     return Err(invalid(format!(
-                        "--{} needs the program that edits pictures: give --editor",
+                        "--{} needs the program that edits pictures: give --provider or --editor",
                         flag.name
                     )));
                 }
@@ -315,7 +317,7 @@ mod tests {
             ("--scale NaN", "is not a finite number"),
             ("--translate 1,2", "takes 3 numbers"),
             ("--delete ball", "takes no value"),
-            ("--stylize autumn", "give --editor"),
+            ("--stylize autumn", "give --provider or --editor"),
             ("--op {\"op\":\"explode\"}", "there is no operation"),
             ("--set-material {\"ruffness\":1}", "ruffness"),
             ("--select magic=1", "magic"),

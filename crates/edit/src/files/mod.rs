@@ -10,6 +10,7 @@ mod output;
 mod outputs;
 mod plan_file;
 mod prepare;
+mod provider_editor;
 mod resources;
 mod session;
 mod source;

@@ -57,9 +57,7 @@ pub fn prepare(
     }
     undone.sort_unstable();
     for &i in &effective {
-        if let Some(program) = plan.ops[i].program() {
-            editors.starts(program, &op_pointer(i))?;
-        }
+        editors.starts(plan.ops[i].program(), &op_pointer(i))?;
     }
     Ok(Prepared { effective, undone })
 }

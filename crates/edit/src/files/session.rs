@@ -13,10 +13,13 @@ use crate::run::{
     EditError, Editors, MAX_FIT_STEPS, Preview, Resources, ShadowMode, orbit_camera, picture,
     whole_extent,
 };
+use crate::stylize::PictureEditor;
 use clap::Args;
 use motes_formats::FormatError;
 use motes_formats::capture::read_capture;
 use motes_formats::documents::Document as _;
+use motes_formats::provider::ProviderKind;
+use motes_protocol::ProviderFlags;
 use motes_scene::{Capture, Pinhole, Pose, Split, Surface, View};
 use motes_stage::{Context, OrBadInput as _, StageError};
 use serde::Serialize;
@@ -26,6 +29,7 @@ use super::flags::OpFlags;
 use super::input::Input;
 use super::output::write_previews;
 use super::outputs::Outputs;
+use super::provider_editor::ProviderEditor;
 use super::source::Source;
 use train_splat::files::load_training_images;
 
@@ -74,6 +78,8 @@ pub struct EditJob<'a> {
     pub reshade: &'a ReshadeFlags,
     /// In place of the plan's.
     pub seed: Option<u64>,
+    /// Who edits pictures.
+    pub provider: &'a ProviderFlags,
     /// Folder of pictures.
     pub thumbnails: Option<&'a Path>,
     /// The splat or scene folder to write.
@@ -105,7 +111,9 @@ pub fn run_edit(job: &EditJob<'_>, context: &Context) -> anyhow::Result<EditAnsw
     let folder = folder.unwrap_or(Path::new("."));
     let failed = |error| stage_error(error, &name);
     let named = job.flags.typed_editors(context);
-    let editors = Editors { named: &named, start: !context.dry_run() };
+    let provider = open_provider(job, context)?;
+    let by_provider = provider.as_ref().map(|provider| provider as &dyn PictureEditor);
+    let editors = Editors { named: &named, provider: by_provider, start: !context.dry_run() };
     let prepared = prepare(&plan, folder, &outputs.paths(), editors).map_err(failed)?;
     let capture = job.capture.map(|path| load_capture(path, context)).transpose()?;
     let mut input = load_input(job, capture.as_ref(), context)?;
@@ -156,7 +164,8 @@ pub fn run_edit(job: &EditJob<'_>, context: &Context) -> anyhow::Result<EditAnsw
         [count, input.state.len()],
         &record,
     );
-    (answer.light, answer.refit) = (light, refit);
+    let used = provider.as_ref().map(ProviderEditor::used);
+    (answer.light, answer.refit, answer.provider) = (light, refit, used);
     context.stop_if_dry_run_with(&answer)?;
     context.check_interrupted()?;
     let refit_steps = answer.refit.as_ref().map(|refit| refit.steps).or(plan.refit_steps);
@@ -170,6 +179,14 @@ pub fn run_edit(job: &EditJob<'_>, context: &Context) -> anyhow::Result<EditAnsw
     outputs.write(&input, &surface, &executed, context)?;
     answer.cpu_seconds = context.cpu_seconds();
     Ok(answer)
+}
+
+/// The provider of the command line; a dry run starts none.
+fn open_provider(job: &EditJob<'_>, context: &Context) -> anyhow::Result<Option<ProviderEditor>> {
+    let command = job.provider.command(context)?.filter(|_| !context.dry_run());
+    let Some(command) = command else { return Ok(None) };
+    let provider = job.provider.open(command, ProviderKind::InstructEdit, context)?;
+    Ok(Some(ProviderEditor::new(provider)))
 }
 
 /// What a fit of fillings came to; one that was skipped is noted in the record.

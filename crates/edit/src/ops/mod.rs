@@ -33,7 +33,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
 use crate::EditState;
-use crate::run::{EditError, Fault, Outcome, Run};
+use crate::run::{EditError, Fault, Outcome, Program, Run};
 use operation::Operation;
 pub(crate) use operation::{Flag, Short};
 
@@ -100,7 +100,7 @@ macro_rules! operations {
                 match self { $(Self::$variant(op) => op.material(),)* }
             }
 
-            pub(crate) fn program(&self) -> Option<&str> {
+            pub(crate) fn program(&self) -> Program<'_> {
                 match self { $(Self::$variant(op) => op.program(),)* }
             }
 

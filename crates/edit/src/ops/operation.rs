@@ -4,7 +4,7 @@ use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
 
 use crate::EditState;
-use crate::run::{EditError, Fault, Outcome, Run};
+use crate::run::{EditError, Fault, Outcome, Program, Run};
 
 /// An operation of a plan: its keys, which the struct declares for the reader and for the JSON Schema, and what happens to them.
 pub(crate) trait Operation: DeserializeOwned {
@@ -39,8 +39,8 @@ pub(crate) trait Operation: DeserializeOwned {
     }
 
     /// The program that is started.
-    fn program(&self) -> Option<&str> {
-        None
+    fn program(&self) -> Program<'_> {
+        Program::None
     }
 
     /// Why the keys of a broken operation are none, where the reader of the type cannot tell.

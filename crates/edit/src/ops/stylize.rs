@@ -7,10 +7,11 @@ use std::collections::BTreeMap;
 
 use super::operation::{Flag, Operation, Short};
 use crate::EditState;
+use crate::files::editor::Editor;
 use crate::run::{
-    EditError, Fault, MAX_FIT_STEPS, Outcome, Resources, Run, bounded, rows_of, skipped,
+    EditError, Fault, MAX_FIT_STEPS, Outcome, Program, Resources, Run, bounded, rows_of, skipped,
 };
-use crate::stylize::{Editor, EditorError, StyleError, StyleOptions, StyleView, stylize};
+use crate::stylize::{EditorError, PictureEditor, StyleError, StyleOptions, StyleView, stylize};
 
 /// Edit pictures of the scene with an external program and fit the Gaussians to them
 /// (the loop of Instruct-NeRF2NeRF, Haque et al. 2023). Needs a capture.
@@ -24,8 +25,9 @@ pub struct StylizeOp {
     #[serde(default)]
     pub prompt: String,
     /// Command line: `{input}`, `{output}` and `{prompt}` are replaced by the rendered picture, the picture to write and the
-    /// prompt. It is run without a shell.
-    pub editor: String,
+    /// prompt. It is run without a shell. Without it the provider of the command line edits.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub editor: Option<String>,
     /// Training views that are edited, evenly spread; 0: all.
     #[serde(default = "eight")]
     pub views: u32,
@@ -50,13 +52,13 @@ impl Operation for StylizeOp {
         "stylize",
         Short::Text("prompt"),
         "PROMPT",
-        "Edit views with the program of --editor and fit the scene to them",
+        "Edit views with --provider or the program of --editor and fit the scene to them",
     )];
     const SHARED: &'static [&'static str] = &["editor"];
 
     fn check(&self) -> Result<(), Fault> {
         for word in ["{input}", "{output}"] {
-            if !self.editor.contains(word) {
+            if self.editor.as_ref().is_some_and(|editor| !editor.contains(word)) {
                 let cause = format!("the command has no {word}");
                 let remedy = "for example: python3 edit.py {input} {output} {prompt}";
                 return Err(("/editor".into(), cause, Some(remedy.into())));
@@ -70,8 +72,8 @@ impl Operation for StylizeOp {
         self.target.as_deref().map(|target| ("target", target))
     }
 
-    fn program(&self) -> Option<&str> {
-        Some(&self.editor)
+    fn program(&self) -> Program<'_> {
+        self.editor.as_deref().map_or(Program::Provider, Program::Command)
     }
 
     fn apply(
@@ -81,7 +83,7 @@ impl Operation for StylizeOp {
         at: &str,
     ) -> Result<Outcome, EditError> {
         let rows = rows_of(state, self.target.as_deref(), at)?;
-        if !run.resources.editors.starts(&self.editor, at)? {
+        if !run.resources.editors.starts(self.program(), at)? {
             return skipped("a dry run starts no program");
         }
         let numbers = apply_style(state, &rows, self, run.seed, run.resources, at)?;
@@ -144,8 +146,13 @@ fn apply_style(
             Some(StyleView { name: view.name.clone(), camera, camera_from_world })
         })
         .collect();
-    let editor = Editor::new(&op.editor, &op.prompt)
-        .map_err(|error| EditError::plan(format!("{at}/editor"), error.to_string()))?;
+    let broken = |error: EditorError| EditError::plan(format!("{at}/editor"), error.to_string());
+    let program = op.editor.as_deref().map(Editor::new).transpose().map_err(broken)?;
+    let editor: &dyn PictureEditor = match (&program, resources.editors.provider) {
+        (Some(program), _) => program,
+        (None, Some(provider)) => provider,
+        (None, None) => return Err(EditError::plan(at, "nothing edits the pictures")),
+    };
     let options = StyleOptions {
         key_views: op.key_views as usize,
         rounds: op.rounds,
@@ -160,18 +167,12 @@ fn apply_style(
         &chosen,
         resources.antialias,
         &views,
-        &editor,
+        editor,
+        &op.prompt,
         &options,
         resources.stopped,
     )
-    .map_err(|error| match error {
-        StyleError::Stopped => EditError::Stopped,
-        StyleError::Editor(EditorError::Picture(source)) => {
-            EditError::file(&format!("{at}/editor"))(source)
-        }
-        StyleError::Editor(error) => EditError::plan(format!("{at}/editor"), error.to_string()),
-        StyleError::Fit(error) => EditError::plan(at, error.to_string()),
-    })?;
+    .map_err(|error| edit_error(error, at))?;
     let mut numbers = BTreeMap::new();
     for (what, values) in [
         ("disagreement_edited", &report.edited),
@@ -187,4 +188,23 @@ fn apply_style(
         }
     }
     Ok(numbers)
+}
+
+/// What went wrong, at the place in the plan that it concerns.
+fn edit_error(error: StyleError, at: &str) -> EditError {
+    match error {
+        StyleError::Stopped => EditError::Stopped,
+        StyleError::Editor(EditorError::Picture(source)) => {
+            EditError::file(&format!("{at}/editor"))(source)
+        }
+        StyleError::Editor(EditorError::Provider(error)) => {
+            let text = error.to_string();
+            match text.split_once("\nhelp: ") {
+                Some((cause, remedy)) => EditError::plan(at, cause).remedy(remedy),
+                None => EditError::plan(at, text),
+            }
+        }
+        StyleError::Editor(error) => EditError::plan(format!("{at}/editor"), error.to_string()),
+        StyleError::Fit(error) => EditError::plan(at, error.to_string()),
+    }
 }

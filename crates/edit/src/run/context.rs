@@ -8,6 +8,8 @@ use motes_formats::selection::BoundGaussians;
 use motes_raster::Antialias;
 use motes_scene::Capture;
 
+use crate::stylize::PictureEditor;
+
 /// What operations may look at beside the state.
 pub struct Resources<'a> {
     /// Names the plan in errors.
@@ -26,29 +28,49 @@ pub struct Resources<'a> {
     pub stopped: &'a dyn Fn() -> bool,
 }
 
+/// What an operation has edit pictures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Program<'a> {
+    /// Nothing: most operations.
+    None,
+    /// A command line.
+    Command(&'a str),
+    /// The provider of the command line.
+    Provider,
+}
+
 /// Programs that operations may start. A plan is a document of anybody: what it names is started only when the user
 /// named the same command.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy)]
 pub struct Editors<'a> {
     /// Command lines that the user named.
     pub named: &'a [String],
+    /// The provider that the user named.
+    pub provider: Option<&'a dyn PictureEditor>,
     /// Whether any is started. A dry run starts none: operations that need one are skipped.
     pub start: bool,
 }
 
 impl Editors<'_> {
-    /// Whether the operation at `at` is to start `command`.
+    /// Whether the operation at `at` is to start `program`.
     ///
     /// # Errors
     /// The user did not name it.
-    pub fn starts(self, command: &str, at: &str) -> Result<bool, EditError> {
-        if self.named.iter().any(|named| named == command) {
-            return Ok(self.start);
+    pub fn starts(self, program: Program<'_>, at: &str) -> Result<bool, EditError> {
+        match program {
+            Program::Command(command) if !self.named.iter().any(|named| named == command) => {
+                let cause =
+                    "this program of a file is not started: the command line does not name it";
+                Err(EditError::plan(format!("{at}/editor"), cause).remedy(
+                    "read the command in the file; if you trust it, give the same one with --editor",
+                ))
+            }
+            Program::Provider if self.start && self.provider.is_none() => {
+                Err(EditError::plan(at, "no program is named that edits the pictures")
+                    .remedy("give --provider, or --editor with a command"))
+            }
+            _ => Ok(self.start),
         }
-        let cause = "this program of a file is not started: the command line does not name it";
-        Err(EditError::plan(format!("{at}/editor"), cause).remedy(
-            "read the command in the file; if you trust it, give the same one with --editor",
-        ))
     }
 }
 

@@ -13,7 +13,7 @@ mod values;
 
 use std::collections::BTreeMap;
 
-pub use context::{EditError, Editors, Resources};
+pub use context::{EditError, Editors, Program, Resources};
 pub(crate) use inserting::Wanted;
 pub use options::ShadowMode;
 pub use preview::{Preview, orbit_camera, picture, whole_extent};

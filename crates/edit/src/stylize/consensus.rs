@@ -85,6 +85,14 @@ fn apply_gain(sight: &Sight, picture: &mut ImageF32, log: Vec3) {
     }
 }
 
+/// Which of `n` views are the key views, evenly spread; all when none are wanted.
+pub(super) fn is_key(n: usize, key_views: usize) -> Vec<bool> {
+    match key_views.min(n) {
+        0 => vec![true; n],
+        keys => (0..n).map(|i| (i * keys) % n < keys).collect(),
+    }
+}
+
 /// What the fit sees: key views as they are, the others from the key views where those see the same, from
 /// themselves elsewhere. With `weigh`, views count by how far they agree with the others.
 pub(super) fn targets(
@@ -95,11 +103,7 @@ pub(super) fn targets(
 ) -> Vec<ImageF32> {
     let n = sights.len();
     let weights = if weigh { weights(&disagreements(sights, &pictures)) } else { vec![1.0; n] };
-    let keys = key_views.min(n);
-    let is_key: Vec<bool> = match keys {
-        0 => vec![true; n],
-        _ => (0..n).map(|i| (i * keys) % n < keys).collect(),
-    };
+    let is_key = is_key(n, key_views);
     let sources: Vec<(&Sight, &ImageF32, f32)> =
         (0..n).filter(|i| is_key[*i]).map(|i| (&sights[i], &pictures[i], weights[i])).collect();
     (0..n)

@@ -12,6 +12,7 @@
 //! show at the same points of the surface.
 
 mod consensus;
+mod editor;
 mod refit;
 mod warp;
 
@@ -20,10 +21,13 @@ use motes_raster::{Antialias, RenderOptions, render};
 use motes_scene::{Gaussians, ImageF32, Pinhole, Pose};
 use thiserror::Error;
 
-pub use crate::files::editor::{Editor, EditorError};
-use consensus::{disagreements, harmonized, targets};
+use consensus::{disagreements, harmonized, is_key, targets};
+pub use editor::{EditorError, Picture, PictureEditor, Round};
 use refit::refit;
 use warp::Sight;
+
+/// Share of noise in the first and the last round (Instruct-NeRF2NeRF draws from this range).
+const NOISE: [f64; 2] = [0.98, 0.02];
 
 /// A view to be edited.
 #[derive(Clone, Debug)]
@@ -85,7 +89,8 @@ pub fn stylize(
     chosen: &[bool],
     antialias: Antialias,
     views: &[StyleView],
-    editor: &Editor,
+    editor: &dyn PictureEditor,
+    prompt: &str,
     options: &StyleOptions,
     stopped: &dyn Fn() -> bool,
 ) -> Result<StyleReport, StyleError> {
@@ -97,17 +102,24 @@ pub fn stylize(
         if stopped() {
             return Err(StyleError::Stopped);
         }
-        let mut edited = Vec::with_capacity(views.len());
-        for (i, view) in views.iter().enumerate() {
-            let current = match round {
-                0 => originals[i].clone(),
-                _ => picture(gaussians, antialias, view),
-            };
-            let picture = match editor.edit(&originals[i], &current, &view.name, stopped) {
-                Err(EditorError::Stopped) => return Err(StyleError::Stopped),
-                edited => edited?,
-            };
-            edited.push(limited(&originals[i], &picture, &sights[i].share));
+        let current: Vec<ImageF32> = match round {
+            0 => originals.clone(),
+            _ => views.iter().map(|view| picture(gaussians, antialias, view)).collect(),
+        };
+        let asked: Vec<Picture<'_>> = (0..views.len())
+            .map(|i| Picture {
+                view: &views[i].name,
+                original: &originals[i],
+                current: &current[i],
+            })
+            .collect();
+        let how = Round { noise: noise_of(round, options.rounds), seed: options.seed };
+        let mut edited = match edit_all(editor, prompt, &asked, options.key_views, how, stopped) {
+            Err(EditorError::Stopped) => return Err(StyleError::Stopped),
+            edited => edited?,
+        };
+        for (i, picture) in edited.iter_mut().enumerate() {
+            *picture = limited(&originals[i], picture, &sights[i].share);
         }
         report.edited = disagreements(&sights, &edited);
         let targets = if options.key_views > 0 || options.weigh {
@@ -125,6 +137,39 @@ pub fn stylize(
             .collect();
     }
     Ok(report)
+}
+
+/// Key views together, then each of the others.
+fn edit_all(
+    editor: &dyn PictureEditor,
+    prompt: &str,
+    asked: &[Picture<'_>],
+    key_views: usize,
+    round: Round,
+    stopped: &dyn Fn() -> bool,
+) -> Result<Vec<ImageF32>, EditorError> {
+    let is_key = is_key(asked.len(), key_views);
+    let together: Vec<usize> = (0..asked.len()).filter(|&i| key_views > 0 && is_key[i]).collect();
+    let mut edited: Vec<Option<ImageF32>> = vec![None; asked.len()];
+    if !together.is_empty() {
+        let keys: Vec<Picture<'_>> = together.iter().map(|&i| asked[i]).collect();
+        let pictures = editor.edit(prompt, &keys, round, stopped)?;
+        together.iter().zip(pictures).for_each(|(&i, picture)| edited[i] = Some(picture));
+    }
+    let one = |(i, done): (usize, Option<ImageF32>)| match done {
+        Some(picture) => Ok(picture),
+        None => {
+            let mut pictures = editor.edit(prompt, &asked[i..=i], round, stopped)?;
+            pictures.pop().ok_or_else(|| EditorError::NoPicture { view: asked[i].view.to_owned() })
+        }
+    };
+    edited.into_iter().enumerate().map(one).collect()
+}
+
+/// Noise of a round: from nearly all of it, which lets the first one repaint, to nearly none.
+fn noise_of(round: u32, rounds: u32) -> f64 {
+    let [first, last] = NOISE;
+    first + (last - first) * f64::from(round) / f64::from(rounds.saturating_sub(1).max(1))
 }
 
 fn picture(gaussians: &Gaussians, antialias: Antialias, view: &StyleView) -> ImageF32 {

@@ -7,6 +7,7 @@ use glam::DVec3;
 use motes_math::sh::SH_C0;
 
 use super::*;
+use crate::files::editor::Editor;
 
 /// A lumpy sheet with smooth colors, and cameras above it.
 fn scene() -> (Gaussians, Vec<StyleView>) {
@@ -35,7 +36,7 @@ fn scene() -> (Gaussians, Vec<StyleView>) {
 fn script(name: &str) -> Editor {
     let path =
         std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../testdata/editors").join(name);
-    Editor::new(&format!("python3 '{}' {{input}} {{output}} {{view}}", path.display()), "").unwrap()
+    Editor::new(&format!("python3 '{}' {{input}} {{output}} {{view}}", path.display())).unwrap()
 }
 
 const OPTIONS: StyleOptions =
@@ -49,8 +50,10 @@ fn run(editor: &Editor, options: &StyleOptions) -> (Gaussians, StyleReport) {
     let (mut gaussians, views) = scene();
     let chosen = vec![true; gaussians.len()];
     let report =
-        stylize(&mut gaussians, &chosen, Antialias::Classic, &views, editor, options, &|| false)
-            .unwrap();
+        stylize(&mut gaussians, &chosen, Antialias::Classic, &views, editor, "", options, &|| {
+            false
+        })
+        .unwrap();
     (gaussians, report)
 }
 
@@ -92,11 +95,47 @@ fn only_the_chosen_change() {
     let before = gaussians.clone();
     let chosen: Vec<bool> = before.means.iter().map(|m| m[0] > 0.0).collect();
     let editor = script("swap_red_blue.py");
-    stylize(&mut gaussians, &chosen, Antialias::Classic, &views, &editor, &OPTIONS, &|| false)
+    stylize(&mut gaussians, &chosen, Antialias::Classic, &views, &editor, "", &OPTIONS, &|| false)
         .unwrap();
     for (i, on) in chosen.iter().enumerate() {
         assert!(*on || gaussians.sh_of(i) == before.sh_of(i), "{i}");
     }
     assert!(gaussians.sh != before.sh);
     assert_eq!((&gaussians.means, &gaussians.log_scales), (&before.means, &before.log_scales));
+}
+
+/// Notes what it is asked and changes nothing.
+#[derive(Default)]
+struct Noting {
+    asked: std::cell::RefCell<Vec<(usize, f64)>>,
+}
+
+impl PictureEditor for Noting {
+    fn edit(
+        &self,
+        prompt: &str,
+        pictures: &[Picture<'_>],
+        round: Round,
+        _stopped: &dyn Fn() -> bool,
+    ) -> Result<Vec<ImageF32>, EditorError> {
+        assert_eq!(prompt, "snow");
+        self.asked.borrow_mut().push((pictures.len(), round.noise));
+        Ok(pictures.iter().map(|picture| picture.original.clone()).collect())
+    }
+}
+
+#[test]
+fn key_views_are_edited_together_and_the_noise_falls() {
+    let (mut gaussians, views) = scene();
+    let (chosen, editor) = (vec![true; gaussians.len()], Noting::default());
+    let options = StyleOptions { key_views: 2, rounds: 3, steps: 1, ..OPTIONS };
+    let classic = Antialias::Classic;
+    stylize(&mut gaussians, &chosen, classic, &views, &editor, "snow", &options, &|| false)
+        .unwrap();
+    let asked = editor.asked.borrow();
+    assert_eq!(asked.iter().map(|a| a.0).collect::<Vec<_>>(), [2, 1, 1, 1, 1].repeat(3));
+    let noise: Vec<f64> = asked.iter().step_by(5).map(|a| a.1).collect();
+    assert!((noise[0] - 0.98).abs() < 1e-12 && (noise[1] - 0.5).abs() < 1e-12);
+    assert!((noise[2] - 0.02).abs() < 1e-12);
+    assert_eq!(noise_of(0, 1), 0.98);
 }

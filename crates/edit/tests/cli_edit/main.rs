@@ -2,6 +2,7 @@
 #![expect(clippy::unwrap_used, reason = "a test that cannot prepare its files has failed")]
 
 mod plans;
+mod providers;
 mod streams;
 
 use std::collections::BTreeMap;
