@@ -5,10 +5,13 @@ use std::path::{Path, PathBuf};
 
 use crate::ProviderError;
 
+/// Characters of a command line that messages quote.
+const MOST_QUOTED: usize = 100;
+
 /// A program and its first arguments.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ProviderCommand {
-    /// What the user typed as the first word, for messages.
+    /// What the user typed, for messages.
     pub name: String,
     pub(crate) program: PathBuf,
     pub(crate) arguments: Vec<String>,
@@ -25,7 +28,11 @@ impl ProviderCommand {
         let mut words = words.into_iter();
         let first = words.next().ok_or_else(|| ProviderError::Words(command.to_owned()))?;
         let program = find(&first).ok_or_else(|| ProviderError::NotFound(first.clone()))?;
-        Ok(Self { name: first, program, arguments: words.collect() })
+        let name = match command.trim().char_indices().nth(MOST_QUOTED) {
+            Some((end, _)) => format!("{}…", &command.trim()[..end]),
+            None => command.trim().to_owned(),
+        };
+        Ok(Self { name, program, arguments: words.collect() })
     }
 
     /// Of a program whose place is known.

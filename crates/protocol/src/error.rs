@@ -30,7 +30,7 @@ pub enum ProviderError {
     /// It said that it cannot.
     #[error("the provider {name} failed on {what} ({status}): {said}")]
     Failed {
-        /// Its first word.
+        /// Its command.
         name: String,
         /// What it was doing.
         what: &'static str,
@@ -41,10 +41,10 @@ pub enum ProviderError {
     },
     /// It took too long.
     #[error(
-        "the provider {name} did not answer within {seconds} s ({what})\nhelp: allow more with --provider-time-limit, or run it by hand: {name} --{flag}"
+        "the provider {name} did not answer within {seconds} s ({what})\nhelp: allow more with --provider-time-limit, or run it by hand with --{flag}"
     )]
     Late {
-        /// Its first word.
+        /// Its command.
         name: String,
         /// The limit.
         seconds: f64,
@@ -55,10 +55,10 @@ pub enum ProviderError {
     },
     /// It broke the protocol.
     #[error(
-        "the provider {name} does not keep the protocol: {cause}\nhelp: motes provider check '{name}' tells what is wrong; docs/formats/provider.md is the protocol"
+        "the provider {name} does not keep the protocol: {cause}\nhelp: motes provider check COMMAND tells what is wrong; docs/formats/provider.md is the protocol"
     )]
     Protocol {
-        /// Its first word.
+        /// Its command.
         name: String,
         /// What is wrong.
         cause: String,
@@ -66,7 +66,7 @@ pub enum ProviderError {
     /// It does not do what is asked for.
     #[error("the provider {name} {cause}\nhelp: {help}")]
     Unable {
-        /// Its first word.
+        /// Its command.
         name: String,
         /// What it does not do.
         cause: String,
