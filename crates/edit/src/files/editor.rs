@@ -3,21 +3,16 @@
 use std::fs::File;
 use std::io::{Read as _, Seek as _, SeekFrom};
 use std::path::Path;
-use std::process::{Child, Command, ExitStatus, Stdio};
-use std::time::{Duration, Instant};
+use std::process::{Command, ExitStatus, Stdio};
 
 use motes_formats::FormatError;
 use motes_formats::images::{read_image, write_png};
-use motes_protocol::split_words;
+use motes_protocol::{POLL, end_group, split_words};
 use motes_scene::ImageF32;
 
 use super::provider_editor::rgb;
 use crate::stylize::{EditorError, Picture, PictureEditor, Round};
 
-/// How often an interruption is looked for while the program works.
-const POLL: Duration = Duration::from_millis(20);
-/// What a program that was asked to end is granted before it is killed.
-const GRACE: Duration = Duration::from_secs(2);
 /// Bytes of its error output, from the end, among which the last line is looked for.
 const KEPT_BYTES: u64 = 4096;
 
@@ -116,7 +111,7 @@ impl Editor {
         loop {
             let ended = child.try_wait().map_err(start)?;
             if stopped() {
-                end(&mut child);
+                end_group(&mut child);
                 return Err(EditorError::Stopped);
             }
             match ended {
@@ -125,24 +120,6 @@ impl Editor {
             }
         }
     }
-}
-
-/// Ends a child and what it started.
-fn end(child: &mut Child) {
-    #[cfg(unix)]
-    if let Ok(group) = i32::try_from(child.id()) {
-        let group = nix::unistd::Pid::from_raw(group);
-        let gone = |child: &mut Child| child.try_wait().is_ok_and(|status| status.is_some());
-        let _ = nix::sys::signal::killpg(group, nix::sys::signal::Signal::SIGTERM);
-        let asked = Instant::now();
-        while asked.elapsed() < GRACE && !gone(child) {
-            std::thread::sleep(POLL);
-        }
-        let _ = nix::sys::signal::killpg(group, nix::sys::signal::Signal::SIGKILL);
-    }
-    // Both fail only when it has ended by itself.
-    let _ = child.kill();
-    let _ = child.wait();
 }
 
 /// The last line with words of a file, of which only the end is read: a program may have said a lot.
@@ -159,6 +136,8 @@ fn last_line(path: &Path) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
+    use std::time::{Duration, Instant};
+
     use super::*;
 
     #[test]
