@@ -13,6 +13,7 @@ mod mirrors;
 mod modules;
 mod paths;
 mod placeholders;
+mod programs;
 pub(crate) mod prose;
 mod shell;
 mod stage_words;
@@ -43,6 +44,7 @@ pub(crate) fn run(root: &Path) -> anyhow::Result<()> {
     problems.extend(contents::check(&sources));
     problems.extend(circles::check(&sources));
     problems.extend(mirrors::check(&sources));
+    problems.extend(programs::check(&sources));
     let glossary = sources.iter().find(|s| s.path == vocabulary::FILE);
     let words = vocabulary::rules(glossary.map_or("", |s| &s.text)).unwrap_or_else(|problem| {
         problems.push(problem);
