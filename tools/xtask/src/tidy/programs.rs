@@ -13,7 +13,7 @@ pub(super) fn check(sources: &[Source]) -> Vec<Problem> {
     // Crates of tools are built by name.
     let untested = programs.filter(|p| p.starts_with("crates/") && !has_tests(p));
     let text = "has a program and no test of it in tests/: on a clean checkout cargo test does not build it";
-    untested.map(|p| Problem::error(&format!("{p}/src/main.rs"), 0, text)).collect()
+    untested.map(|p| Problem::error(format!("{p}/src/main.rs"), 0, text)).collect()
 }
 
 #[cfg(test)]
