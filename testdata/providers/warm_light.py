@@ -55,9 +55,18 @@ def lit(folder, name, to, gain, background=None):
     png.write(folder / to, width, height, rows)
 
 
+class BadRequest(Exception):
+    """What is wrong with a request, in one line."""
+
+
 def answer(path):
     folder = path.parent
-    ((kind, task),) = json.loads(path.read_text(encoding="utf-8"))["task"].items()
+    try:
+        ((kind, task),) = json.loads(path.read_text(encoding="utf-8"))["task"].items()
+        if kind not in DESCRIPTION["kinds"]:
+            raise ValueError(kind)
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+        raise BadRequest(f"not a request that is answered here: {error!r}: {path}") from error
     if kind == "relight":
         lit(folder, task["picture"], "lit.png", gains(task["prompt"]), task.get("background"))
         result = {"picture": "lit.png"}
@@ -75,10 +84,21 @@ def answer(path):
     return folder / "reply.json"
 
 
-if sys.argv[1] == "--describe":
-    print(json.dumps(DESCRIPTION))
-elif sys.argv[1] == "--request":
-    answer(Path(sys.argv[2]))
-else:
+def serve():
     for line in sys.stdin:
-        print(json.dumps({"reply": str(answer(Path(json.loads(line)["request"])))}), flush=True)
+        try:
+            said = {"reply": str(answer(Path(json.loads(line)["request"])))}
+        except BadRequest as error:
+            said = {"error": str(error), "exit_code": 2}
+        print(json.dumps(said), flush=True)
+
+
+if "--describe" in sys.argv:
+    print(json.dumps(DESCRIPTION))
+elif "--serve" in sys.argv:
+    serve()
+else:
+    try:
+        answer(Path(sys.argv[sys.argv.index("--request") + 1]))
+    except BadRequest as error:
+        sys.exit(sys.stderr.write(f"warm-light: {error}\n") and 2)

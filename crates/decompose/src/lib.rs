@@ -12,6 +12,7 @@ mod observation;
 mod options;
 mod parabola;
 pub mod pipeline;
+mod prior_agreement;
 mod progress;
 mod report;
 mod state;

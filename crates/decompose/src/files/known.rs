@@ -7,13 +7,16 @@ use crate::{BaseColorAnchor, Known, Photo};
 use clap::Args;
 use motes_formats::environment::read_environment;
 use motes_formats::ply::read_surface;
+use motes_protocol::{ProviderFlags, ProviderUse};
 use motes_scene::view_among;
 use motes_shading::environment::{Convention, Environment, EnvironmentMap, MapOptions};
 use motes_stage::{Context, StageError};
 use relight::EnvUp;
 use serde::{Serialize, Serializer};
 
+use super::predictions::{Predicted, predict};
 use super::priors::{NormalFrame, Priors};
+use crate::prior_agreement::{LEAST_CORRELATION, edge_correlation};
 
 /// `VIEW,X,Y=R,G,B`: the base color at a pixel of a view.
 #[derive(Clone, Debug, PartialEq)]
@@ -112,6 +115,22 @@ pub struct KnownArgs {
     #[arg(long, value_name = "DIR", help_heading = "Known quantities")]
     pub prior_images: Option<PathBuf>,
 
+    /// Program that predicts them, in place of --prior-images
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub provider: ProviderFlags,
+
+    /// What --provider predicts
+    #[arg(
+        long,
+        value_enum,
+        value_name = "LIST",
+        value_delimiter = ',',
+        default_value = "normal,base-color",
+        help_heading = "Provider (expert)"
+    )]
+    pub predict: Vec<Predicted>,
+
     /// Axes of the normals in --prior-images
     #[arg(long, value_enum, default_value_t, help_heading = "Known quantities")]
     pub prior_normal_frame: NormalFrame,
@@ -127,7 +146,7 @@ pub(super) fn load_known(
     captures: usize,
     photos: &[Photo],
     context: &Context,
-) -> anyhow::Result<Known> {
+) -> anyhow::Result<(Known, Option<ProviderUse>)> {
     let mut known = Known::default();
     if let Some(path) = surface {
         context.input("surface", path)?;
@@ -156,12 +175,56 @@ pub(super) fn load_known(
     for anchor in &args.albedo_anchor {
         known.anchors.push(anchor.among(photos)?);
     }
-    if let Some(folder) = &args.prior_images {
-        let priors = Priors::load(folder, photos, args.prior_normal_frame)?;
+    let (priors, used) = load_priors(args, photos, context)?;
+    if let Some(mut priors) = priors {
+        leave_out_unrelated(&mut priors, photos, context);
         known.base_color_priors = priors.base_color;
         known.normal_priors = priors.normals;
     }
-    Ok(known)
+    Ok((known, used))
+}
+
+/// What other tools predicted, from files or from a provider. A dry run starts none.
+fn load_priors(
+    args: &KnownArgs,
+    photos: &[Photo],
+    context: &Context,
+) -> anyhow::Result<(Option<Priors>, Option<ProviderUse>)> {
+    let command = args.provider.command(context)?;
+    match (&args.prior_images, command) {
+        (Some(_), Some(_)) => {
+            let text = "--prior-images and --provider both say what was predicted";
+            Err(StageError::usage(text).help("give one of them").into())
+        }
+        (Some(folder), None) => {
+            let priors = Priors::load(folder, photos, args.prior_normal_frame)?;
+            Ok((Some(priors), None))
+        }
+        (None, Some(command)) if !context.dry_run() => {
+            let (priors, used) = predict(command, &args.provider, &args.predict, photos, context)?;
+            Ok((Some(priors), Some(used)))
+        }
+        (None, _) => Ok((None, None)),
+    }
+}
+
+/// Predicted base colors whose edges are not those of their photo.
+fn leave_out_unrelated(priors: &mut Priors, photos: &[Photo], context: &Context) {
+    let mut left_out = 0;
+    for (prior, photo) in priors.base_color.iter_mut().zip(photos) {
+        let Some(base_color) = prior else { continue };
+        let correlation = edge_correlation(base_color, &photo.radiance_linear, &photo.weight);
+        if correlation.is_some_and(|c| c < LEAST_CORRELATION) {
+            *prior = None;
+            left_out += 1;
+        }
+    }
+    if left_out > 0 {
+        context.warn(format!(
+            "predicted base colors of {left_out} of {} photos have other edges than the photos and are left out",
+            photos.len()
+        ));
+    }
 }
 
 impl AlbedoAnchor {

@@ -4,6 +4,7 @@ mod command;
 mod errors;
 mod known;
 mod photos;
+mod predictions;
 mod preset;
 mod previews;
 mod priors;

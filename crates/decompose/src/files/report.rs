@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use crate::steps::surface::GeometryReport;
 use motes_formats::decomposition::{DecompositionDocument, StepTimeDocument};
+use motes_protocol::ProviderUse;
 use serde::Serialize;
 
 /// What a run of `decompose` came to.
@@ -36,6 +37,9 @@ pub struct SceneReport {
     pub train_psnr_db: Option<f64>,
     /// The same for held-out views.
     pub test_psnr_db: Option<f64>,
+    /// Who predicted normals and base colors, where a provider did.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub provider: Option<ProviderUse>,
 }
 
 /// What was done up to a step.

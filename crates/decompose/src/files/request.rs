@@ -10,6 +10,7 @@ use motes_codecs::open_gaussians;
 use motes_formats::decomposition::{SCENE_FILES, StepTimeDocument};
 use motes_formats::ply::{GaussianFile, PlyWriteOptions, RenderMode};
 use motes_formats::selection::BoundGaussians;
+use motes_protocol::ProviderUse;
 use motes_raster::{Antialias, RenderOptions};
 use motes_scene::Split;
 use motes_stage::Context;
@@ -53,6 +54,8 @@ struct Loaded {
     photos: Vec<Photo>,
     held_out: Vec<Photo>,
     known: Known,
+    /// Who predicted what is known.
+    provider: Option<ProviderUse>,
     file: GaussianFile,
 }
 
@@ -121,6 +124,7 @@ impl Request<'_> {
             train_psnr_db: mean_psnr_db(train),
             test_psnr_db: mean_psnr_db(test),
             decomposition,
+            provider: loaded.provider.clone(),
         };
         warn_of_unobserved(&scene, context);
         warn_of_low_confidence(&scene, context);
@@ -141,8 +145,9 @@ impl Request<'_> {
         }
         context.input("gaussians", self.gaussians)?;
         let file = open_gaussians(self.gaussians)?;
-        let known = load_known(self.known, self.surface, self.captures.len(), &photos, context)?;
-        Ok(Loaded { photos, held_out, known, file })
+        let (known, provider) =
+            load_known(self.known, self.surface, self.captures.len(), &photos, context)?;
+        Ok(Loaded { photos, held_out, known, provider, file })
     }
 
     /// Runs the steps that were asked for, and keeps each in the work folder as soon as it is done.

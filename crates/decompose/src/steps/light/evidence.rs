@@ -58,6 +58,10 @@ pub(crate) fn prior_log_base(
             let Some((x, y, _)) = views[k].rays.project(sample.position) else { continue };
             let pixel =
                 image.pixel((x as usize).min(image.width - 1), (y as usize).min(image.height - 1));
+            // Negative: nothing was predicted.
+            if pixel.iter().any(|v| *v < 0.0) {
+                continue;
+            }
             sum += Vec3::from([pixel[0], pixel[1], pixel[2]].map(|v| v.max(1e-3).ln()));
             count += 1.0;
         }
