@@ -1,4 +1,5 @@
-//! Inputs that come first on the line need no flag: `render gaussians.ply`, `train-splat capture/`, `edit scene/`.
+//! Inputs that come first on the line need no flag: `render gaussians.ply`, `train-splat capture/`, `edit scene/`; and a folder
+//! stands for the capture in it, there as behind `--capture`.
 //!
 //! What a file is decides which flag it stands for. Only words in front of the first flag count: behind a flag a word may be
 //! its value.
@@ -7,10 +8,13 @@ use std::ffi::{OsStr, OsString};
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
+use clap::builder::{PathBufValueParser, TypedValueParser as _};
 use clap::{Arg, Command};
 use motes_formats::decomposition::DECOMPOSITION_FILE;
 use motes_formats::standard_stream::is_standard_stream;
 
+/// The document in a folder that `import-colmap` wrote.
+const CAPTURE: &str = "capture.json";
 /// Bytes of a document in which its key `format` stands.
 const OPENING_BYTES: u64 = 4096;
 
@@ -39,6 +43,18 @@ pub(crate) fn with_flags(command: &Command, arguments: &[OsString]) -> Vec<OsStr
     }
     line.extend(rest.cloned());
     line
+}
+
+/// The command, whose `--capture` takes the folder of a capture for the document in it.
+pub(crate) fn with_capture_folders(command: Command) -> Command {
+    if !has(&command, "capture") {
+        return command;
+    }
+    let document = |path: PathBuf| match path.join(CAPTURE) {
+        inside if inside.is_file() => inside,
+        _ => path,
+    };
+    command.mut_arg("capture", |flag| flag.value_parser(PathBufValueParser::new().map(document)))
 }
 
 /// A line of the help about inputs that need no flag; empty where none may.
@@ -76,7 +92,7 @@ fn meaning(command: &Command, path: &Path, given: &[&str]) -> Option<(&'static s
     let inside = |name: &str| path.join(name).is_file();
     let (kind, path) = match path.is_dir() {
         true if inside(DECOMPOSITION_FILE) => ("scene", path.to_owned()),
-        true if inside("capture.json") => ("capture", path.join("capture.json")),
+        true if inside(CAPTURE) => ("capture", path.join(CAPTURE)),
         true => ("scene", path.to_owned()),
         false => match format_of(path).as_deref() {
             Some("motes/capture") => ("capture", path.to_owned()),
@@ -119,6 +135,21 @@ mod tests {
         let words: Vec<OsString> = words.iter().map(OsString::from).collect();
         let line = with_flags(&stage(), &words);
         line.into_iter().map(|word| word.into_string().unwrap()).collect()
+    }
+
+    #[test]
+    fn a_folder_behind_the_flag_is_the_capture_in_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().to_str().unwrap();
+        let read = |path: &str| {
+            let found =
+                with_capture_folders(stage()).get_matches_from(["render", "--capture", path]);
+            found.get_one::<PathBuf>("capture").unwrap().clone()
+        };
+        assert_eq!(read(path), folder.path());
+        std::fs::write(folder.path().join(CAPTURE), "{}").unwrap();
+        assert_eq!(read(path), folder.path().join(CAPTURE));
+        assert_eq!(read("other.json"), Path::new("other.json"));
     }
 
     #[test]

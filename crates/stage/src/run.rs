@@ -70,7 +70,8 @@ where
 }
 
 pub(crate) fn command<A: Parser + HasCommon>(program: &str) -> clap::Command {
-    let mut command = crate::help_order::experts_last(A::command());
+    let command = crate::help_order::experts_last(A::command());
+    let mut command = leading_inputs::with_capture_folders(command);
     let first = leading_inputs::help(&command);
     if !first.is_empty() {
         let rest = command.get_after_help().map(ToString::to_string).unwrap_or_default();
