@@ -30,8 +30,7 @@ Examples:
   Views that another program relit, lifted to 3D:
     relight --from-images relit/ --gaussians gaussians.ply --capture c.json -o relit.ply
   Views that a learned model relights, lifted to 3D:
-    relight --provider iclight --prompt 'warm studio light from the left' \\
-        --gaussians gaussians.ply --capture c.json -o relit.ply";
+    relight --provider iclight --prompt 'warm light' --gaussians g.ply --capture c.json -o lit.ply";
 
 /// Relight a decomposed scene, or lift relit views to 3D
 #[derive(Parser, Debug, Serialize)]
