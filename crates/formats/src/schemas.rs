@@ -4,8 +4,8 @@ use serde_json::Value;
 
 use crate::documents::schema;
 use crate::{
-    camera_path, capture, decomposition, metrics, provider, run_record, selection, statistics,
-    train_report,
+    camera_path, capture, decomposition, labels, metrics, provider, run_record, scene_card,
+    selection, statistics, train_report,
 };
 
 /// The JSON Schema of every document that several programs share, by the name of its schema file: `NAME-vMAJOR`.
@@ -14,11 +14,13 @@ pub fn all_schemas() -> Vec<(String, Value)> {
         schema::<capture::CaptureDocument>(),
         schema::<camera_path::CameraPathDocument>(),
         schema::<decomposition::DecompositionDocument>(),
+        schema::<labels::LabelsDocument>(),
         schema::<metrics::MetricsDocument>(),
         schema::<provider::ProviderDescription>(),
         schema::<provider::ProviderRequest>(),
         schema::<provider::ProviderReply>(),
         schema::<run_record::RunRecord>(),
+        schema::<scene_card::SceneCardDocument>(),
         schema::<selection::SelectionDocument>(),
         schema::<statistics::StatisticsDocument>(),
         schema::<train_report::TrainReportDocument>(),

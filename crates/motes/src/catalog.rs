@@ -14,6 +14,7 @@ const KNOWN: &[(&str, &str)] = &[
     ("relight", "Appearance"),
     ("segment-select", "Edit"),
     ("edit", "Edit"),
+    ("instruct", "Edit"),
     ("export", "Output"),
     ("render", "Output"),
     ("evaluate", "Measure"),

@@ -5,11 +5,12 @@ use motes_math::luminance::luminance_f64;
 use motes_scene::ImageF32;
 use motes_shading::environment::{
     CleanUp, Environment, EnvironmentError, EnvironmentMap, MapAxes, MapOptions, Orientation,
-    OvercastSky, SkyError, SunDisc, SunSky, direction_from_uv, irradiance,
+    OvercastSky, SkyError, StudioLight, SunDisc, SunSky, direction_from_uv, irradiance,
 };
 use thiserror::Error;
 
 use crate::options::Exposure;
+use crate::sun::{Sky, SunOption};
 
 /// Rows of the analytic sky: its slow changes are within a percent.
 const SKY_ROWS: usize = 128;
@@ -46,6 +47,8 @@ pub enum LightSource {
     },
     /// Clouds.
     Overcast(OvercastSky),
+    /// Lamps of a studio.
+    Studio(StudioLight),
 }
 
 /// A light on a scene.
@@ -76,11 +79,20 @@ impl Place {
 }
 
 impl LightSource {
+    /// The light of `--sun`; `sky` is whether there is a sky around a sun that was asked for by angles.
+    pub fn of_sun(option: &SunOption, sky: bool) -> Self {
+        match option.sky {
+            Sky::Clear(sun) => Self::SunSky { sun, sky: sky || option.with_dome },
+            Sky::Overcast(overcast) => Self::Overcast(overcast),
+            Sky::Studio(studio) => Self::Studio(studio),
+        }
+    }
+
     /// The axes before any turn.
     pub fn orientation(&self, place: &Place) -> Orientation {
         match self {
             Self::Map { axes, .. } => axes.orientation(),
-            Self::SunSky { .. } | Self::Overcast(_) => {
+            Self::SunSky { .. } | Self::Overcast(_) | Self::Studio(_) => {
                 sky_orientation(place.sky_zenith_in_world.as_dvec3())
             }
         }
@@ -126,6 +138,11 @@ impl LightSource {
             }
             Self::Overcast(overcast) => {
                 let map = overcast.build(SKY_ROWS, &MapOptions { exposure, orientation })?;
+                let environment = Environment::new(Some(map), None);
+                Ok(Light { environment, exposure, clean_up: CleanUp::default() })
+            }
+            Self::Studio(studio) => {
+                let map = studio.build(SKY_ROWS, &MapOptions { exposure, orientation })?;
                 let environment = Environment::new(Some(map), None);
                 Ok(Light { environment, exposure, clean_up: CleanUp::default() })
             }

@@ -44,7 +44,7 @@ pub struct LightOptions {
         allow_negative_numbers = true, value_parser = parse_stops)]
     pub exposure_compensation: f64,
 
-    /// The sun: sunrise, morning, noon, afternoon, golden-hour, sunset, overcast;
+    /// The sun: sunrise, morning, noon, afternoon, golden-hour, sunset, overcast, studio;
     /// azimuth=DEG,elevation=DEG; or latitude=DEG,longitude=DEG,date=YYYY-MM-DD,time=HH:MM+HH:MM
     #[arg(long, value_name = "HOUR|KEY=VALUE,...")]
     pub sun: Option<SunOption>,

@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use motes_shading::environment::{OvercastSky, SunSky, UniversalTime, solar_position};
+use motes_shading::environment::{OvercastSky, StudioLight, SunSky, UniversalTime, solar_position};
 use serde::Serialize;
 
 /// A sky of the analytic models.
@@ -12,18 +12,23 @@ pub enum Sky {
     Clear(SunSky),
     /// Behind clouds.
     Overcast(OvercastSky),
+    /// No sky: lamps.
+    Studio(StudioLight),
 }
 
 /// An hour that has a name.
 struct Preset {
     name: &'static str,
-    /// Degrees above the horizon; none behind clouds.
+    /// Degrees above the horizon; none without a sun.
     elevation_deg: Option<f64>,
     /// Clockwise from north.
     compass_deg: f64,
 }
 
-const PRESETS: [Preset; 7] = [
+/// The light without a sky.
+const STUDIO: &str = "studio";
+
+const PRESETS: [Preset; 8] = [
     Preset { name: "sunrise", elevation_deg: Some(6.0), compass_deg: 90.0 },
     Preset { name: "morning", elevation_deg: Some(25.0), compass_deg: 110.0 },
     Preset { name: "noon", elevation_deg: Some(60.0), compass_deg: 180.0 },
@@ -31,6 +36,7 @@ const PRESETS: [Preset; 7] = [
     Preset { name: "golden-hour", elevation_deg: Some(10.0), compass_deg: 265.0 },
     Preset { name: "sunset", elevation_deg: Some(3.0), compass_deg: 270.0 },
     Preset { name: "overcast", elevation_deg: None, compass_deg: 180.0 },
+    Preset { name: STUDIO, elevation_deg: None, compass_deg: 180.0 },
 ];
 
 const KEYS: [&str; 9] = [
@@ -45,7 +51,7 @@ const KEYS: [&str; 9] = [
     "north",
 ];
 
-const FORM: &str = "expected sunrise, morning, noon, afternoon, golden-hour, sunset or overcast, or \
+const FORM: &str = "expected sunrise, morning, noon, afternoon, golden-hour, sunset, overcast or studio, or \
     azimuth=DEG,elevation=DEG, or latitude=DEG,longitude=DEG,date=YYYY-MM-DD,time=HH:MM[+HH:MM]; \
     further keys: turbidity, ground, north";
 
@@ -112,6 +118,15 @@ impl Values<'_> {
         let elevation = self.number("elevation", 0.0, 90.0)?;
         let of_place = [4, 5, 6, 7].map(|k: usize| self.0[k]);
         let (azimuth, elevation) = match (preset, of_place) {
+            (Some(preset), [None, None, None, None]) if preset.name == STUDIO => {
+                if turbidity.is_some() || elevation.is_some() {
+                    return Err("a studio has neither sun nor turbidity".into());
+                }
+                return Ok(Sky::Studio(StudioLight {
+                    azimuth_deg: azimuth.unwrap_or(0.0),
+                    ..StudioLight::default()
+                }));
+            }
             (Some(Preset { elevation_deg: None, .. }), [None, None, None, None]) => {
                 if turbidity.is_some() || elevation.is_some() {
                     return Err("an overcast sky has neither sun nor turbidity".into());
@@ -222,7 +237,7 @@ mod tests {
     fn sun(text: &str) -> SunSky {
         match text.parse::<SunOption>().unwrap().sky {
             Sky::Clear(sun) => sun,
-            Sky::Overcast(_) => panic!("{text} has a sun"),
+            Sky::Overcast(_) | Sky::Studio(_) => panic!("{text} has a sun"),
         }
     }
 
@@ -261,6 +276,7 @@ mod tests {
             ("azimuth=1,elevation=2,hue=3", "expected"),
             ("azimuth=1,elevation=2,turbidity=0", "turbidity is 1 to 10"),
             ("overcast,turbidity=4", "neither sun"),
+            ("studio,elevation=4", "neither sun"),
             ("latitude=1,longitude=2", "belong together"),
             ("sunrise,latitude=1,longitude=2,date=2026-01-01,time=10:00", "exclude"),
             ("latitude=50,longitude=0,date=2026-06-21,time=00:00", "below the horizon"),

@@ -92,7 +92,8 @@ macro_rules! operations {
                 match self { $(Self::$variant(op) => op.defines(),)* }
             }
 
-            pub(crate) fn files(&mut self) -> Vec<(String, &mut String)> {
+            /// Files that it reads: the pointer of each below the operation, and its name.
+            pub fn files(&mut self) -> Vec<(String, &mut String)> {
                 match self { $(Self::$variant(op) => op.files(),)* }
             }
 

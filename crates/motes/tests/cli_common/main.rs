@@ -49,6 +49,7 @@ fn line_of(stage: &str) -> (&'static [&'static str], &'static str) {
         "segment-select" => {
             (&["--gaussians", "g.ply", "--select", "all", "-o", "picked.json"], "picked.json")
         }
+        "instruct" => (&["clean up", "--gaussians", "g.ply", "-o", "plan.json"], "plan.json"),
         "info" => (&["g.ply", "-o", "info.json"], "info.json"),
         "report lab" => (&["run", "-o", "page.html"], "page.html"),
         "report relight" => {

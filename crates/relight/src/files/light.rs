@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::meter;
-use crate::{Exposure, Light, LightOptions, LightSource, Place, QualityOptions, Sky};
+use crate::{Exposure, Light, LightOptions, LightSource, Place, QualityOptions};
 use glam::DVec3;
 use motes_formats::environment::read_environment;
 use motes_math::luminance::luminance_f64;
@@ -71,12 +71,7 @@ impl<'s> NewLight<'s> {
         context: &Context,
     ) -> anyhow::Result<Self> {
         let source = if let Some(sun) = &options.sun {
-            match sun.sky {
-                Sky::Clear(clear) => {
-                    LightSource::SunSky { sun: clear, sky: options.sky || sun.with_dome }
-                }
-                Sky::Overcast(overcast) => LightSource::Overcast(overcast),
-            }
+            LightSource::of_sun(sun, options.sky)
         } else if let Some(path) = &options.environment {
             context.input("environment", path)?;
             let image = read_map(path, context)?;
@@ -242,6 +237,7 @@ impl<'s> NewLight<'s> {
             (LightSource::Overcast(sky), _) => {
                 format!("overcast sky, {:.0} lx", sky.illuminance_lx)
             }
+            (LightSource::Studio(_), _) => "studio: key, fill and back light".into(),
             (_, Some(path)) => path.display().to_string(),
             _ if self.is_own => "the scene's own light".into(),
             _ => String::new(),

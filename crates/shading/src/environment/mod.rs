@@ -11,6 +11,7 @@ mod overcast;
 pub mod reference;
 mod sky;
 mod solar_position;
+mod studio;
 mod sun;
 mod sun_spectrum;
 mod test_map;
@@ -28,6 +29,7 @@ pub use orientation::{MapAxes, Orientation, direction_from_uv, uv_from_direction
 pub use overcast::OvercastSky;
 pub use sky::{SkyError, SunSky};
 pub use solar_position::{SolarPosition, UniversalTime, solar_position};
+pub use studio::StudioLight;
 pub use sun::SunDisc;
 pub use test_map::{AXIS_COLORS, axis_test_map};
 
