@@ -48,7 +48,7 @@ tidy:
 	$(CARGO) run --quiet --release $(LOCKED) -p xtask -- tidy
 
 licenses:
-	$(CARGO) run --quiet --release $(LOCKED) -p xtask -- licenses
+	$(CARGO) run --quiet --release $(LOCKED) -p xtask -- licenses features
 
 clippy:
 	$(CARGO) clippy --workspace --all-targets --release $(LOCKED) -- -D warnings

@@ -1,5 +1,6 @@
 //! Checks and generators of this repository; `USAGE` lists them.
 
+mod features;
 mod generate;
 mod licenses;
 mod manuals;
@@ -22,6 +23,7 @@ cargo xtask TASK
   tidy         layers, file lengths, schemas, versions, recipes, links, contents, words and numbers
                of pages, names of stages, paths of machines
   schemas      write docs/formats/schema/ and the version numbers of pages from the code
+  features     check that every package compiles dependencies with the features of the whole workspace
   licenses     compare the licenses of all dependencies with deny.toml
   man          write the manual pages of the built stages to target/man/
   fuzz         hostile files, kills and rivals for the built stages: fuzz --minutes N --seed S
@@ -47,6 +49,7 @@ fn main() -> ExitCode {
             "tidy" => tidy::run(&root),
             "schemas" => schemas::write(&root).and_then(|()| versions::write(&root)),
             "licenses" | "licences" => licenses::run(&root),
+            "features" => features::run(&root),
             "man" => generate::man(&root),
             "completions" => generate::completions(&root),
             "recipes" => recipes::run(&root),
