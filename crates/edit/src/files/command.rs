@@ -42,6 +42,10 @@ pub struct Args {
     #[arg(long, value_name = "FILE")]
     plan: Option<PathBuf>,
 
+    /// Folder that the plan may read from, beside its own and the scene's; repeatable
+    #[arg(long, value_name = "DIR")]
+    assets: Vec<PathBuf>,
+
     /// Capture with cameras and photos, for views, refits and --stylize
     #[arg(long, value_name = "FILE")]
     capture: Option<PathBuf>,
@@ -109,6 +113,7 @@ pub fn run(args: &Args, context: &Context) -> anyhow::Result<EditAnswer> {
         gaussians: args.gaussians.as_deref(),
         capture: args.capture.as_deref(),
         plan: args.plan.as_deref(),
+        assets: &args.assets,
         flags: &args.ops,
         reshade: &args.reshade,
         seed: args.seed,

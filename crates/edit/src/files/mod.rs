@@ -19,5 +19,5 @@ pub use answer::EditAnswer;
 pub use command::{Args, plan_schema, run};
 pub use flags::OpFlags;
 pub use plan_file::read_edit_plan;
-pub use prepare::prepare;
+pub use prepare::{Reach, prepare};
 pub use session::{EditJob, ReshadeFlags, run_edit};

@@ -7,18 +7,28 @@ use crate::ops::OpDocument;
 use crate::plan::{EditPlanDocument, Prepared, op_pointer};
 use crate::run::{EditError, Editors};
 
-/// Finds what `undo` takes back, and checks that files and materials that the plan names are there. `written` are the
-/// files and folders that the plan will be answered with, `editors` the programs that it may start.
+/// What a plan may reach.
+#[derive(Clone, Copy)]
+pub struct Reach<'a> {
+    /// Folder that names of files are relative to.
+    pub folder: &'a Path,
+    /// Folders that the user named: operations of a plan file read nothing outside of them and of `folder`.
+    pub named: &'a [&'a Path],
+    /// Number of operations that come from a plan file; those of flags follow and are the user's own words.
+    pub from_file: usize,
+    /// Files and folders that the plan will be answered with.
+    pub written: &'a [&'a Path],
+    /// Programs that it may start.
+    pub editors: Editors<'a>,
+}
+
+/// Finds what `undo` takes back, and checks that files and materials that the plan names are there and within reach.
 ///
 /// # Errors
-/// A file does not exist or is one that will be written, the library has no such material, or the user did not name
-/// a program that the plan would start.
-pub fn prepare(
-    plan: &EditPlanDocument,
-    folder: &Path,
-    written: &[&Path],
-    editors: Editors<'_>,
-) -> Result<Prepared, EditError> {
+/// A file does not exist, lies outside the folders that the user named or is one that will be written, the library has no
+/// such material, or the user did not name a program that the plan would start.
+pub fn prepare(plan: &EditPlanDocument, reach: &Reach<'_>) -> Result<Prepared, EditError> {
+    let Reach { folder, named, from_file, written, editors } = *reach;
     let written: Vec<PathBuf> =
         written.iter().filter_map(|path| std::fs::canonicalize(path).ok()).collect();
     let mut effective: Vec<usize> = Vec::new();
@@ -32,6 +42,13 @@ pub fn prepare(
                     .remedy("files are named relative to the plan"));
             }
             let full = std::fs::canonicalize(folder.join(&*name)).unwrap_or_default();
+            if i < from_file && !within(&full, folder, named) {
+                let cause =
+                    format!("the file lies outside the folder of the plan: {}", full.display());
+                let home = full.parent().unwrap_or(Path::new("/")).display();
+                return Err(EditError::plan(format!("{at}{key}"), cause)
+                    .remedy(format!("--assets {home} lets the plan read there, if you trust it")));
+            }
             if let Some(output) = written.iter().find(|output| full.starts_with(output)) {
                 let cause = format!("it would read what it writes: {}", output.display());
                 return Err(EditError::plan(format!("{at}{key}"), cause)
@@ -60,4 +77,10 @@ pub fn prepare(
         editors.starts(plan.ops[i].program(), &op_pointer(i))?;
     }
     Ok(Prepared { effective, undone })
+}
+
+/// Whether a canonical path is below one of the folders. Links are followed before, so that none leads out.
+fn within(full: &Path, folder: &Path, named: &[&Path]) -> bool {
+    let below = |root: &Path| std::fs::canonicalize(root).is_ok_and(|root| full.starts_with(root));
+    below(folder) || named.iter().any(|root| below(root))
 }

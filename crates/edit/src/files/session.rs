@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::{prepare, read_edit_plan};
+use super::{Reach, prepare, read_edit_plan};
 use crate::EditState;
 use crate::plan::{
     EditPlanDocument, EditRecord, Edited, MAX_RESHADE_SAMPLES, SkipRecord, check_plan, run_plan,
@@ -72,6 +72,8 @@ pub struct EditJob<'a> {
     pub capture: Option<&'a Path>,
     /// A plan; operations of flags follow it.
     pub plan: Option<&'a Path>,
+    /// Folders that the plan may read from, beside its own and that of the scene.
+    pub assets: &'a [PathBuf],
     /// Operations of flags.
     pub flags: &'a OpFlags,
     /// How light follows.
@@ -84,6 +86,13 @@ pub struct EditJob<'a> {
     pub thumbnails: Option<&'a Path>,
     /// The splat or scene folder to write.
     pub output: &'a Path,
+}
+
+impl<'a> EditJob<'a> {
+    /// Folders of the command line that a plan may read from.
+    fn named_folders(&self) -> Vec<&'a Path> {
+        self.assets.iter().map(PathBuf::as_path).chain(self.scene).collect()
+    }
 }
 
 fn load_input(
@@ -110,11 +119,14 @@ pub fn run_edit(job: &EditJob<'_>, context: &Context) -> anyhow::Result<EditAnsw
     let folder = name.parent().filter(|p| job.plan.is_some() && !p.as_os_str().is_empty());
     let folder = folder.unwrap_or(Path::new("."));
     let failed = |error| stage_error(error, &name);
-    let named = job.flags.typed_editors(context);
+    let typed = job.flags.typed_editors(context);
     let provider = open_provider(job, context)?;
     let by_provider = provider.as_ref().map(|provider| provider as &dyn PictureEditor);
-    let editors = Editors { named: &named, provider: by_provider, start: !context.dry_run() };
-    let prepared = prepare(&plan, folder, &outputs.paths(), editors).map_err(failed)?;
+    let editors = Editors { named: &typed, provider: by_provider, start: !context.dry_run() };
+    let (named, written) = (job.named_folders(), outputs.paths());
+    let from_file = plan.ops.len() - job.flags.ops.len();
+    let reach = Reach { folder, named: &named, from_file, written: &written, editors };
+    let prepared = prepare(&plan, &reach).map_err(failed)?;
     let capture = job.capture.map(|path| load_capture(path, context)).transpose()?;
     let mut input = load_input(job, capture.as_ref(), context)?;
     let count = input.state.len();

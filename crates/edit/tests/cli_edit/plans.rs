@@ -128,6 +128,36 @@ fn a_plan_starts_no_program_that_the_user_did_not_name() {
     assert!(!started.exists(), "a replayed log starts a program");
 }
 
+/// A plan is a document of anybody: it reads below its own folder, that of the scene and those that the user named.
+#[test]
+fn a_plan_reads_nothing_outside_of_the_folders_that_the_user_named() {
+    let toy = toy_scene();
+    std::fs::create_dir_all(toy.path("from-the-web")).unwrap();
+    std::fs::create_dir_all(toy.path("private")).unwrap();
+    let cone = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../testdata/meshes/cone.ply");
+    std::fs::copy(cone, toy.path("private/cone.ply")).unwrap();
+    let absolute = toy.path("private/cone.ply").to_string_lossy().into_owned();
+    let mut names = vec!["../private/cone.ply".to_owned(), absolute];
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink(toy.path("private"), toy.path("from-the-web/link")).unwrap();
+        names.push("link/cone.ply".into());
+    }
+    let line = [&SCENE[..], &QUICK, &["--plan", "from-the-web/plan.json", "-q", "-o"]].concat();
+    for name in &names {
+        put_plan(&toy, "from-the-web/plan.json", &json!([{ "op": "insert", "file": name }]));
+        let refused = edit(&toy, &[&line[..], &["refused"]].concat());
+        assert_code(&refused, 3);
+        assert!(text(&refused).contains("/ops/0/file") && text(&refused).contains("--assets"));
+        assert!(!toy.path("refused").exists());
+        let allowed = ["allowed", "-w", "--assets", "private"];
+        assert_code(&edit(&toy, &[&line[..], &allowed].concat()), 0);
+    }
+    // What the user types needs no leave.
+    let typed = [&SCENE[..], &QUICK, &["--insert", "private/cone.ply", "-q", "-o", "typed"]];
+    assert_code(&edit(&toy, &typed.concat()), 0);
+}
+
 /// Ends an edit while its editor works: the editor ends too, and the exit code says why.
 #[cfg(unix)]
 #[test]

@@ -36,6 +36,7 @@ pub(super) fn apply(
         gaussians: inputs.splat.as_deref(),
         capture: inputs.capture_file.as_deref(),
         plan: None,
+        assets: &[],
         flags: &flags,
         reshade: &reshade,
         seed: Some(plan.seed),
