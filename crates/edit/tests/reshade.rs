@@ -2,12 +2,15 @@
 
 mod box_on_ground;
 
-use box_on_ground::{BOX, BOX_CELLS, error, ground, photographed, rows_of_box, state, state_of};
+use box_on_ground::{
+    BOX, BOX_CELLS, GROUND, GROUND_CELLS, error, ground, photographed, rows_of_box, state, state_of,
+};
 use edit::changes::decimate::decimate;
 use edit::reshade::{ReshadeError, ReshadeOptions, ReshadeReport, moved_surface, reshade};
 use edit::{EditState, Fill, Similarity};
 use glam::{DVec3, Vec3};
-use motes_scene::{ImageF32, Surface};
+use motes_math::srgb;
+use motes_scene::{Gaussians, ImageF32, Surface};
 
 fn run(state: &mut EditState) -> (Surface, ReshadeReport) {
     reshade(state, &ReshadeOptions::default()).expect("light follows")
@@ -128,6 +131,51 @@ fn a_piece_of_the_ground_can_fill_it_and_threads_do_not_matter() {
     assert!(under < 0.05 && report.filled > 20, "{under}, {report:?}");
     assert!(report.warnings.is_empty(), "{report:?}");
     assert!(run(3) == (gaussians, surface, report), "one thread or three");
+}
+
+/// Planks with dark joints, every third row of the ground, and every fourth plank darker.
+fn paint_planks(gaussians: &mut Gaussians) {
+    let cell = 2.0 * GROUND / GROUND_CELLS as f32;
+    for i in 0..gaussians.len() {
+        let [x, _, z] = gaussians.means[i];
+        let column = ((x + GROUND) / cell) as usize;
+        let factor = if column.is_multiple_of(3) { 0.4 } else { 1.0 };
+        if z.abs() < 1e-3 && factor < 1.0 {
+            let linear = |sh: f32| srgb::decode(0.5 + 0.282_094_8 * sh);
+            for sh in &mut gaussians.sh[3 * i..][..3] {
+                *sh = (srgb::encode(factor * linear(*sh)) - 0.5) / 0.282_094_8;
+            }
+        }
+    }
+}
+
+#[test]
+fn texture_goes_on_under_a_box_and_smooth_ground_gets_none() {
+    let (mut truth, _) = photographed(&[], true);
+    paint_planks(&mut truth);
+    let filled = |fill: Fill, painted: bool| {
+        let (mut gaussians, surface) = photographed(&[[0.0, 0.0]], false);
+        if painted {
+            paint_planks(&mut gaussians);
+        }
+        let mut state = state_of(gaussians, surface);
+        let rows = rows_of_box(&state, [0.0, 0.0]);
+        state.remove(&rows, fill);
+        let (_, report) = run(&mut state);
+        // Not where planks meet: seen from above, Gaussians blend there.
+        let inside = |p: [f32; 2]| {
+            let across = ((p[0] + GROUND) / (2.0 * GROUND / GROUND_CELLS as f32)).fract();
+            (0.25..0.75).contains(&across) && p.iter().all(|v| v.abs() < 0.9 * BOX)
+        };
+        (error(&state.gaussians, &truth, inside), report)
+    };
+    let (smooth, of_smooth) = filled(Fill::Plane, true);
+    let (textured, of_textured) = filled(Fill::Texture, true);
+    assert_eq!((of_smooth.textured, of_textured.textured), (0, 1));
+    assert!(textured < 0.6 * smooth, "{textured}, smooth {smooth}");
+    // The model has no texture where the ground has none.
+    let (_, report) = filled(Fill::Texture, false);
+    assert_eq!(report.textured, 0);
 }
 
 #[test]

@@ -58,7 +58,7 @@ pub struct EditPlanDocument {
 impl Document for EditPlanDocument {
     const FORMAT: &'static str = "motes/edit-plan";
     const MAJOR: u32 = 1;
-    const MINOR: u32 = 6;
+    const MINOR: u32 = 7;
 }
 
 impl EditPlanDocument {

@@ -10,6 +10,7 @@ use super::looks::{Look, Seen, continued_looks, window};
 use super::patch::best_shift;
 use super::plane_picture::plane_picture;
 use super::ratio::{Lit, materials_of};
+use super::texture::Texture;
 use super::{ReshadeError, ReshadeOptions, ReshadeReport, surface};
 use crate::refit::Fills;
 use crate::{EditState, Fill, Origin, SCENE, Similarity};
@@ -23,8 +24,13 @@ pub(super) struct Closing<'a> {
     pub(super) options: &'a ReshadeOptions,
 }
 
-/// The ground around a hole as it goes on, and the rows that lie on it.
-pub(super) type Ground = (Vec<Look>, Vec<u32>);
+/// The ground around a hole as it goes on.
+pub(super) struct Ground {
+    looks: Vec<Look>,
+    /// Rows that lie on it.
+    rows: Vec<u32>,
+    texture: Option<Texture>,
+}
 
 /// Gaussians that fill holes with the planes around, still without color.
 #[derive(Default)]
@@ -33,6 +39,8 @@ pub(super) struct Filled {
     pub(super) first: usize,
     /// Their colors without light.
     pub(super) unlit: Vec<Vec3>,
+    /// What the texture multiplies them by.
+    pub(super) texture: Vec<Vec3>,
     /// Numbers of their holes.
     pub(super) hole: Vec<usize>,
 }
@@ -60,7 +68,7 @@ impl Closing<'_> {
                 match best_shift(hole, &looks_within(0)) {
                     Some(shift) => report.filled += copy_patch(state, hole, shift),
                     None => {
-                        *fill = Fill::Plane;
+                        *fill = Fill::Texture;
                         report.warnings.push(
                             "no piece of the surroundings fits a hole: its plane goes on instead"
                                 .to_owned(),
@@ -69,7 +77,13 @@ impl Closing<'_> {
                 }
             }
             surface::append(mesh, &dressed_lid(hole, &of_hole));
-            grounds.push((of_hole, seen.rows));
+            let texture = (*fill == Fill::Texture).then(|| {
+                let antialias = self.before.0.antialias;
+                Texture::new(hole, &state.gaussians, &seen, self.projection, antialias)
+            });
+            let texture = texture.flatten();
+            report.textured += usize::from(texture.is_some());
+            grounds.push(Ground { looks: of_hole, rows: seen.rows, texture });
         }
         Ok(grounds)
     }
@@ -95,8 +109,8 @@ impl Closing<'_> {
             hole.on_plane(Vec3::from(state.gaussians.means[*i as usize]))
                 && Vec3::from(before.materials.normals[row]).dot(grid.plane.normal) > GROUNDED
         };
-        let rows = low.into_iter().filter(lies).collect();
-        Seen::new(hole, rows, picture, lit_before, options.samples)
+        let rows = low.iter().copied().filter(lies).collect();
+        Seen::new(hole, [rows, low], picture, lit_before, options.samples)
     }
 }
 
@@ -108,11 +122,13 @@ pub(super) fn fill_planes(
     report: &mut ReshadeReport,
 ) -> Filled {
     let mut filled = Filled { first: state.len(), ..Filled::default() };
-    for (number, (hole, _)) in holes.iter().enumerate().filter(|(_, (_, f))| *f == Fill::Plane) {
-        let (looks, rows) = &grounds[number];
-        let filling = fill_with_plane(hole, &state.gaussians, rows, looks);
+    let goes_on = |fill: &Fill| matches!(fill, Fill::Plane | Fill::Texture);
+    for (number, (hole, _)) in holes.iter().enumerate().filter(|(_, (_, f))| goes_on(f)) {
+        let Ground { looks, rows, texture } = &grounds[number];
+        let filling = fill_with_plane(hole, &state.gaussians, rows, looks, texture.as_ref());
         report.filled += filling.gaussians.len();
         filled.unlit.extend_from_slice(&filling.unlit);
+        filled.texture.extend_from_slice(&filling.texture);
         filled.hole.resize(filled.unlit.len(), number);
         append_filling(state, filling);
     }

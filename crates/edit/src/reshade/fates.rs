@@ -33,7 +33,7 @@ pub(super) fn fates(state: &EditState, rows: usize) -> (Images, Vec<Fill>) {
             // Neither deleted nor anywhere: merged with others, at the same place.
             (None, true) => return Fate::stayed(),
             (None, false) => *moved.entry(fate.motions.clone()).or_insert_with(|| {
-                fills.push(Fill::Plane);
+                fills.push(Fill::default());
                 fills.len() as u32 - 1
             }),
         };

@@ -1,6 +1,6 @@
 //! New matter where an object stood: the plane goes on, with the colors of its surroundings.
 //!
-//! Colors are continued without their light ([`super::looks`]). New Gaussians are lit anew, so that no shadow is continued.
+//! Colors are continued without their light ([`super::looks`]), and their texture by example ([`super::texture`]). New Gaussians are lit anew, so that no shadow is continued.
 
 use glam::{Mat3, Quat, Vec3};
 use motes_math::sigmoid::{logit, sigmoid};
@@ -8,6 +8,7 @@ use motes_scene::{Gaussians, Materials, Surface};
 
 use super::hole::Hole;
 use super::looks::{LEAST_OPACITY, Look};
+use super::texture::Texture;
 
 /// Standard deviation of a new Gaussian over its distance to the next: neighbors overlap to an even cover.
 const SPREAD: f32 = 0.7;
@@ -24,6 +25,8 @@ pub(super) struct Filling {
     pub(super) materials: Materials,
     /// Radiance over the radiance of a white matte surface, linear.
     pub(super) unlit: Vec<Vec3>,
+    /// What the texture multiplies that by.
+    pub(super) texture: Vec<Vec3>,
 }
 
 /// The lid of a hole with the materials around.
@@ -49,16 +52,18 @@ fn unit(v: f32) -> f32 {
     v.max(0.0).clamp(0.0, 1.0)
 }
 
-/// Closes a hole by its plane.
+/// Closes a hole by its plane, with the texture of the ground where there is one.
 pub(super) fn fill_with_plane(
     hole: &Hole,
     gaussians: &Gaussians,
     rows: &[u32],
     looks: &[Look],
+    texture: Option<&Texture>,
 ) -> Filling {
     let grid = &hole.grid;
     let mut filling = Filling::default();
-    let spacing = spacing(hole, gaussians, rows);
+    let finest = texture.map_or(f32::INFINITY, Texture::pitch);
+    let spacing = spacing(hole, gaussians, rows).min(finest);
     let sigma = SPREAD * spacing;
     let across = (grid.size[0] as f32 * grid.pitch / spacing).ceil() as usize;
     let along = (grid.size[1] as f32 * grid.pitch / spacing).ceil() as usize;
@@ -77,12 +82,14 @@ pub(super) fn fill_with_plane(
         g.opacity_logits.push(logit(OPACITY));
         g.sh.extend([0.0; 3]);
         m.normals.push(normal.to_array());
-        m.base_color_linear.push(base(look));
+        let factor = texture.map_or(Vec3::ONE, |texture| texture.factor_at(flat));
+        m.base_color_linear.push((Vec3::from(base(look)) * factor).to_array().map(unit));
         m.roughness.push(unit(look[6]));
         m.metallic.push(unit(look[7]));
         m.visibility.push(1.0);
         m.observations.push(0);
         filling.unlit.push(Vec3::new(look[0], look[1], look[2]).max(Vec3::ZERO));
+        filling.texture.push(factor);
     }
     filling
 }

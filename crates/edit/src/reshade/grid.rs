@@ -48,6 +48,18 @@ impl Grid {
         })
     }
 
+    /// The same place with every cell divided into `factor` along a side.
+    pub(super) fn divided(&self, factor: usize) -> Self {
+        let size = self.size.map(|n| n * factor);
+        let parent = |c: usize| (c / size[0]) / factor * self.size[0] + (c % size[0]) / factor;
+        let heights = if self.heights.is_empty() {
+            Vec::new()
+        } else {
+            (0..size[0] * size[1]).map(|c| self.heights[parent(c)]).collect()
+        };
+        Self { plane: self.plane, low: self.low, pitch: self.pitch / factor as f32, size, heights }
+    }
+
     pub(super) fn cells(&self) -> usize {
         self.size[0] * self.size[1]
     }

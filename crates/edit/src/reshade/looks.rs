@@ -31,17 +31,19 @@ pub(super) type Look = [f32; 8];
 pub(super) struct Seen {
     /// Present Gaussians that lie on it.
     pub(super) rows: Vec<u32>,
+    /// Those and all others that are no higher, which are seen from above.
+    pub(super) low: Vec<u32>,
     /// How each cell looks from above, linear; none where nothing is seen of it.
     radiance: Vec<Option<Vec3>>,
     /// Radiance of white matte matter in its place; zero where nothing is seen.
-    white_radiance: Vec<Vec3>,
+    pub(super) white_radiance: Vec<Vec3>,
 }
 
 impl Seen {
     /// From a picture of the cells, traced with `samples` directions where it shows the surface beyond the rim of the hole.
     pub(super) fn new(
         hole: &Hole,
-        rows: Vec<u32>,
+        [rows, low]: [Vec<u32>; 2],
         mut radiance: Vec<Option<Vec3>>,
         lit: &Relighter<'_>,
         samples: u32,
@@ -58,7 +60,12 @@ impl Seen {
         for (c, white) in cells.iter().zip(lit.white_radiance(&probes, samples)) {
             white_radiance[*c] = white;
         }
-        Self { rows, radiance, white_radiance }
+        Self { rows, low, radiance, white_radiance }
+    }
+
+    /// Whether a cell is seen and holds nothing of what stood in the hole.
+    pub(super) fn is_known(&self, cell: usize) -> bool {
+        self.radiance[cell].is_some()
     }
 }
 
@@ -198,7 +205,9 @@ mod tests {
             }
         }
         let white = |c: usize| Vec3::splat(if open[c] { 0.0 } else { light(grid.middle(c)) });
-        let seen = Seen { rows, radiance, white_radiance: (0..grid.cells()).map(white).collect() };
+        let low = rows.clone();
+        let seen =
+            Seen { rows, low, radiance, white_radiance: (0..grid.cells()).map(white).collect() };
         let hole = Hole {
             covered: vec![true; grid.cells()],
             blurred: open.clone(),

@@ -14,12 +14,13 @@
 //! by the light of the scene; after a change of environment all are.
 //!
 //! The surface that rays meet follows the Gaussians: each vertex shares the fate of the nearest ones. Where an object left a
-//! hole in the plane that it stood on, the plane goes on ([`crate::Fill`]).
+//! hole in the plane that it stood on, the plane goes on with its texture ([`crate::Fill`]).
 
 mod calibrate;
 mod closing;
 mod colors;
 mod cover;
+mod exemplar;
 mod fates;
 mod fill;
 mod grid;
@@ -35,6 +36,7 @@ mod ratio;
 mod scene_after;
 mod support;
 mod surface;
+mod texture;
 
 use motes_scene::Surface;
 use relight::{Exposure, LightError, LightSource, Place, SceneError};
@@ -73,6 +75,8 @@ pub struct ReshadeReport {
     pub shaded: usize,
     /// Gaussians that fill what was uncovered.
     pub filled: usize,
+    /// Holes whose ground has a texture, which goes on.
+    pub textured: usize,
     /// Gaussians that were hidden in an object that left, and were removed.
     pub leftovers: usize,
     /// κ of each shadow that went: by how much deeper the photos show it than the model, per channel.

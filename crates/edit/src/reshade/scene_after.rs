@@ -182,7 +182,7 @@ fn scale_light(
     filled: Filled,
     report: &mut ReshadeReport,
 ) -> Rows {
-    let Filled { first, mut unlit, hole } = filled;
+    let Filled { first, mut unlit, texture, hole } = filled;
     let rows = ratio::sort(state, change.before.0, change.after.0, first);
     let holes: Vec<&Hole> = holes.iter().map(|(hole, _)| hole).collect();
     let (scaled, calibrations) = ratio::scale(state, &rows, change, &holes);
@@ -195,6 +195,7 @@ fn scale_light(
             *unlit = better;
         }
     }
+    unlit.iter_mut().zip(&texture).for_each(|(unlit, factor)| *unlit *= *factor);
     ratio::light_filling(state, first, &unlit, change);
     rows
 }

@@ -47,9 +47,11 @@ pub struct AxisAngleDocument {
 pub enum Fill {
     /// Nothing.
     None,
-    /// The support plane goes on with its own colors.
-    #[default]
+    /// The support plane goes on with its own colors, smooth.
     Plane,
+    /// The support plane goes on with its own colors and its texture, by example.
+    #[default]
+    Texture,
     /// Pieces of the surroundings are copied.
     Patch,
 }

@@ -1,0 +1,155 @@
+//! Texture of the ground around a hole, continued into it.
+//!
+//! ```text
+//! t = log c - log L - m      m: mean of log c - log L over a wide window, continued into the hole
+//! ```
+//!
+//! `c` is the ground as it looks from above, `L` the light of white matte matter there. `t` goes on by example
+//! ([`super::exemplar`]), and the colors of what fills the hole are multiplied by `exp t`. So light and brightness stay
+//! those of the smooth filling, and only what varies quickly is copied.
+
+use glam::Vec3;
+use motes_scene::Gaussians;
+
+use super::colors::Projection;
+use super::exemplar::{Raster, filled};
+use super::grid::{Grid, boxed, pull_push};
+use super::hole::Hole;
+use super::looks::Seen;
+use super::plane_picture::plane_picture;
+
+/// Cells of the texture over the object's size, where the ground has no finer cells anyway.
+const CELLS: f32 = 112.0;
+/// A cell of the ground is divided into so many along a side at most.
+const FINEST: usize = 3;
+/// Texture varies within this share of the object's size to each side; slower changes are light and color.
+const WIDE: f32 = 0.2;
+/// Half a side of a patch, share of the object's size, and in cells.
+const PATCH: f32 = 0.08;
+const PATCH_CELLS: [usize; 2] = [3, 10];
+/// Light varies by less where the ground may serve as an example, log units: no edge of a shadow is copied.
+const EVEN_LIGHT: f32 = 0.05;
+/// Light is a mean over so many cells of the ground to each side, since it is sampled.
+const LIGHT_WINDOW: usize = 2;
+/// Ground that varies by less within a patch has no texture, log units, root mean square.
+const LEAST_DEVIATION: f64 = 0.025;
+/// Radiance below says nothing but dark, as in `calibrate`.
+const LEAST_RADIANCE: f32 = 2e-3;
+/// Texture beyond is an error of the light or a highlight, log units.
+const LARGEST: f32 = 1.2;
+/// Cells of examples that a hole needs.
+const LEAST_EXAMPLES: usize = 400;
+
+/// What the colors of a smooth filling are multiplied by, per cell of a raster of its own.
+#[derive(Debug)]
+pub(super) struct Texture {
+    grid: Grid,
+    log_factor: Vec<[f32; 3]>,
+}
+
+impl Texture {
+    /// Of the ground around a hole, or none where it has none or too little of it is seen. `low` are the rows of the ground.
+    pub(super) fn new(
+        hole: &Hole,
+        gaussians: &Gaussians,
+        seen: &Seen,
+        projection: &Projection,
+        antialias: motes_raster::Antialias,
+    ) -> Option<Self> {
+        let per_object = hole.object_size / hole.grid.pitch;
+        let factor = ((CELLS / per_object).round() as usize).clamp(1, FINEST);
+        let grid = hole.grid.divided(factor);
+        let picture = plane_picture(&grid, gaussians, &seen.low, projection, antialias);
+        let coarse = |c: usize| hole.grid.cell(grid.middle(c));
+        let (log_light, even) = light(hole, seen);
+        let cells = 0..grid.cells();
+        let log_ratio = |c: usize| {
+            let from = coarse(c).filter(|from| seen.is_known(*from))?;
+            let color = picture[c]?.max(Vec3::splat(LEAST_RADIANCE)).map(f32::ln);
+            Some((color - log_light[from]).to_array())
+        };
+        let ratios: Vec<Option<[f32; 3]>> = cells.clone().map(log_ratio).collect();
+        let known: Vec<bool> = ratios.iter().map(Option::is_some).collect();
+        let wide = (WIDE * hole.object_size / grid.pitch).round() as usize;
+        let means = wide_means(&grid, &ratios, wide);
+        let values: Vec<[f32; 3]> = (0..grid.cells())
+            .map(|c| match ratios[c] {
+                Some(v) => std::array::from_fn(|k| (v[k] - means[c][k]).clamp(-LARGEST, LARGEST)),
+                None => [0.0; 3],
+            })
+            .collect();
+        let examples: Vec<bool> =
+            cells.clone().map(|c| known[c] && coarse(c).is_some_and(|from| even[from])).collect();
+        let radius = (PATCH * hole.object_size / grid.pitch).round() as usize;
+        let radius = radius.clamp(PATCH_CELLS[0], PATCH_CELLS[1]);
+        has_texture(&grid, &values, &examples, radius).then_some(())?;
+        let open = cells.map(|c| !known[c] && coarse(c).is_some_and(|from| hole.blurred[from]));
+        let raster = Raster {
+            size: grid.size,
+            values: &values,
+            known: &known,
+            examples: &examples,
+            hole: &open.collect::<Vec<_>>(),
+            radius,
+        };
+        let log_factor = filled(&raster)?;
+        Some(Self { grid, log_factor })
+    }
+
+    /// Width of a cell, world units.
+    pub(super) fn pitch(&self) -> f32 {
+        self.grid.pitch
+    }
+
+    /// What a color at coordinates of the plane is multiplied by, per channel, linear.
+    pub(super) fn factor_at(&self, flat: [f32; 2]) -> Vec3 {
+        let cell = self.grid.cell(flat);
+        cell.map_or(Vec3::ONE, |cell| Vec3::from(self.log_factor[cell]).map(f32::exp))
+    }
+}
+
+/// Logarithm of the light per cell of the ground, smoothed, and whether it is even there.
+fn light(hole: &Hole, seen: &Seen) -> (Vec<Vec3>, Vec<bool>) {
+    let grid = &hole.grid;
+    let of = |c: usize| {
+        if !seen.is_known(c) {
+            return [0.0; 4];
+        }
+        let [r, g, b] = seen.white_radiance[c].max(Vec3::splat(1e-6)).to_array().map(f32::ln);
+        [r, g, b, 1.0]
+    };
+    let logs: Vec<[f32; 4]> = (0..grid.cells()).map(of).collect();
+    let mean = |[r, g, b, n]: [f32; 4]| Vec3::new(r, g, b) / n.max(1.0);
+    let near: Vec<Vec3> = boxed(grid, &logs, LIGHT_WINDOW).into_iter().map(mean).collect();
+    let wider: Vec<Vec3> = boxed(grid, &logs, 3 * LIGHT_WINDOW).into_iter().map(mean).collect();
+    let even = (0..grid.cells())
+        .map(|c| seen.is_known(c) && (near[c] - wider[c]).abs().max_element() < EVEN_LIGHT)
+        .collect();
+    (near, even)
+}
+
+/// Means over squares of `2 radius + 1` cells, continued where nothing is known.
+fn wide_means(grid: &Grid, values: &[Option<[f32; 3]>], radius: usize) -> Vec<[f32; 3]> {
+    let own: Vec<[f32; 4]> =
+        values.iter().map(|v| v.map_or([0.0; 4], |[r, g, b]| [r, g, b, 1.0])).collect();
+    let sums = boxed(grid, &own, radius);
+    let weights: Vec<f32> = sums.iter().map(|s| s[3].min(1.0)).collect();
+    let means = sums.iter().map(|[r, g, b, n]| [*r, *g, *b].map(|v| v / n.max(1.0)));
+    pull_push(grid.size, means.collect(), weights)
+}
+
+/// Whether enough ground is seen, and varies within patches.
+fn has_texture(grid: &Grid, values: &[[f32; 3]], examples: &[bool], radius: usize) -> bool {
+    let mean = |v: &[f32; 3]| v.iter().sum::<f32>() / 3.0;
+    let own = values.iter().zip(examples);
+    let own: Vec<[f32; 2]> =
+        own.map(|(v, example)| if *example { [mean(v), 1.0] } else { [0.0; 2] }).collect();
+    let (mut squares, mut count) = (0.0f64, 0usize);
+    for ([value, known], [sum, near]) in own.iter().zip(boxed(grid, &own, radius)) {
+        if *known > 0.0 {
+            squares += f64::from(value - sum / near).powi(2);
+            count += 1;
+        }
+    }
+    count >= LEAST_EXAMPLES && squares > count as f64 * LEAST_DEVIATION.powi(2)
+}
