@@ -9,8 +9,8 @@ use motes_formats::documents::read_document;
 use motes_formats::scene_card::SceneCardDocument;
 use serde_json::{Map, Value};
 
-/// Share of the instructions that were never tuned to which become their plan: as measured when they were written.
-const HELD_OUT_FLOOR: f64 = 0.76;
+/// Share of the instructions of the last set that became their plan when they were first read, before any change for them.
+const HELD_OUT_FLOOR: f64 = 0.72;
 
 fn data(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../testdata/instruct").join(name)
@@ -23,7 +23,7 @@ fn card() -> SceneCardDocument {
 /// Keys that say what is usual anyway.
 fn is_usual(key: &str, value: &Value) -> bool {
     match key {
-        "fill" => value == "plane",
+        "fill" => value == "texture",
         "mode" => value == "replace",
         "rotate_deg" => value == 0.0,
         "exposure" => value == 1.0,

@@ -19,23 +19,46 @@ const VERBS: &[(&str, Verb)] = &[
     ("nudge", Verb::Move),
     ("drag", Verb::Move),
     ("bring", Verb::Move),
+    ("scoot", Verb::Move),
+    ("shove", Verb::Move),
+    ("carry", Verb::Move),
+    ("reposition", Verb::Move),
+    ("relocate", Verb::Move),
     ("lift", Verb::Lift),
     ("raise", Verb::Lift),
+    ("elevate", Verb::Lift),
     ("lower", Verb::Lower),
+    ("drop", Verb::Lower),
+    ("sink", Verb::Lower),
     ("put", Verb::Put),
+    ("stand", Verb::Put),
+    ("position", Verb::Put),
     ("place", Verb::Put),
     ("set", Verb::Change),
     ("rotate", Verb::Rotate),
     ("spin", Verb::Rotate),
+    ("twist", Verb::Rotate),
+    ("swivel", Verb::Rotate),
+    ("pivot", Verb::Rotate),
+    ("tilt", Verb::Rotate),
+    ("tip", Verb::Rotate),
     ("turn", Verb::Turn),
     ("flip", Verb::Flip),
     ("scale", Verb::Scale),
     ("resize", Verb::Scale),
     ("enlarge", Verb::Enlarge),
     ("grow", Verb::Enlarge),
+    ("magnify", Verb::Enlarge),
+    ("expand", Verb::Enlarge),
+    ("scale up", Verb::Enlarge),
+    ("blow up", Verb::Enlarge),
     ("shrink", Verb::Shrink),
+    ("scale down", Verb::Shrink),
+    ("downsize", Verb::Shrink),
     ("reduce", Verb::Shrink),
     ("double the size of", Verb::Double),
+    ("double the height of", Verb::Double),
+    ("double the width of", Verb::Double),
     ("double", Verb::Double),
     ("halve the size of", Verb::Halve),
     ("halve", Verb::Halve),
@@ -45,6 +68,18 @@ const VERBS: &[(&str, Verb)] = &[
     ("get rid of", Verb::Delete),
     ("take away", Verb::Delete),
     ("take out", Verb::Delete),
+    ("throw away", Verb::Delete),
+    ("throw out", Verb::Delete),
+    ("clear away", Verb::Delete),
+    ("dispose of", Verb::Delete),
+    ("do away with", Verb::Delete),
+    ("eliminate", Verb::Delete),
+    ("discard", Verb::Delete),
+    ("hide", Verb::Delete),
+    ("take", Verb::Take),
+    ("get", Verb::Take),
+    ("throw", Verb::Take),
+    ("clear", Verb::Take),
     ("keep only", Verb::Keep),
     ("keep just", Verb::Keep),
     ("isolate", Verb::Keep),
@@ -52,11 +87,15 @@ const VERBS: &[(&str, Verb)] = &[
     ("duplicate", Verb::Copy),
     ("copy", Verb::Copy),
     ("clone", Verb::Copy),
+    ("swap out", Verb::Swap),
     ("swap", Verb::Swap),
+    ("switch", Verb::Swap),
+    ("substitute", Verb::Swap),
     ("replace", Verb::Swap),
     ("exchange", Verb::Swap),
     ("insert", Verb::Insert),
     ("add", Verb::Insert),
+    ("drop in", Verb::Insert),
     ("paint", Verb::Paint),
     ("color", Verb::Paint),
     ("colour", Verb::Paint),
@@ -87,6 +126,34 @@ const OPENERS: &[&str] = &[
     "i would like to",
     "id like to",
     "id like you to",
+    "id like to see",
+    "i would like to see",
+    "i want to see",
+    "lets see",
+    "let it be",
+    "let me see",
+    "show me",
+    "give me",
+    "can i see",
+    "can i have",
+    "what would",
+    "what does",
+    "how would",
+    "show",
+    "try",
+    "how about",
+    "what about",
+    "maybe",
+    "perhaps",
+    "go ahead and",
+    "please do",
+    "we need to",
+    "we want to",
+    "you should",
+    "see",
+    "let",
+    "can",
+    "could",
     "lets",
     "let us",
     "now",
@@ -153,7 +220,11 @@ impl<'c> Reader<'c, '_> {
             self.verb = Some(*verb);
             return self.with_verb(*verb);
         }
-        if self.light_alone()? || self.stuff_and_objects()? || self.should_be()? {
+        if self.light_alone()?
+            || self.stuff_and_objects()?
+            || self.should_be()?
+            || self.whole_with_changes()
+        {
             return Ok(());
         }
         self.cursor.at = from;
@@ -189,6 +260,7 @@ impl<'c> Reader<'c, '_> {
                 self.scaled(&objects, if verb == Verb::Double { 2.0 } else { 0.5 })
             }
             Verb::Delete => self.removal(),
+            Verb::Take => self.taking(),
             Verb::Keep => self.keep(),
             Verb::Copy => self.copies(),
             Verb::Swap => self.swap(),
@@ -201,6 +273,18 @@ impl<'c> Reader<'c, '_> {
                 self.floaters()
             }
         }
+    }
+
+    /// "the kitchen with walnut cabinets", "the scene at noon": what follows says what changes.
+    fn whole_with_changes(&mut self) -> bool {
+        let from = self.cursor.at;
+        let whole = self.cursor.eat_any(&super::nouns::WHOLE).is_some();
+        self.cursor.eat_any(&["look like", "look"]);
+        let follows = ["with", "at", "under", "in", "during"].iter().any(|w| self.cursor.sees(w));
+        if !(whole && follows) {
+            self.cursor.at = from;
+        }
+        whole && follows
     }
 
     /// "turn it 30 degrees", "turn the ball red", "turn this into a sunset".

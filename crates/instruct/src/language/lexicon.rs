@@ -147,6 +147,12 @@ pub(crate) fn stuff(cursor: &mut Cursor<'_>) -> Option<Stuff> {
             cursor.word().and_then(color_named).filter(|_| found.color.is_none())
         {
             cursor.step();
+            // "navy blue", "forest green": the narrower name says it.
+            if COLORS[BASIC..].iter().any(|(narrow, _)| *narrow == name)
+                && cursor.word().is_some_and(|word| COLORS[..BASIC].iter().any(|c| c.0 == word))
+            {
+                cursor.step();
+            }
             found.color = Some((name.to_owned(), rgb));
         } else {
             cursor.at = before;

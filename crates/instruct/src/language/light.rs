@@ -110,6 +110,8 @@ impl Reader<'_, '_> {
             let before = self.cursor.at;
             let separated =
                 self.cursor.eat_mark(',') | self.cursor.eat("and") | self.cursor.eat("or");
+            // "at sunrise and at noon".
+            self.cursor.eat_any(&["at", "in", "under"]);
             match self.light()?.filter(|_| separated) {
                 Some(light) => found.push(light),
                 None => {

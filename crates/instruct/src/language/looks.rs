@@ -57,6 +57,8 @@ impl Reader<'_, '_> {
             return self.made_copies();
         }
         let objects = self.targets()?;
+        // "the chair's material to marble".
+        self.cursor.eat_any(&["material", "color", "colour", "finish"]);
         if let Targets::Some(found) = &objects
             && verb == Verb::Make
             && self.size(found)?
@@ -67,6 +69,7 @@ impl Reader<'_, '_> {
         self.cursor.eat_any(&["a", "an"]);
         let stuff = self.stuff()?;
         self.finish();
+        self.named_again(&objects);
         self.apply(&objects, &stuff)
     }
 
@@ -82,6 +85,17 @@ impl Reader<'_, '_> {
         ]);
         while self.cursor.eat_any(&INTO).is_some() {}
         self.lights()
+    }
+
+    /// "make the bottle a metal bottle": the noun once more.
+    fn named_again(&mut self, targets: &Targets) {
+        let from = self.cursor.at;
+        let Targets::Some(named) = targets else { return };
+        let again = self.finder.referent(&mut self.cursor, &[], false);
+        let is_same = matches!(&again, Ok(Some(Referent::Objects(found))) if found == named);
+        if !is_same {
+            self.cursor.at = from;
+        }
     }
 
     fn counts_copies(&self) -> bool {
@@ -106,15 +120,13 @@ impl Reader<'_, '_> {
             return Ok(false);
         };
         // "the red ball ..." is an object that is red; "red balls" are to become so.
-        let behind = self.cursor.at;
-        let objects = match self.finder.referents(&mut self.cursor, &self.last, false) {
-            Ok(Some(Referent::Objects(objects))) if !article => objects,
+        let objects = match self.objects_of_one_stuff() {
+            Some(objects) if !article => objects,
             _ => {
                 self.cursor.at = from;
                 return Ok(false);
             }
         };
-        let _ = behind;
         if objects.is_empty() {
             self.cursor.at = from;
             return Ok(false);
@@ -122,6 +134,31 @@ impl Reader<'_, '_> {
         self.last.clone_from(&objects);
         self.apply(&Targets::Some(objects), &std::mem::take(&mut found))?;
         Ok(true)
+    }
+
+    /// Objects with "and" between them, up to one before which another material stands.
+    fn objects_of_one_stuff(&mut self) -> Option<Vec<usize>> {
+        let Ok(Some(Referent::Objects(mut all))) =
+            self.finder.referent(&mut self.cursor, &self.last, false)
+        else {
+            return None;
+        };
+        loop {
+            let before = self.cursor.at;
+            let separated = self.cursor.eat_mark(',') | self.cursor.eat("and");
+            let is_another = stuff(&mut self.cursor.clone()).is_some();
+            if separated
+                && !is_another
+                && self.begins_object()
+                && let Ok(Some(Referent::Objects(more))) =
+                    self.finder.referent(&mut self.cursor, &self.last, false)
+            {
+                all.extend(more);
+                continue;
+            }
+            self.cursor.at = before;
+            return Some(all);
+        }
     }
 
     /// "the ball should be red", "I want the chair in gold": the objects first.
@@ -135,11 +172,19 @@ impl Reader<'_, '_> {
                 .eat_any(&[
                     "should be made of",
                     "should look like",
+                    "should become",
                     "should be",
                     "shall be",
                     "must be",
+                    "needs to be",
+                    "ought to be",
+                    "made of",
+                    "made out of",
+                    "out of",
                     "to be made of",
                     "to be",
+                    "be made of",
+                    "be",
                     "in",
                     "as",
                 ])

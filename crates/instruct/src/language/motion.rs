@@ -59,6 +59,11 @@ impl Reader<'_, '_> {
         let mut before = self.said_length()?;
         let mut steps = Vec::new();
         if let Some(only) = only {
+            // "lift it up".
+            self.cursor.eat_any(match only {
+                Direction::Up => &["up", "upward", "upwards", "higher"],
+                _ => &["down", "downward", "downwards", "lower"],
+            });
             steps.push((only, before.take().or(self.said_length()?)));
         }
         while only.is_none() {
@@ -75,13 +80,7 @@ impl Reader<'_, '_> {
             steps.push((direction, amount));
         }
         if steps.is_empty() {
-            if before.is_some() {
-                return Err(Misread::new(
-                    format!("a distance without a direction, before {}", self.cursor.rest()),
-                    "say \"20 cm to the right\", or a place without a distance, as in \"right of the table\"",
-                ));
-            }
-            return self.put_at_place(&objects);
+            return self.put_at_place(&objects, before);
         }
         for &object in &objects {
             self.one_move(object, &steps)?;
@@ -135,10 +134,15 @@ impl Reader<'_, '_> {
         Ok(())
     }
 
-    /// "put ... on the table", "... next to the lemon".
-    pub(crate) fn put_at_place(&mut self, objects: &[usize]) -> Result<(), Misread> {
+    /// "put ... on the table", "... next to the lemon", "... 5 cm to the right of the mug": `gap` is what lies between.
+    pub(crate) fn put_at_place(
+        &mut self,
+        objects: &[usize],
+        gap: Option<Length>,
+    ) -> Result<(), Misread> {
         let from = self.cursor.at;
-        let Some((to, height)) = self.place(objects[0])? else {
+        let gap = gap.map(|gap| self.measured(gap, objects[0])).transpose()?;
+        let Some((to, height)) = self.place(objects[0], gap)? else {
             self.cursor.at = from;
             return Err(Misread::new(
                 format!("it is not said where {} goes", self.finder.listed(objects)),
@@ -159,22 +163,55 @@ impl Reader<'_, '_> {
         self.shift(id, shift)
     }
 
-    /// Where something of the size of `object` comes to stand: a point, and the height of its lowest part where that changes.
-    pub(crate) fn place(&mut self, object: usize) -> Result<Option<(DVec3, Option<f64>)>, Misread> {
-        let size = self.draft.object(object).size;
-        let at = DVec3::from_array(self.draft.object(object).base);
-        self.place_of(size.width, size.depth, Some(at), &[object])
+    /// "where the bottle was", "where it stands": the base of another object.
+    fn vacated_place(&mut self, not: &[usize]) -> Result<Option<DVec3>, Misread> {
+        let from = self.cursor.at;
+        if !self.cursor.eat("where") {
+            return Ok(None);
+        }
+        // What was named before the clause, since the object of the clause is "it" by now.
+        let said_it = self.cursor.eat("it");
+        let other = if said_it {
+            self.before_last.clone()
+        } else {
+            match self.finder.referent(&mut self.cursor, &self.last, false)? {
+                Some(Referent::Objects(other)) => other,
+                _ => Vec::new(),
+            }
+        };
+        let stands = ["was", "is", "stood", "stands", "used to be", "has been", "sits", "sat"];
+        match other.as_slice() {
+            &[other] if !not.contains(&other) && self.cursor.eat_any(&stands).is_some() => {
+                Ok(Some(DVec3::from_array(self.draft.object(other).base)))
+            }
+            _ => {
+                self.cursor.at = from;
+                let cause = format!("{} names no place", self.cursor.rest());
+                Err(Misread::new(cause, "say it as in \"where the bottle was\""))
+            }
+        }
     }
 
-    /// As [`Self::place`], for a width and a depth; `at` is where it is now.
+    /// Where something of the size of `object` comes to stand: a point, and the height of its lowest part where that changes.
+    fn place(
+        &mut self,
+        object: usize,
+        gap: Option<f64>,
+    ) -> Result<Option<(DVec3, Option<f64>)>, Misread> {
+        let size = self.draft.object(object).size;
+        let at = DVec3::from_array(self.draft.object(object).base);
+        self.place_of([size.width, size.depth], gap, Some(at), &[object])
+    }
+
+    /// As [`Self::place`], for a width and a depth; `at` is where it is now. Without a `gap` a tenth of the widths lies between.
     pub(crate) fn place_of(
         &mut self,
-        width: f64,
-        depth: f64,
+        [width, depth]: [f64; 2],
+        gap: Option<f64>,
         at: Option<DVec3>,
         not: &[usize],
     ) -> Result<Option<(DVec3, Option<f64>)>, Misread> {
-        const PLACES: [&str; 15] = [
+        const PLACES: [&str; 19] = [
             "to the left of",
             "on the left of",
             "left of",
@@ -182,7 +219,11 @@ impl Reader<'_, '_> {
             "on the right of",
             "right of",
             "in front of",
+            "to the front of",
+            "at the front of",
             "behind",
+            "to the back of",
+            "at the back of",
             "next to",
             "beside",
             "near",
@@ -191,6 +232,9 @@ impl Reader<'_, '_> {
             "onto",
             "on",
         ];
+        if let Some(vacated) = self.vacated_place(not)? {
+            return Ok(Some((vacated, Some(vacated.dot(self.draft.up())))));
+        }
         let Some(place) = self.cursor.eat_any(&PLACES) else { return Ok(None) };
         let other = match self.finder.referent(&mut self.cursor, &self.last, false)? {
             Some(Referent::Objects(other)) if other.len() == 1 && !not.contains(&other[0]) => {
@@ -207,17 +251,29 @@ impl Reader<'_, '_> {
         };
         let there = self.draft.object(other);
         let base = DVec3::from_array(there.base);
-        let aside = |own: f64, its: f64| 0.5 * (own + its) * (1.0 + SPACE);
+        let aside = |own: f64, its: f64| match gap {
+            Some(gap) => 0.5 * (own + its) + gap,
+            None => 0.5 * (own + its) * (1.0 + SPACE),
+        };
         let (right, front) = (self.draft.right(), self.draft.front());
         let sideways = aside(width, there.size.width);
         let lengthways = aside(depth, there.size.depth);
         let id = there.id.clone();
         Ok(Some(match place {
+            "on top of" | "onto" | "on" if gap.is_some() => {
+                let cause = format!("a distance does not go with {}", shown(place));
+                return Err(Misread::new(
+                    cause,
+                    "say \"put it on the table\", or \"move it 5 cm up\"",
+                ));
+            }
             "on top of" | "onto" | "on" => {
                 (base, Some(base.dot(self.draft.up()) + there.size.height))
             }
-            "behind" => (base - front * lengthways, None),
-            "in front of" => (base + front * lengthways, None),
+            "behind" | "to the back of" | "at the back of" => (base - front * lengthways, None),
+            "in front of" | "to the front of" | "at the front of" => {
+                (base + front * lengthways, None)
+            }
             place if place.ends_with("left of") => (base - right * sideways, None),
             place if place.ends_with("right of") => (base + right * sideways, None),
             _ => {

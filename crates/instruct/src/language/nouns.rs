@@ -7,7 +7,7 @@ use super::lexicon::color_named;
 
 /// Words that stand for any object.
 pub(crate) const ANY: [&str; 5] = ["object", "thing", "item", "one", "ones"];
-pub(crate) const WHOLE: [&str; 8] = [
+pub(crate) const WHOLE: [&str; 16] = [
     "the whole scene",
     "the entire scene",
     "this whole scene",
@@ -16,6 +16,14 @@ pub(crate) const WHOLE: [&str; 8] = [
     "everything",
     "the picture",
     "the room",
+    "this room",
+    "the whole room",
+    "the kitchen",
+    "the living room",
+    "the bedroom",
+    "the garden",
+    "the view",
+    "the whole thing",
 ];
 
 /// Which of several is meant.

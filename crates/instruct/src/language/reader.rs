@@ -25,6 +25,8 @@ pub(crate) enum Verb {
     Double,
     Halve,
     Delete,
+    /// "take ... away": the words behind the object say that it goes.
+    Take,
     Keep,
     Copy,
     Swap,
@@ -44,6 +46,8 @@ pub(crate) struct Reader<'c, 't> {
     pub(crate) draft: Draft<'c>,
     /// What "it" is.
     pub(crate) last: Vec<usize>,
+    /// What "it" was before.
+    pub(crate) before_last: Vec<usize>,
     pub(crate) verb: Option<Verb>,
 }
 
@@ -54,6 +58,7 @@ impl<'c, 't> Reader<'c, 't> {
             finder: Finder::new(card),
             draft: Draft::new(card),
             last: Vec::new(),
+            before_last: Vec::new(),
             verb: None,
         }
     }
@@ -63,7 +68,7 @@ impl<'c, 't> Reader<'c, 't> {
         let from = self.cursor.at;
         match self.finder.referents(&mut self.cursor, &self.last, with_place)? {
             Some(Referent::Objects(found)) => {
-                self.last.clone_from(&found);
+                self.before_last = std::mem::replace(&mut self.last, found.clone());
                 Ok(found)
             }
             Some(Referent::Scene) => Err(Misread::new(

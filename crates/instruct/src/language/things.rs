@@ -53,6 +53,35 @@ impl Reader<'_, '_> {
         Ok(())
     }
 
+    /// "take the bottle away", "get the chair out of here".
+    pub(crate) fn taking(&mut self) -> Result<(), Misread> {
+        const LEAVES: [&str; 10] = [
+            "away",
+            "out of here",
+            "out of the scene",
+            "out of the picture",
+            "out of the room",
+            "out of the way",
+            "out",
+            "off",
+            "from the scene",
+            "from here",
+        ];
+        let from = self.cursor.at;
+        let objects = self.objects("what is to go", false)?;
+        self.shadow();
+        if self.cursor.eat_any(&LEAVES).is_none() {
+            let cause = format!("it is not said where {} goes", self.finder.listed(&objects));
+            let help = "say \"take it away\" to remove it, or \"move it to the left\"";
+            return Err(Misread::new(cause, help));
+        }
+        let behind = self.cursor.at;
+        self.cursor.at = from;
+        self.removal()?;
+        self.cursor.at = self.cursor.at.max(behind);
+        Ok(())
+    }
+
     /// "and its shadow", "with its shadow".
     fn shadow(&mut self) {
         const WORDS: [&str; 8] = [
@@ -99,7 +128,7 @@ impl Reader<'_, '_> {
         }
         self.cursor.at = from;
         let objects = self.objects("what is to move", false)?;
-        self.put_at_place(&objects)
+        self.put_at_place(&objects, None)
     }
 
     /// "duplicate the ball twice to the left", "copy it 20 cm to the right".
@@ -136,8 +165,13 @@ impl Reader<'_, '_> {
             let cause = format!("{count} copies cannot be made by one command");
             return Err(Misread::new(cause, format!("say a whole number from 1 to {MOST_COPIES}")));
         }
+        let from = self.cursor.at;
+        self.cursor.eat_mark(',');
         let mut said = self.said_length()?;
         let direction = self.direction();
+        if said.is_none() && direction.is_none() {
+            self.cursor.at = from;
+        }
         said = said.or(self.said_length()?);
         let direction = direction.unwrap_or_else(|| {
             self.draft.note("no direction was said: copies stand on the right");
@@ -210,7 +244,7 @@ impl Reader<'_, '_> {
         let file = self.asset()?;
         let mut op = InsertOp { file, ..InsertOp::default() };
         let mut height = self.tall()?;
-        if let Some((to, level)) = self.place_of(0.0, 0.0, None, &[])? {
+        if let Some((to, level)) = self.place_of([0.0; 2], None, None, &[])? {
             let up = self.draft.up();
             let at = level.map_or(to, |level| to + up * (level - to.dot(up)));
             op.at = Some(PlaceDocument::Point(rounded3(at)));
