@@ -10,7 +10,7 @@ mod report;
 mod splat;
 mod verify;
 
-pub use assets::{Asset, AssetJob, AssetOptions, AssetReport, write_asset};
+pub use assets::{Asset, AssetJob, AssetOptions, AssetReport, photo, write_asset};
 pub use batch::BatchReport;
 pub use cameras::{CameraFormat, CameraOptions, CameraSource};
 pub use command::{Args, run};

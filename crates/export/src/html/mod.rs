@@ -20,7 +20,7 @@ use motes_scene::{Gaussians, Pinhole, Pose};
 use motes_shading::environment::Harmonics;
 
 pub use options::PackOptions;
-pub use page::{HtmlSummary, SplatSummary};
+pub use page::{HtmlSummary, PageParts, ServedPage, SplatSummary};
 
 /// A splat on the page.
 #[derive(Clone, Copy, Debug)]

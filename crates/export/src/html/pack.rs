@@ -32,6 +32,8 @@ use rayon::prelude::*;
 pub const CHUNK: usize = 256;
 /// Gaussians per compressed block.
 pub const BLOCK: usize = 65_536;
+/// Of the compression of a file: higher levels take much longer for a few percent.
+const LEVEL: u32 = 7;
 /// The page's harmonics end here.
 pub const MAX_DEGREE: u8 = 3;
 /// Scales more than this below the largest, natural logarithm, are raised to it: a millionth of a
@@ -63,6 +65,8 @@ pub struct Packed {
     pub materials: bool,
     /// Whether there is a column `object_id`.
     pub objects: bool,
+    /// Rows of the Gaussians that are kept, in the order of the page.
+    pub rows: Vec<u32>,
     /// Raw deflate streams of at most [`BLOCK`] Gaussians.
     pub blocks: Vec<Vec<u8>>,
     /// Median of the centers.
@@ -76,6 +80,14 @@ pub struct Packed {
 /// # Panics
 /// When the arrays of the Gaussians do not belong together.
 pub fn pack(gaussians: &Gaussians, options: &PackOptions) -> Packed {
+    pack_at(gaussians, options, LEVEL)
+}
+
+/// [`pack`] with a level of compression, 1 (fast) to 9 (small).
+///
+/// # Panics
+/// As [`pack`].
+pub fn pack_at(gaussians: &Gaussians, options: &PackOptions, level: u32) -> Packed {
     assert!(gaussians.is_consistent(), "arrays of one length");
     let materials = Materials::of(gaussians).ok();
     let objects = object_ids(gaussians);
@@ -86,7 +98,7 @@ pub fn pack(gaussians: &Gaussians, options: &PackOptions) -> Packed {
     let sh_steps = f32::from((1u8 << (options.html_sh_bits.clamp(2, 8) - 1)) - 1);
     let source =
         Source { gaussians, materials: materials.as_ref(), objects, degree, ranges, sh_steps };
-    let blocks = rows.par_chunks(BLOCK).map(|rows| deflated(&source.block(rows))).collect();
+    let blocks = rows.par_chunks(BLOCK).map(|rows| deflated(&source.block(rows), level)).collect();
     let (center, radius) = extent(gaussians, &rows);
     Packed {
         count: rows.len(),
@@ -99,6 +111,7 @@ pub fn pack(gaussians: &Gaussians, options: &PackOptions) -> Packed {
         materials: materials.is_some(),
         objects: source.objects.is_some(),
         blocks,
+        rows,
         center,
         radius,
     }
@@ -335,8 +348,8 @@ fn by_significance(out: &mut Vec<u8>, records: &[u8], stride: usize) {
     }
 }
 
-fn deflated(bytes: &[u8]) -> Vec<u8> {
-    let mut encoder = DeflateEncoder::new(Vec::new(), Compression::new(7));
+fn deflated(bytes: &[u8], level: u32) -> Vec<u8> {
+    let mut encoder = DeflateEncoder::new(Vec::new(), Compression::new(level.min(9)));
     let written = encoder.write_all(bytes).and_then(|()| encoder.finish());
     // Writing to memory does not fail.
     written.unwrap_or_default()

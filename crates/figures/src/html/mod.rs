@@ -16,7 +16,7 @@ use motes_scene::ImageU8;
 
 pub use compare::{Comparison, Layer};
 pub use link::{Link, relative_url};
-pub use policy::policy_element;
+pub use policy::{policy_element, policy_of_server};
 pub use table::{Cell, Table};
 
 use crate::svg_plot::{LinePlot, escape};

@@ -15,6 +15,16 @@ pub fn policy_element(script: &str) -> String {
     )
 }
 
+/// The policy of a page that the server itself serves, as the value of a header: what [`policy_element`] allows, and connections
+/// to that server alone. No other page may frame it.
+pub fn policy_of_server(script: &str) -> String {
+    let hash = STANDARD.encode(Sha256::digest(script));
+    format!(
+        "default-src 'none'; script-src 'sha256-{hash}'; style-src 'unsafe-inline'; img-src 'self' data: blob:; \
+         connect-src 'self'; worker-src blob:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+    )
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

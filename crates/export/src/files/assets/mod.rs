@@ -8,6 +8,7 @@ mod report;
 mod shadow;
 
 pub use options::{Asset, AssetOptions};
+pub use photos::photo;
 pub use report::AssetReport;
 
 use motes_formats::standard_stream::is_standard_stream;

@@ -36,19 +36,24 @@ pub(super) fn photos(
         ));
     }
     let n = views.len().min(options.photos);
-    (0..n).map(|i| photo(capture, views[i * views.len() / n], folder, options)).collect()
+    let side = options.photo_size;
+    (0..n).map(|i| photo(capture, views[i * views.len() / n], folder, side)).collect()
 }
 
-fn photo(
+/// The photo of a view, its longer side at most `longer_px` pixels.
+///
+/// # Errors
+/// When it cannot be read, or its camera has lens distortion.
+pub fn photo(
     capture: &Capture,
     view: usize,
     folder: &Path,
-    options: &PageOptions,
+    longer_px: u32,
 ) -> anyhow::Result<ViewerPhoto> {
     let View { name, camera, camera_from_world, image, .. } = &capture.views[view];
     let image = rgb(&read_image(&folder.join(image))?);
     let (width, height) = (image.width, image.height);
-    let factor = (f64::from(options.photo_size) / width.max(height) as f64).min(1.0);
+    let factor = (f64::from(longer_px) / width.max(height) as f64).min(1.0);
     let side = |length: usize| ((length as f64 * factor).round() as usize).max(1);
     let size = (side(width), side(height));
     let image = if size == (width, height) { image } else { resized(&image, size) };

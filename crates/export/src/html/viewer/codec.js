@@ -1,4 +1,4 @@
-// From the text of the page to arrays: base64, raw deflate, byte planes. The layout is in
+// From the blocks of a page to arrays: raw deflate, byte planes. The layout is in
 // docs/formats/html-page.md; motes' exporting::html::pack writes it.
 
 const ROW = 1024; // Gaussians per texture row
@@ -37,8 +37,8 @@ function strides(manifest) {
 }
 
 // One block: bounding boxes of its chunks, then the planes of each kind of record.
-async function blockOf(text, count, manifest) {
-  const bytes = await inflated(bytesOfBase64(text));
+async function blockOf(compressed, count, manifest) {
+  const bytes = await inflated(compressed);
   const size = strides(manifest);
   const chunks = new Float32Array(bytes.slice(0, 24 * Math.ceil(count / CHUNK)).buffer);
   let at = chunks.byteLength;

@@ -68,14 +68,15 @@ class Controls {
   pointer(canvas) {
     const { viewer, pointers } = this;
     canvas.onpointerdown = (event) => {
+      if (viewer.tool?.press(event)) return;
       canvas.setPointerCapture(event.pointerId);
       pointers.set(event.pointerId, [event.clientX, event.clientY]);
-      this.pressedAt = pointers.size === 1 && event.button === 0 && !event.shiftKey ? [event.clientX, event.clientY] : null;
+      this.pressedAt = pointers.size === 1 && event.button === 0 && (viewer.tool || !event.shiftKey) ? [event.clientX, event.clientY] : null;
     };
     canvas.onpointerup = canvas.onpointercancel = (event) => {
       pointers.delete(event.pointerId);
       // A press that did not drag is a click.
-      if (event.type === "pointerup" && this.pressedAt) viewer.pointer.click(...this.pressedAt);
+      if (event.type === "pointerup" && this.pressedAt) (viewer.tool ?? viewer.pointer).click(...this.pressedAt, event.shiftKey);
       this.pressedAt = null;
     };
     canvas.onpointerleave = () => viewer.pointer.hover(null);
@@ -146,6 +147,7 @@ class Controls {
     window.addEventListener("keydown", (event) => {
       if (event.ctrlKey || event.metaKey || event.altKey || $("help").open) return;
       if (event.target instanceof HTMLSelectElement || event.target instanceof HTMLInputElement) return;
+      if (viewer.tool?.key(event)) return event.preventDefault();
       const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
       const mode = viewer.modes[Number(key) - 1];
       if (once[key]) once[key]();

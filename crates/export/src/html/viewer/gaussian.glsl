@@ -4,6 +4,11 @@
 uniform highp usampler2D u_geometry;
 uniform highp sampler2D u_chunks;
 uniform vec2 u_log_scale_range;
+uniform highp usampler2D u_marks; // 1 where a Gaussian is selected
+uniform bool u_marked;
+uniform float u_motion_scale; // of selected Gaussians while they are dragged: scale, rotation, translation
+uniform mat3 u_motion_rotation;
+uniform vec3 u_motion_translation;
 
 struct Gaussian {
     vec3 mean;
@@ -22,6 +27,10 @@ vec3 mean_of(int i, uvec4 g) {
     vec3 extent = texelFetch(u_chunks, chunk + ivec2(1, 0), 0).xyz;
     vec3 share = vec3(float(g.x & 0xffffu), float(g.x >> 16), float(g.y & 0xffffu)) / 65535.0;
     return low + share * extent;
+}
+
+bool is_marked(int i) {
+    return u_marked && texelFetch(u_marks, texel_of(i), 0).x != 0u;
 }
 
 // The three smaller components of a unit quaternion (w, x, y, z), the largest left out.
@@ -49,5 +58,11 @@ Gaussian gaussian_of(int i) {
     vec3 steps = vec3(float((g.y >> 16) & 4095u), float(g.z & 4095u), float((g.z >> 12) & 4095u));
     vec3 log_scale = mix(vec3(u_log_scale_range.x), vec3(u_log_scale_range.y), steps / 4095.0);
     float opacity = float((g.z >> 24 << 4) | (g.y >> 28)) / 4095.0;
-    return Gaussian(mean_of(i, g), exp(log_scale), matrix_of(quaternion_of(g.w)), opacity);
+    Gaussian own = Gaussian(mean_of(i, g), exp(log_scale), matrix_of(quaternion_of(g.w)), opacity);
+    if (is_marked(i)) {
+        own.mean = u_motion_rotation * (u_motion_scale * own.mean) + u_motion_translation;
+        own.scale *= u_motion_scale;
+        own.rotation = u_motion_rotation * own.rotation;
+    }
+    return own;
 }

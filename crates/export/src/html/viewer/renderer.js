@@ -74,6 +74,8 @@ class Renderer {
       dc: this.texture(gl.R32UI, ROW, rows),
       sh: this.texture(gl.RGBA32UI, texels ? ROW * texels : 1, texels ? rows : 1),
       material: this.texture(gl.RGBA32UI, manifest.materials ? ROW : 1, manifest.materials ? rows : 1),
+      marks: this.texture(gl.R8UI, ROW, rows),
+      marked: false,
       colors: this.target(ROW, rows),
       order: gl.createBuffer(),
       visible: 0,
@@ -108,6 +110,41 @@ class Renderer {
     put(splat.chunks, boxes.length / 4, 1, index, gl.RGBA, gl.FLOAT, boxes);
   }
 
+  // Marks Gaussians: a bit each, the first one in the lowest bit of the first byte; none when `bits` is null.
+  mark(splat, bits) {
+    splat.marked = Boolean(bits);
+    if (!bits) return;
+    const gl = this.gl;
+    const rows = Math.ceil(splat.manifest.count / ROW);
+    const marks = new Uint8Array(ROW * rows);
+    for (let i = 0; i < splat.manifest.count; i++) marks[i] = (bits[i >> 3] >> (i & 7)) & 1;
+    gl.bindTexture(gl.TEXTURE_2D, splat.marks);
+    gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
+    gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, ROW, rows, gl.RED_INTEGER, gl.UNSIGNED_BYTE, marks);
+    gl.pixelStorei(gl.UNPACK_ALIGNMENT, 4);
+  }
+
+  // Gives back what a splat takes on the graphics processor.
+  drop(splat) {
+    const gl = this.gl;
+    for (const key of ["geometry", "chunks", "dc", "sh", "material", "marks"]) gl.deleteTexture(splat[key]);
+    gl.deleteTexture(splat.colors.texture);
+    gl.deleteFramebuffer(splat.colors.framebuffer);
+    gl.deleteBuffer(splat.order);
+    gl.deleteVertexArray(splat.vertices);
+    splat.sorter.end();
+  }
+
+  // What the shaders know of marked Gaussians: where they are being moved to, as scale, rotation and translation.
+  setMarks(program, splat) {
+    const gl = this.gl;
+    const { scale, rotation, translation } = splat.motion ?? { scale: 1, rotation: [1, 0, 0, 0, 1, 0, 0, 0, 1], translation: [0, 0, 0] };
+    gl.uniform1i(program.at("u_marked"), splat.marked ? 1 : 0);
+    gl.uniform1f(program.at("u_motion_scale"), scale);
+    gl.uniformMatrix3fv(program.at("u_motion_rotation"), false, rotation);
+    gl.uniform3fv(program.at("u_motion_translation"), translation);
+  }
+
   setOrder(splat, sorted) {
     const gl = this.gl;
     gl.bindBuffer(gl.ARRAY_BUFFER, splat.order);
@@ -129,8 +166,9 @@ class Renderer {
   shadeColors(splat, camera, mode, light) {
     const { gl, shade } = this;
     const m = splat.manifest;
-    const { geometry, chunks, dc, sh, material, colors } = splat;
-    this.bind(shade, { u_geometry: geometry, u_chunks: chunks, u_dc: dc, u_sh: sh, u_material: material });
+    const { geometry, chunks, dc, sh, material, marks, colors } = splat;
+    this.bind(shade, { u_geometry: geometry, u_chunks: chunks, u_dc: dc, u_sh: sh, u_material: material, u_marks: marks });
+    this.setMarks(shade, splat);
     gl.uniform3fv(shade.at("u_dc_low"), m.dc_low);
     gl.uniform3fv(shade.at("u_dc_extent"), m.dc_extent);
     gl.uniform3fv(shade.at("u_sh_range"), m.sh_range);
@@ -171,8 +209,9 @@ class Renderer {
       else gl.scissor(from, height - 1 - part.row, to - from, 1);
       gl.clearColor(...background, part.mode === "depth" ? 0 : 1);
       gl.clear(gl.COLOR_BUFFER_BIT);
-      const { geometry, chunks, colors, manifest } = part.splat;
-      this.bind(program, { u_geometry: geometry, u_chunks: chunks, u_colors: colors.texture });
+      const { geometry, chunks, marks, colors, manifest } = part.splat;
+      this.bind(program, { u_geometry: geometry, u_chunks: chunks, u_colors: colors.texture, u_marks: marks });
+      this.setMarks(program, part.splat);
       gl.uniform2fv(program.at("u_log_scale_range"), manifest.log_scale_range);
       // Columns of the matrix; the rows are right, down, forward.
       const columns = [0, 1, 2].flatMap((k) => camera.axes.map((axis) => axis[k]));

@@ -135,6 +135,11 @@ vec3 object_color(uint id) {
     return mix(vec3(1.0), rgb, 0.7) * (0.7 + 0.3 * fract(float(id) * 0.7548777));
 }
 
+// What is selected, in any mode.
+vec3 highlighted(vec3 color) {
+    return mix(color, vec3(1.0, 0.55, 0.05), 0.5);
+}
+
 void main() {
     int i = int(gl_FragCoord.y) * 1024 + int(gl_FragCoord.x);
     o_color = vec4(0.0);
@@ -147,6 +152,7 @@ void main() {
     }
     if (u_mode == APPEARANCE) {
         o_color.rgb = appearance(i, direction);
+        if (is_marked(i)) o_color.rgb = highlighted(o_color.rgb);
         return;
     }
     uvec4 m = texelFetch(u_material, texel_of(i), 0);
@@ -163,4 +169,5 @@ void main() {
     else if (u_mode == OBJECT) o_color.rgb = object_color(m.z >> 16);
     else if (u_mode == RELIT)
         o_color.rgb = relit(decoded(base_encoded), normal, roughness, metallic, visibility, direction);
+    if (is_marked(i)) o_color.rgb = highlighted(o_color.rgb);
 }

@@ -84,6 +84,12 @@ class Sorter {
     for (const [id, { camera }] of this.waiting) this.answer(id, this.local.sort(camera.eye, camera.forward));
   }
 
+  // Its Gaussians are no longer drawn.
+  end() {
+    this.worker?.terminate();
+    for (const id of [...this.waiting.keys()]) this.answer(id, new Uint32Array(0));
+  }
+
   answer(id, sorted) {
     this.busy = false;
     this.waiting.get(id)?.resolve(sorted);

@@ -1,9 +1,23 @@
 // Starts the page. `#view=NAME&mode=...&compare=...&how=...&split=...&angle=...&exposure=...&ui=0` sets
 // what it shows first, so that a link shows what its author saw.
 
+// What the page itself holds.
+class PageSource {
+  block(splat, index) {
+    const element = $(`splat-${splat}-${index}`);
+    const bytes = bytesOfBase64(element.textContent);
+    element.remove(); // the text is no longer needed
+    return bytes;
+  }
+
+  photo(view) {
+    return `data:image/jpeg;base64,${$(`photo-${view}`).textContent}`;
+  }
+}
+
 async function start() {
   const manifest = JSON.parse($("manifest").textContent);
-  const viewer = new Viewer(manifest);
+  const viewer = new Viewer(manifest, new PageSource());
   const wish = new URLSearchParams(location.hash.slice(1));
   document.body.classList.toggle("bare", wish.get("ui") === "0");
   await viewer.load();

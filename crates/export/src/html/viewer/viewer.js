@@ -1,4 +1,4 @@
-// The page: reads its own data, keeps the state that the controls change, draws when something changed.
+// The page: reads Gaussians and photos from its source, keeps the state that the controls change, draws when something changed.
 
 const $ = (id) => document.getElementById(id);
 const LABELS = {
@@ -7,8 +7,10 @@ const LABELS = {
 };
 
 class Viewer {
-  constructor(manifest) {
+  // `source.block(splat, block)` has the compressed bytes of a block, `source.photo(view)` the address of a picture.
+  constructor(manifest, source) {
     this.manifest = manifest;
+    this.source = source;
     this.renderer = new Renderer($("canvas"), SHADERS);
     this.camera = new Camera(manifest.up);
     this.splats = [];
@@ -45,21 +47,11 @@ class Viewer {
     let loaded = 0;
     const total = this.manifest.splats.reduce((sum, s) => sum + s.count, 0);
     for (const [s, manifest] of this.manifest.splats.entries()) {
-      const splat = this.renderer.splatOf(manifest);
-      const means = new Float32Array(3 * manifest.count);
-      for (let b = 0; b * BLOCK < manifest.count; b++) {
-        const element = $(`splat-${s}-${b}`);
-        const count = Math.min(BLOCK, manifest.count - b * BLOCK);
-        const block = await blockOf(element.textContent, count, manifest);
-        element.remove(); // the text is no longer needed
-        this.renderer.upload(splat, b, block);
-        meansOfBlock(block, means, b * BLOCK);
+      const progress = (count) => {
         loaded += count;
         this.say(`reading ${Math.round((100 * loaded) / Math.max(total, 1))} %`);
-        await new Promise((resolve) => setTimeout(resolve));
-      }
-      splat.sorter = new Sorter(means);
-      this.splats.push(splat);
+      };
+      this.splats.push(await this.splatOf(manifest, (b) => this.source.block(s, b), progress));
     }
     await this.sort();
     this.describe();
@@ -69,6 +61,22 @@ class Viewer {
       requestAnimationFrame(frame);
     };
     requestAnimationFrame(frame);
+  }
+
+  // The Gaussians of a manifest; `block(b)` has the bytes of one of its blocks.
+  async splatOf(manifest, block, progress) {
+    const splat = this.renderer.splatOf(manifest);
+    const means = new Float32Array(3 * manifest.count);
+    for (let b = 0; b * BLOCK < manifest.count; b++) {
+      const count = Math.min(BLOCK, manifest.count - b * BLOCK);
+      const records = await blockOf(await block(b), count, manifest);
+      this.renderer.upload(splat, b, records);
+      meansOfBlock(records, means, b * BLOCK);
+      progress?.(count);
+      await new Promise((resolve) => setTimeout(resolve));
+    }
+    splat.sorter = new Sorter(means);
+    return splat;
   }
 
   say(text) {
@@ -154,7 +162,7 @@ class Viewer {
   async image(view) {
     if (!this.images[view]) {
       const image = new Image();
-      image.src = `data:image/jpeg;base64,${$(`photo-${view}`).textContent}`;
+      image.src = this.source.photo(view);
       this.images[view] = image;
     }
     await this.images[view].decode();
