@@ -1,6 +1,6 @@
 //! All views of a scene prepared together: nodes are the superpixels of all views.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use crate::continuation::continuations;
@@ -98,6 +98,20 @@ impl SceneIndex {
     pub(crate) fn segment(&self, node: u32) -> &Segment {
         let view = self.offsets.partition_point(|&o| o <= node) - 1;
         &self.views[view].segments[(node - self.offsets[view]) as usize]
+    }
+
+    /// Where a world point is seen in the prepared view that looks at it most as `eye` does: that view of the capture, and the
+    /// pixel at the working size. `None` where no prepared view sees it.
+    pub fn seen_from(&self, point: DVec3, eye: DVec3) -> Option<(usize, [f64; 2])> {
+        let toward = |from: DVec3| (point - from).normalize_or_zero();
+        let likeness =
+            |v: &usize| toward(self.views[*v].camera_from_world.center_in_world()).dot(toward(eye));
+        let sees = |v: &usize| seen_at(&self.views[*v], point.as_vec3(), 0.0).is_some();
+        let best = (0..self.views.len())
+            .filter(sees)
+            .max_by(|a, b| likeness(a).total_cmp(&likeness(b)).then(b.cmp(a)))?;
+        let (pixel, _) = self.views[best].project(point.as_vec3())?;
+        Some((self.capture_views[best], pixel))
     }
 
     /// In how many prepared views each Gaussian is seen, by a tenth of a pixel or more.

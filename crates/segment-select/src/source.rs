@@ -1,7 +1,7 @@
 //! What prompts are about: Gaussians and, for prompts in pixels, the views of a capture.
 
 use std::path::{Path, PathBuf};
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
 use motes_formats::selection::BoundGaussians;
@@ -31,7 +31,7 @@ pub struct SelectSource<'a> {
     bound: Option<BoundGaussians>,
     pub(crate) cache: Option<PathBuf>,
     segmenter: Option<&'a dyn MaskProvider>,
-    index: OnceLock<SceneIndex>,
+    index: OnceLock<Arc<SceneIndex>>,
 }
 
 impl<'a> SelectSource<'a> {
@@ -61,6 +61,16 @@ impl<'a> SelectSource<'a> {
     pub fn with_cache(mut self, folder: &Path) -> Self {
         self.cache = Some(folder.to_owned());
         self
+    }
+
+    /// Takes views that were prepared before, for the same Gaussians and capture.
+    ///
+    /// # Panics
+    /// When they were prepared for another number of Gaussians.
+    #[must_use]
+    pub fn with_index(self, index: Arc<SceneIndex>) -> Self {
+        assert_eq!(index.gaussians, self.gaussians.len(), "views of the same Gaussians");
+        Self { index: OnceLock::from(index), ..self }
     }
 
     /// Answers clicks, boxes and strokes by another segmenter than the graph cut.
@@ -144,6 +154,14 @@ impl<'a> SelectSource<'a> {
     /// # Errors
     /// When there is no capture, a camera has distortion or a photo cannot be read.
     pub fn index(&self) -> Result<&SceneIndex, SelectError> {
+        self.shared_index().map(|index| &**index)
+    }
+
+    /// [`Self::index`], to keep for [`Self::with_index`].
+    ///
+    /// # Errors
+    /// As [`Self::index`].
+    pub fn shared_index(&self) -> Result<&Arc<SceneIndex>, SelectError> {
         if let Some(index) = self.index.get() {
             return Ok(index);
         }
@@ -151,7 +169,7 @@ impl<'a> SelectSource<'a> {
         let views: Result<Vec<ViewData>, SelectError> =
             chosen.par_iter().map(|&view| self.prepare(view)).collect();
         let index = SceneIndex::new(chosen, views?, self.gaussians.len());
-        Ok(self.index.get_or_init(|| index))
+        Ok(self.index.get_or_init(|| Arc::new(index)))
     }
 
     /// The plane that was found, if views were prepared at all.
