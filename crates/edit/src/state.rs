@@ -177,6 +177,13 @@ impl EditState {
         }
     }
 
+    /// Makes a selection of the present Gaussians the current one; without a name it lives until the next, under the empty name.
+    pub fn keep_selection(&mut self, name: Option<&str>, selection: Selection) {
+        let name = name.unwrap_or_default().to_owned();
+        self.selections.insert(name.clone(), selection);
+        self.current = Some(name);
+    }
+
     /// Notes that the Gaussians of `rows` leave their place, which is to be filled.
     pub fn vacate(&mut self, rows: &[u32], fill: Fill) {
         let removed = rows.iter().map(|&r| self.origins[r as usize]).collect();

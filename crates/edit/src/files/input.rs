@@ -16,19 +16,25 @@ use motes_stage::{Context, StageError};
 use relight::files::map_axes;
 
 /// What was read.
-pub(super) struct Input {
-    pub(super) state: EditState,
+pub struct Input {
+    /// What a plan works on.
+    pub state: EditState,
     /// File of the Gaussians, which selections are bound to.
-    pub(super) gaussians: PathBuf,
-    pub(super) decomposition: Option<Decomposition>,
+    pub gaussians: PathBuf,
+    /// The documents of a scene folder; `None` for a splat.
+    pub decomposition: Option<Decomposition>,
     /// How the Gaussians want to be drawn and what their header said.
-    pub(super) write_options: PlyWriteOptions,
-    pub(super) antialias: Antialias,
+    pub write_options: PlyWriteOptions,
+    /// The footprint to draw the Gaussians with.
+    pub antialias: Antialias,
 }
 
 impl Input {
     /// Reads a splat.
-    pub(super) fn splat(
+    ///
+    /// # Errors
+    /// When it is missing or malformed.
+    pub fn splat(
         path: &Path,
         capture: Option<&Capture>,
         context: &Context,
@@ -49,7 +55,10 @@ impl Input {
     }
 
     /// Reads a scene folder.
-    pub(super) fn scene(folder: &Path, context: &Context) -> anyhow::Result<Self> {
+    ///
+    /// # Errors
+    /// When a part of it is missing or malformed.
+    pub fn scene(folder: &Path, context: &Context) -> anyhow::Result<Self> {
         context.input("scene", folder)?;
         let decomposition = read_decomposition(folder)?;
         decomposition.warnings.iter().for_each(|text| context.warn(text));

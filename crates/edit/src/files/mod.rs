@@ -18,6 +18,7 @@ mod source;
 pub use answer::EditAnswer;
 pub use command::{Args, plan_schema, run};
 pub use flags::OpFlags;
+pub use input::Input;
 pub use plan_file::read_edit_plan;
 pub use prepare::{Reach, prepare};
 pub use session::{EditJob, ReshadeFlags, run_edit};

@@ -8,7 +8,7 @@ use crate::plan::{
     EditPlanDocument, EditRecord, Edited, MAX_RESHADE_SAMPLES, SkipRecord, check_plan, run_plan,
 };
 use crate::refit::{Fills, RefitOptions, RefitReport, Refitted, refit};
-use crate::reshade::{ReshadeOptions, ReshadeReport, moved_surface, reshade};
+use crate::reshade::{ReshadeOptions, ReshadeReport, Settled, settle};
 use crate::run::{
     EditError, Editors, MAX_FIT_STEPS, Preview, Resources, ShadowMode, orbit_camera, picture,
     whole_extent,
@@ -225,19 +225,14 @@ fn follow_light(
     seed: u64,
     record: &mut EditRecord,
 ) -> anyhow::Result<(Surface, Option<ReshadeReport>)> {
-    let unchanged = state.parts.is_none() || state.change().is_empty();
-    if unchanged || samples == 0 {
-        if !unchanged {
-            record
-                .warnings
-                .push("no reshading: the light does not follow, shadows stay as they were".into());
-            return Ok((moved_surface(state), None));
-        }
-        let surface = state.sources.first().and_then(|s| s.surface.as_deref()).cloned();
-        return Ok((surface.unwrap_or_default(), None));
-    }
     let options = ReshadeOptions { samples, seed, ..Default::default() };
-    let (surface, report) = reshade(state, &options).or_bad_input()?;
+    let Settled { surface, report, stayed } = settle(state, &options).or_bad_input()?;
+    if stayed {
+        record
+            .warnings
+            .push("no reshading: the light does not follow, shadows stay as they were".into());
+    }
+    let Some(report) = report else { return Ok((surface, None)) };
     record.warnings.extend(report.warnings.iter().cloned());
     record.skipped.extend(report.unfilled.iter().map(|why| SkipRecord {
         at: "/ops".into(),

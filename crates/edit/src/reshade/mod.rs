@@ -108,6 +108,33 @@ pub enum ReshadeError {
     Light(#[from] LightError),
 }
 
+/// What a plan left, after light had its turn.
+#[derive(Clone, Debug, Default)]
+pub struct Settled {
+    /// The surface as it is now.
+    pub surface: Surface,
+    /// What light did; `None` when there was nothing to follow.
+    pub report: Option<ReshadeReport>,
+    /// Whether something changed that light was not asked to follow.
+    pub stayed: bool,
+}
+
+/// Ends a plan: light follows when the scene changed and is asked for samples, as [`reshade`] says.
+///
+/// # Errors
+/// As [`reshade`].
+pub fn settle(state: &mut EditState, options: &ReshadeOptions) -> Result<Settled, ReshadeError> {
+    if state.parts.is_none() || state.change().is_empty() {
+        let surface = state.sources.first().and_then(|s| s.surface.as_deref()).cloned();
+        return Ok(Settled { surface: surface.unwrap_or_default(), ..Settled::default() });
+    }
+    if options.samples == 0 {
+        return Ok(Settled { surface: moved_surface(state), report: None, stayed: true });
+    }
+    let (surface, report) = reshade(state, options)?;
+    Ok(Settled { surface, report: Some(report), stayed: false })
+}
+
 /// Makes colors, surface and filling of an edited scene right; returns the new surface.
 ///
 /// # Errors

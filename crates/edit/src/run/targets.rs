@@ -10,14 +10,9 @@ use crate::changes::color::{ColorChange, ColorMode};
 use crate::changes::measure::{Bounds, Extent};
 use crate::{EditState, Fill};
 
-/// Key of selections without a name.
-const UNNAMED: &str = "";
-
-/// Makes a selection the current one; without a name it lives until the next.
+/// Makes a selection the current one.
 pub(crate) fn keep(state: &mut EditState, name: Option<&str>, selection: Selection) {
-    let name = name.unwrap_or(UNNAMED).to_owned();
-    state.selections.insert(name.clone(), selection);
-    state.current = Some(name);
+    state.keep_selection(name, selection);
 }
 
 /// The rows that an operation is about; never none.
