@@ -1,0 +1,10 @@
+//! Command line, inputs, and the program that opens the page.
+
+mod browser;
+mod command;
+mod inputs;
+mod report;
+mod snapshots;
+
+pub use command::{Args, run};
+pub use report::ViewReport;

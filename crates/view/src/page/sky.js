@@ -1,0 +1,93 @@
+// The light: a sun that is dragged across the sky, lights by name, the captured light turned.
+
+// Radius of the sky on its picture, and how long a light may follow another before it is a new act, milliseconds.
+const SKY = 52;
+
+class Sky {
+  constructor(live) {
+    this.live = live;
+    this.sun = { azimuth: 0, elevation: 45 };
+    const shown = Boolean(live.viewer.manifest.session.light);
+    $("light-part").hidden = !shown;
+    if (!shown) return;
+    this.dome($("sky"));
+    for (const key of ["azimuth", "elevation"]) {
+      $(key).oninput = () => {
+        this.sun[key] = Number($(key).value);
+        this.wish("sun");
+      };
+    }
+    $("preset").onchange = () => this.wish("preset");
+    $("heading").oninput = $("brightness").oninput = () => this.wish(this.kind ?? "captured");
+    // The end of a drag: what follows is another act.
+    for (const id of ["azimuth", "elevation", "heading", "brightness"]) $(id).onchange = () => this.let();
+  }
+
+  dome(svg) {
+    const to = (event) => {
+      const box = svg.getBoundingClientRect();
+      const [x, y] = [(event.clientX - box.left) / box.width, (event.clientY - box.top) / box.height].map((v) => (2 * v - 1) * (60 / SKY));
+      // Seen from above, x of the world to the right; the middle is the zenith.
+      this.sun.azimuth = Math.round(((Math.atan2(-y, x) * 180) / Math.PI + 360) % 360);
+      this.sun.elevation = Math.round(90 * (1 - Math.min(1, Math.hypot(x, y))));
+      this.wish("sun");
+    };
+    svg.onpointerdown = (event) => {
+      svg.setPointerCapture(event.pointerId);
+      to(event);
+      svg.onpointermove = to;
+    };
+    svg.onpointerup = svg.onpointercancel = () => {
+      svg.onpointermove = null;
+      this.let();
+    };
+  }
+
+  // The next light is another act.
+  let() {
+    this.dragging = false;
+  }
+
+  body() {
+    const sun = {
+      sun: `azimuth=${this.sun.azimuth},elevation=${this.sun.elevation}`,
+      preset: $("preset").value || null, captured: null,
+    }[this.kind];
+    return { sun, rotate_deg: Number($("heading").value), exposure: Number((2 ** Number($("brightness").value)).toPrecision(5)), replace: this.follows };
+  }
+
+  // A light that somebody wishes; while one is computed only the last wish is kept.
+  async wish(kind) {
+    this.kind = kind === "preset" && !$("preset").value ? "captured" : kind;
+    this.follows = Boolean(this.dragging);
+    this.dragging = kind !== "preset";
+    this.refresh();
+    this.next = this.body();
+    if (this.sending) return this.sending;
+    this.sending = (async () => {
+      while (this.next) {
+        const body = this.next;
+        // What was never sent cannot be replaced.
+        if (this.sent === null) body.replace = false;
+        this.next = null;
+        this.sent = (await this.live.send("light", body)) ? body : null;
+        await this.live.isDrawn();
+        if (this.next) this.next.replace = true;
+      }
+    })().finally(() => (this.sending = null));
+    return this.sending;
+  }
+
+  refresh() {
+    const { azimuth, elevation } = this.sun;
+    $("azimuth").value = azimuth;
+    $("elevation").value = elevation;
+    $("azimuth-value").textContent = `${azimuth}°`;
+    $("elevation-value").textContent = `${elevation}°`;
+    if (this.kind === "sun") $("preset").value = "sun";
+    const [angle, away] = [(azimuth * Math.PI) / 180, SKY * (1 - elevation / 90)];
+    $("sun").setAttribute("cx", 60 + away * Math.cos(angle));
+    $("sun").setAttribute("cy", 60 - away * Math.sin(angle));
+    $("sun").classList.toggle("off", this.kind !== "sun");
+  }
+}
