@@ -39,7 +39,7 @@ mod surface;
 mod texture;
 
 use motes_scene::Surface;
-use relight::{Exposure, LightError, LightSource, Place, SceneError};
+use relight::{Exposure, LightError, LightSource, Place, Quality, SceneError};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -56,13 +56,22 @@ pub struct ReshadeOptions {
     pub bake_directions: u32,
     /// Relative change of light that is too small to follow.
     pub tolerance: f32,
+    /// Of the light that surfaces send on, and of what is shaded anew.
+    #[serde(skip)]
+    pub quality: Quality,
     /// Key of all random numbers.
     pub seed: u64,
 }
 
 impl Default for ReshadeOptions {
     fn default() -> Self {
-        Self { samples: 64, bake_directions: 32, tolerance: 5e-3, seed: 0 }
+        Self {
+            samples: 64,
+            bake_directions: 32,
+            tolerance: 5e-3,
+            quality: Quality::Standard,
+            seed: 0,
+        }
     }
 }
 

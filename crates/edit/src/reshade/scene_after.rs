@@ -4,6 +4,7 @@ use std::collections::HashSet;
 
 use glam::Vec3;
 use motes_scene::Surface;
+use motes_shading::environment::Environment;
 use relight::{QualityOptions, RelightScene, Relighter};
 
 use super::closing::{Closing, Filled, fill_planes, fills_of};
@@ -16,9 +17,6 @@ use super::leftovers::{remove_leftovers, replaced_vertices};
 use super::ratio::{self, Change, Rows, materials_of};
 use super::{ReshadeError, ReshadeOptions, ReshadeReport, light_of, surface};
 use crate::{EditState, Fill};
-
-/// Directions per vertex for the light that surfaces send on, beside those per Gaussian.
-const CACHE: relight::Quality = relight::Quality::Standard;
 
 pub(super) fn reshade(
     state: &mut EditState,
@@ -33,9 +31,14 @@ pub(super) fn reshade(
     let mut holes = matter.holes(&projection, options.seed, &mut report);
     let mut mesh = matter.without_leftovers(state, &holes, &mut report);
 
-    let quality = QualityOptions::of(CACHE);
-    // Under another light nothing of the old colors stays, so the old light need not be known.
-    let lit_before = Relighter::new(before, &light, &quality, options.seed);
+    let quality = QualityOptions::of(options.quality);
+    let same_light = !state.parts.as_ref().is_some_and(|parts| parts.environment_changed);
+    // Under another light nothing of the old colors stays, so the old light need not be known; and without a hole nobody asks
+    // how the scene before looks.
+    let unlit = Environment::default();
+    let asked = same_light || !holes.is_empty();
+    let light_before = if asked { &light } else { &unlit };
+    let lit_before = Relighter::new(before, light_before, &quality, options.seed);
     let closing = Closing { before: (before, &lit_before), projection: &projection, options };
     let first_new = state.len();
     let grounds = closing.close(state, &mut holes, &mut mesh, &mut report)?;
@@ -52,7 +55,6 @@ pub(super) fn reshade(
         projection: &projection,
         options,
     };
-    let same_light = !state.parts.as_ref().is_some_and(|parts| parts.environment_changed);
     let rows = if same_light {
         scale_light(state, &change, &holes, filled, &mut report)
     } else {
