@@ -15,6 +15,7 @@ const KNOWN: &[(&str, &str)] = &[
     ("segment-select", "Edit"),
     ("edit", "Edit"),
     ("instruct", "Edit"),
+    ("view", "Edit"),
     ("export", "Output"),
     ("render", "Output"),
     ("evaluate", "Measure"),

@@ -60,6 +60,7 @@ const GROUPS: &[&str] = &[
     "Provider (expert)",
     "Quality",
     "Schedule",
+    "Server",
     "Shadow plane",
     "Splat formats",
     "Structure from motion",

@@ -51,6 +51,7 @@ fn line_of(stage: &str) -> (&'static [&'static str], &'static str) {
         }
         "instruct" => (&["clean up", "--gaussians", "g.ply", "-o", "plan.json"], "plan.json"),
         "info" => (&["g.ply", "-o", "info.json"], "info.json"),
+        "view" => (&["g.ply", "--no-browser", "-o", "plan.json"], "plan.json"),
         "report lab" => (&["run", "-o", "page.html"], "page.html"),
         "report relight" => {
             let line =

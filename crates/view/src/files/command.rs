@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use clap::Parser;
+use edit::plan::EditPlanDocument;
 use export::files::photo;
 use motes_formats::documents::write_document;
 use motes_stage::{CommonArgs, Context, HasCommon, StageError};
@@ -139,7 +140,7 @@ fn serve(
         scope.spawn(|| session.follow_light());
         scope.spawn(|| session.prepare_views());
         let announced = announce(args, &gate.url(), context);
-        let mut written = Written { output, serial: None };
+        let mut written = Written { output, serial: None, plan: None };
         if let Err(error) = announced {
             failed = Some(error);
             stop.now();
@@ -162,7 +163,7 @@ fn serve(
     });
     match failed {
         Some(error) => Err(error),
-        None => Written { output, serial: None }.keep_up(session),
+        None => Written { output, serial: None, plan: None }.keep_up(session),
     }
 }
 
@@ -227,8 +228,10 @@ impl Watch<'_> {
 /// The plan in a file.
 struct Written<'a> {
     output: Option<&'a Path>,
-    /// Of the plan that is there.
+    /// When it was looked at.
     serial: Option<u64>,
+    /// The plan that is there.
+    plan: Option<EditPlanDocument>,
 }
 
 impl Written<'_> {
@@ -238,6 +241,11 @@ impl Written<'_> {
         if self.serial.replace(serial) == Some(serial) {
             return Ok(());
         }
-        Ok(write_document(path, &session.plan())?)
+        let plan = session.plan();
+        if self.plan.as_ref() != Some(&plan) {
+            write_document(path, &plan)?;
+            self.plan = Some(plan);
+        }
+        Ok(())
     }
 }

@@ -106,6 +106,12 @@ class Handles {
     return ((step[0] * tip[0] + step[1] * tip[1]) / square) * ARROW * this.perPixel;
   }
 
+  // What a handle says to those who do not see it.
+  tell() {
+    const values = { turn: `${Math.round((this.wish.turn * 180) / Math.PI)} degrees`, scale: `times ${Math.exp(this.wish.scale).toPrecision(3)}` };
+    for (const kind of Object.keys(this.wish)) $(`handle-${kind}`).setAttribute("aria-valuetext", values[kind] ?? `${this.wish[kind].toPrecision(3)} units`);
+  }
+
   // Shows where it will be; the server moves it when it is let go.
   preview() {
     const { viewer, state } = this.live;
@@ -116,6 +122,7 @@ class Handles {
     const rotated = [0, 1, 2].map((k) => columns.reduce((sum, column, j) => sum + column[k] * scale * centroid[j], 0));
     const translation = add(add(centroid, rotated, -1), this.translation);
     viewer.splats[0].motion = { scale, rotation: columns.flat(), translation };
+    this.tell();
     viewer.dirty = true;
   }
 

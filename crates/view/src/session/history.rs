@@ -47,9 +47,9 @@ impl History {
         &self.steps
     }
 
-    /// Whether there is nothing to take back or to repeat.
+    /// Whether there is nothing to take back.
     pub fn is_empty(&self) -> bool {
-        self.steps.is_empty() && self.undone.is_empty()
+        self.steps.is_empty()
     }
 
     /// Acts that can be repeated.

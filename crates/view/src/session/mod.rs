@@ -79,7 +79,7 @@ impl<'s> Session<'s> {
         command: Vec<String>,
         segmenter: Option<&'s dyn MaskProvider>,
     ) -> Self {
-        let original = Arc::new(Shown::new(&scene, &state, &state, Quality::Standard, 0, 0));
+        let original = Arc::new(Shown::new(&state, &state, Quality::Standard, 0, 0));
         let inner = Inner {
             history: History::new(state, scene.seed),
             serial: 0,
@@ -164,7 +164,7 @@ impl<'s> Session<'s> {
         let id = inner.shown.id + 1;
         (inner.revision, inner.geometry) = (inner.revision + 1, inner.geometry + 1);
         let revision = inner.revision;
-        let shown = Shown::new(&self.scene, &state, &state, Quality::Standard, revision, id);
+        let shown = Shown::new(&state, &state, Quality::Standard, revision, id);
         inner.shown = Arc::new(shown);
         inner.original = Arc::clone(&inner.shown);
         inner.history = History::new(state, self.scene.seed);

@@ -16,6 +16,9 @@ use super::{Session, Views};
 /// Largest difference of color between neighbors that a click without views goes on over, CIE L*a*b*.
 const CONNECTED_TOLERANCE: f64 = 12.0;
 
+/// Points of a stroke.
+const MOST_POINTS: usize = 2000;
+
 /// A selection in the making.
 #[derive(Clone, Debug)]
 pub struct Pending {
@@ -167,6 +170,10 @@ impl Session<'_> {
             Gesture::Box { view, pixels: [x0, y0, x1, y1] } => {
                 let pixels = [x0.min(x1), y0.min(y1), x0.max(x1), y0.max(y1)];
                 prompt.boxes.push(BoxPrompt { view, pixels });
+            }
+            Gesture::Stroke { points, .. } if points.len() > MOST_POINTS => {
+                let text = format!("a stroke has at most {MOST_POINTS} points");
+                return Err(ActError::Unfit(text));
             }
             Gesture::Stroke { view, points, positive } => {
                 prompt.scribbles.push(Scribble { view, points, positive });

@@ -7,8 +7,6 @@ use export::html::pack::{PackOptions, Packed, pack_at};
 use motes_scene::Gaussians;
 use serde::Serialize;
 
-use super::scene::Scene;
-
 /// Pages on the same machine need no small blocks.
 const LEVEL: u32 = 1;
 /// Bits of a coefficient above degree 0.
@@ -49,7 +47,6 @@ pub struct Shown {
 impl Shown {
     /// Of a state, and of what became of it when light followed.
     pub(crate) fn new(
-        _scene: &Scene,
         state: &EditState,
         lit: &EditState,
         quality: Quality,

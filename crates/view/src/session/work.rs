@@ -29,7 +29,7 @@ impl Session<'_> {
                     continue;
                 }
             };
-            let mut shown = Shown::new(&self.scene, &state, &lit, quality, revision, 0);
+            let mut shown = Shown::new(&state, &lit, quality, revision, 0);
             (shown.warnings, shown.seconds) = (warnings, start.elapsed().as_secs_f64());
             let mut inner = self.lock();
             // Nobody waits for the last word about what was changed meanwhile.
@@ -67,6 +67,7 @@ impl Session<'_> {
             Quality::Preview => ReshadeOptions {
                 samples: PREVIEW_SAMPLES,
                 bake_directions: PREVIEW_DIRECTIONS,
+                quality: relight::Quality::Preview,
                 seed,
                 ..Default::default()
             },
@@ -100,7 +101,9 @@ impl Session<'_> {
             if inner.over {
                 return None;
             }
-            if inner.views.geometry != Some(inner.geometry) {
+            // Whoever changed something waits for its preview, not for the next click.
+            let drawn = inner.shown.revision == inner.revision || inner.notice.is_some();
+            if drawn && inner.views.geometry != Some(inner.geometry) {
                 return Some((Arc::clone(inner.history.state()), inner.geometry));
             }
             inner = self.wait(inner);
