@@ -141,6 +141,8 @@ impl Api<'_> {
             "redo" => session.undo(true),
             "quit" => {
                 self.stop.now();
+                // Those who wait for news go first.
+                session.end();
                 Ok(())
             }
             _ => return Response::error(Status::NotFound, "there is no such act"),

@@ -52,6 +52,7 @@ pub(super) fn state(session: &Session<'_>) -> Value {
             "selections": left.map(|(name, _)| name).collect::<Vec<_>>(),
             "views": views,
             "views_seconds": inner.views.seconds,
+            "failed": inner.failed == Some(inner.revision),
             "notice": inner.notice,
             "command": inner.command,
             "original": inner.original.id,

@@ -2,7 +2,7 @@
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use clap::Parser;
 use edit::plan::EditPlanDocument;
@@ -115,7 +115,7 @@ pub fn run(args: &Args, context: &Context) -> anyhow::Result<ViewReport> {
     })?;
     let gate = Gate::new(server.address()?, Token::random());
     let session = Session::new(scene, state, command, segmenter);
-    let watch = Watch { version, named, looked: Instant::now() };
+    let watch = Watch { version, named };
     serve(args, &session, &server, &gate, output.as_deref(), watch, context)?;
     context.check_interrupted()?;
     Ok(ViewReport { acts: session.acts(), output })
@@ -139,6 +139,12 @@ fn serve(
     std::thread::scope(|scope| {
         scope.spawn(|| session.follow_light());
         scope.spawn(|| session.prepare_views());
+        scope.spawn(|| {
+            while !stop.is_set() && watch.version.is_some() {
+                std::thread::sleep(WATCH_STEP);
+                watch.look(session, context);
+            }
+        });
         let announced = announce(args, &gate.url(), context);
         let mut written = Written { output, serial: None, plan: None };
         if let Err(error) = announced {
@@ -149,7 +155,6 @@ fn serve(
             if context.interrupted() {
                 stop.now();
             }
-            watch.look(session, context);
             if let Err(error) = written.keep_up(session) {
                 failed.get_or_insert(error);
                 stop.now();
@@ -197,16 +202,11 @@ fn picture(session: &Session<'_>, view: usize) -> Result<Vec<u8>, String> {
 struct Watch<'a> {
     version: Option<Version>,
     named: Named<'a>,
-    looked: Instant,
 }
 
 impl Watch<'_> {
     fn look(&mut self, session: &Session<'_>, context: &Context) {
         let Some(version) = &self.version else { return };
-        if self.looked.elapsed() < WATCH_STEP {
-            return;
-        }
-        self.looked = Instant::now();
         let Some(now) = newest(&version.path).filter(|now| now != version) else { return };
         if !session.is_pristine() {
             session.notice("the file was written anew: undo everything to see it".into());

@@ -42,6 +42,7 @@ class Live {
     this.panel.refresh();
     if (state.notice && state.notice !== this.noticed) this.say(state.notice);
     this.noticed = state.notice;
+    if (state.failed) this.waiting = this.waiting.filter(({ resolve }) => resolve());
     await this.follow();
   }
 
@@ -107,12 +108,15 @@ class Live {
         bits = null; // what is selected is drawn soon
       }
     }
-    viewer.renderer.mark(viewer.splats[0], bits);
+    // What is being selected is seen at once; what was selected before lets its material be seen.
+    viewer.renderer.mark(viewer.splats[0], bits, state.selection?.pending ? 0.5 : 0.15);
     viewer.dirty = true;
   }
 
   // Sends what somebody did; what is wrong with it is said.
   async send(path, body) {
+    // What is undone or done meanwhile is not replaced.
+    if (path !== "light") this.sky.landed = null;
     try {
       this.say("");
       await this.take(await this.server.post(path, body));
@@ -125,8 +129,8 @@ class Live {
 
   // When the last act is drawn, be it as a preview.
   async isDrawn() {
-    const { revision, drawn } = this.state;
-    if (drawn.revision >= revision && this.drawn === drawn.id) return;
+    const { revision, drawn, failed } = this.state;
+    if (failed || drawn.revision >= revision && this.drawn === drawn.id) return;
     await new Promise((resolve) => this.waiting.push({ revision, resolve }));
   }
 

@@ -1,12 +1,16 @@
 // The light: a sun that is dragged across the sky, lights by name, the captured light turned.
 
-// Radius of the sky on its picture, and how long a light may follow another before it is a new act, milliseconds.
+// Radius of the sky on its picture.
 const SKY = 52;
+// A drag has ended when nothing follows for so long, milliseconds.
+const LET_GO = 700;
 
 class Sky {
   constructor(live) {
     this.live = live;
     this.sun = { azimuth: 0, elevation: 45 };
+    this.drag = 0; // number of the drag that goes on
+    this.landed = null; // the last drag that is in the plan
     const shown = Boolean(live.viewer.manifest.session.light);
     $("light-part").hidden = !shown;
     if (!shown) return;
@@ -21,6 +25,13 @@ class Sky {
     $("heading").oninput = $("brightness").oninput = () => this.wish(this.kind ?? "captured");
     // The end of a drag: what follows is another act.
     for (const id of ["azimuth", "elevation", "heading", "brightness"]) $(id).onchange = () => this.let();
+  }
+
+  // Turns the light by so many degrees.
+  turn(step) {
+    if ($("light-part").hidden) return;
+    $("heading").value = (Number($("heading").value) + step + 360) % 360;
+    this.wish(this.kind ?? "captured");
   }
 
   dome(svg) {
@@ -43,9 +54,9 @@ class Sky {
     };
   }
 
-  // The next light is another act.
+  // What follows is another act; not at once, because keys that are held let go after every step.
   let() {
-    this.dragging = false;
+    this.timer = setTimeout(() => this.drag++, LET_GO);
   }
 
   body() {
@@ -53,29 +64,29 @@ class Sky {
       sun: `azimuth=${this.sun.azimuth},elevation=${this.sun.elevation}`,
       preset: $("preset").value || null, captured: null,
     }[this.kind];
-    return { sun, rotate_deg: Number($("heading").value), exposure: Number((2 ** Number($("brightness").value)).toPrecision(5)), replace: this.follows };
+    return { sun, rotate_deg: Number($("heading").value), exposure: Number((2 ** Number($("brightness").value)).toPrecision(5)) };
   }
 
   // A light that somebody wishes; while one is computed only the last wish is kept.
   async wish(kind) {
+    clearTimeout(this.timer);
     this.kind = kind === "preset" && !$("preset").value ? "captured" : kind;
-    this.follows = Boolean(this.dragging);
-    this.dragging = kind !== "preset";
+    if (kind === "preset") this.drag++;
     this.refresh();
-    this.next = this.body();
-    if (this.sending) return this.sending;
-    this.sending = (async () => {
-      while (this.next) {
-        const body = this.next;
-        // What was never sent cannot be replaced.
-        if (this.sent === null) body.replace = false;
-        this.next = null;
-        this.sent = (await this.live.send("light", body)) ? body : null;
-        await this.live.isDrawn();
-        if (this.next) this.next.replace = true;
-      }
-    })().finally(() => (this.sending = null));
+    this.next = { drag: this.drag, body: this.body() };
+    if (kind === "preset") this.drag++;
+    this.sending ??= this.send().finally(() => (this.sending = null));
     return this.sending;
+  }
+
+  async send() {
+    while (this.next) {
+      const { drag, body } = this.next;
+      this.next = null;
+      // Each light of a drag takes the place of the one before.
+      if (await this.live.send("light", { ...body, replace: this.landed === drag })) this.landed = drag;
+      await this.live.isDrawn();
+    }
   }
 
   refresh() {

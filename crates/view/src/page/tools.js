@@ -95,7 +95,7 @@ class Tools {
       Delete: () => live.panel.remove(), Backspace: () => live.panel.remove(),
       u: () => live.send("undo"), y: () => live.send("redo"),
       o: () => this.use("box"), b: () => this.use("brush"), x: () => live.panel.toggleRemove(),
-      t: () => live.panel.beforeAfter(),
+      t: () => live.panel.beforeAfter(), "[": () => live.sky.turn(-5), "]": () => live.sky.turn(5),
     };
     const act = keys[event.key] ?? keys[event.key.toLowerCase()];
     if (!act || (event.key === "Enter" && !onPicture)) return false;

@@ -96,7 +96,8 @@ impl Session<'_> {
     pub fn choose(&self, name: &str) -> Result<(), ActError> {
         let mut inner = self.lock();
         let found = inner.history.state().selections.get(name);
-        if !found.is_some_and(|found| found.count() > 0) {
+        let is_left = found.is_some_and(|found| found.count() > 0);
+        if !is_left {
             return Err(ActError::Unfit(format!("nothing is left of \"{name}\"")));
         }
         (inner.pending, inner.chosen) = (None, Some(name.to_owned()));

@@ -55,6 +55,8 @@ pub(crate) struct Inner {
     pub(crate) shown: Arc<Shown>,
     /// Words of the command line that makes the same edit.
     pub(crate) command: Vec<String>,
+    /// The revision that light cannot follow.
+    pub(crate) failed: Option<u64>,
     /// The last thing that went wrong behind the scenes.
     pub(crate) notice: Option<String>,
     pub(crate) over: bool,
@@ -91,6 +93,7 @@ impl<'s> Session<'s> {
             shown: Arc::clone(&original),
             original,
             command,
+            failed: None,
             notice: None,
             over: false,
         };
@@ -156,15 +159,16 @@ impl<'s> Session<'s> {
 
     /// Starts over with other Gaussians, as a file that was written anew has them. `false` when somebody acted meanwhile.
     pub fn replace(&self, state: EditState, command: Vec<String>) -> bool {
+        // Packing takes its time, and nobody shall wait for it.
+        let mut shown = Shown::new(&state, &state, Quality::Standard, 0, 0);
         let mut inner = self.lock();
         if !inner.history.is_empty() {
             return false;
         }
         inner.command = command;
-        let id = inner.shown.id + 1;
+        shown.id = inner.shown.id + 1;
         (inner.revision, inner.geometry) = (inner.revision + 1, inner.geometry + 1);
-        let revision = inner.revision;
-        let shown = Shown::new(&state, &state, Quality::Standard, revision, id);
+        shown.revision = inner.revision;
         inner.shown = Arc::new(shown);
         inner.original = Arc::clone(&inner.shown);
         inner.history = History::new(state, self.scene.seed);

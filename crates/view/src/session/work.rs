@@ -17,15 +17,16 @@ const PREVIEW_DIRECTIONS: u32 = 12;
 impl Session<'_> {
     /// Lets light follow, preview first, until the session ends.
     pub fn follow_light(&self) {
-        let mut failed = None;
-        while let Some((state, revision, quality)) = self.next_light(failed) {
+        while let Some((state, revision, quality)) = self.next_light() {
             let start = Instant::now();
             let lit = self.lit(&state, quality);
             let (lit, warnings) = match lit {
                 Ok(done) => done,
                 Err(why) => {
-                    failed = Some(revision);
-                    self.notice(format!("the light cannot follow: {why}"));
+                    let mut inner = self.lock();
+                    inner.failed = Some(revision);
+                    inner.notice = Some(format!("the light cannot follow: {why}"));
+                    self.tell(&mut inner);
                     continue;
                 }
             };
@@ -42,7 +43,7 @@ impl Session<'_> {
     }
 
     /// What is to be lit next; `None` at the end.
-    fn next_light(&self, failed: Option<u64>) -> Option<(Arc<EditState>, u64, Quality)> {
+    fn next_light(&self) -> Option<(Arc<EditState>, u64, Quality)> {
         let mut inner = self.lock();
         loop {
             if inner.over {
@@ -50,7 +51,7 @@ impl Session<'_> {
             }
             let (revision, shown) = (inner.revision, &inner.shown);
             let old = shown.revision != revision;
-            if (old || shown.quality != Quality::Standard) && failed != Some(revision) {
+            if (old || shown.quality != Quality::Standard) && inner.failed != Some(revision) {
                 let state = Arc::clone(inner.history.state());
                 let follows = state.parts.is_some() && !state.change().is_empty();
                 let quality = if old && follows { Quality::Preview } else { Quality::Standard };
@@ -102,7 +103,8 @@ impl Session<'_> {
                 return None;
             }
             // Whoever changed something waits for its preview, not for the next click.
-            let drawn = inner.shown.revision == inner.revision || inner.notice.is_some();
+            let drawn =
+                inner.shown.revision == inner.revision || inner.failed == Some(inner.revision);
             if drawn && inner.views.geometry != Some(inner.geometry) {
                 return Some((Arc::clone(inner.history.state()), inner.geometry));
             }

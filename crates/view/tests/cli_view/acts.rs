@@ -18,9 +18,14 @@ pub(crate) fn edit(toy: &ToyScene, arguments: &[&str]) {
 
 /// The name of the first view, and a pixel of it that shows the box.
 fn on_the_box(toy: &ToyScene) -> (String, [f64; 2]) {
+    shown_at(toy, [0.1, 0.0, 0.6])
+}
+
+/// The name of the first view, and its pixel of a point.
+fn shown_at(toy: &ToyScene, point: [f64; 3]) -> (String, [f64; 2]) {
     let view = &toy.capture.views[0];
     let camera = toy.capture.cameras[view.camera].as_pinhole().unwrap();
-    let p = view.camera_from_world.transform_point(glam::DVec3::new(0.1, 0.0, 0.6));
+    let p = view.camera_from_world.transform_point(point.into());
     let pixel = [camera.fx * p.x / p.z + camera.cx, camera.fy * p.y / p.z + camera.cy];
     (view.name.clone(), pixel.map(f64::floor))
 }
@@ -46,24 +51,34 @@ fn the_plan_of_the_page_is_that_of_the_command_line_and_makes_what_the_page_show
     served.act("act", &json!({ "op": { "op": "set_material", "name": "brass" } }));
     served.act("act", &json!({ "op": { "op": "transform", "translate": [0.6, 0.2, 0.0] } }));
     served.act("light", &json!({ "sun": "azimuth=40,elevation=35" }));
+    // A click sees what was moved where it is now.
+    let (_, moved) = shown_at(&toy, [0.7, 0.2, 0.6]);
+    let click = json!({ "kind": "click", "view": view, "pixel": moved, "positive": true });
+    let again = served.act("prompt", &click)["selection"]["count"].as_u64().unwrap();
+    assert!(again > 100, "{again}");
+    served.act("act", &json!({ "op": { "op": "set_material", "name": "oak" } }));
     let state = served.settled();
-    assert_eq!(state["steps"].as_array().unwrap().len(), 4, "{state}");
+    assert_eq!(state["steps"].as_array().unwrap().len(), 6, "{state}");
     // What is saved replays to what is shown.
     let saved = served.get("plan");
     std::fs::write(toy.path("saved.json"), &saved.body).unwrap();
     edit(&toy, &["--plan", "saved.json", "-o", "replayed"]);
     assert_same_bytes(&toy, &served, "replayed");
     // The same by flags is the same plan.
-    let place = format!("click={view},{},{}", pixel[0], pixel[1]);
+    let place = |[x, y]: [f64; 2]| format!("click={view},{x},{y}");
     let words = [
         "--select",
-        &place,
+        &place(pixel),
         "--set-material",
         "brass",
         "--translate",
         "0.6,0.2,0",
         "--set-sun",
         "azimuth=40,elevation=35",
+        "--select",
+        &place(moved),
+        "--set-material",
+        "oak",
         "-o",
         "typed",
     ];
@@ -78,7 +93,7 @@ fn the_plan_of_the_page_is_that_of_the_command_line_and_makes_what_the_page_show
     let written: Value =
         serde_json::from_slice(&std::fs::read(toy.path("plan.json")).unwrap()).unwrap();
     assert_eq!(written["ops"], log["ops"]);
-    assert_eq!(String::from_utf8_lossy(&done.stdout).trim(), r#"{"acts":4,"output":"plan.json"}"#);
+    assert_eq!(String::from_utf8_lossy(&done.stdout).trim(), r#"{"acts":6,"output":"plan.json"}"#);
 }
 
 #[test]

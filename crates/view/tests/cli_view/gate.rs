@@ -151,16 +151,23 @@ fn lost_and_silent_connections_harm_nobody() {
         }
     }
     assert_eq!(served.state()["settled"], true);
-    // More silent connections than are held: the last ones are turned away at once, and there is room when they go.
-    let silent: Vec<_> = (0..view::http::MOST_CONNECTIONS).map(|_| served.connect()).collect();
-    std::thread::sleep(Duration::from_millis(500));
-    let mut refused = served.connect();
-    let mut said = Vec::new();
-    refused.read_to_end(&mut said).unwrap();
-    assert!(said.starts_with(b"HTTP/1.1 503"), "{}", String::from_utf8_lossy(&said));
-    drop(silent);
-    std::thread::sleep(Duration::from_millis(1500));
-    assert_eq!(served.state()["settled"], true);
+    // More silent connections than are held: the last ones are turned away at once, and there is room when they go. Silent ones
+    // are let go after ten seconds, which a busy machine may take to see them all.
+    let crowded = || {
+        let silent: Vec<_> = (0..view::http::MOST_CONNECTIONS).map(|_| served.connect()).collect();
+        std::thread::sleep(Duration::from_millis(500));
+        let mut said = Vec::new();
+        // Nothing was asked: the connection may be cut before the answer is read.
+        let _ = served.connect().read_to_end(&mut said);
+        drop(silent);
+        said.starts_with(b"HTTP/1.1 503")
+    };
+    assert!((0..4).any(|_| crowded()), "nobody is turned away");
+    let patient = Instant::now();
+    while served.get("state").code != 200 {
+        assert!(patient.elapsed() < Duration::from_secs(30), "there is no room again");
+        std::thread::sleep(Duration::from_millis(200));
+    }
     // Headers without end, a head that is none.
     let endless =
         format!("GET {base}state HTTP/1.1\r\nHost: {host}\r\nA: {}", "a".repeat(20 << 10));

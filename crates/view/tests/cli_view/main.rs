@@ -1,5 +1,6 @@
 //! The stage `view` as a program: who gets an answer, what is acted becomes a plan, and the plan makes what the page shows.
 #![expect(clippy::unwrap_used, reason = "a test that cannot prepare its files has failed")]
+#![allow(clippy::print_stdout, reason = "shown with --nocapture")]
 
 mod acts;
 mod browser;

@@ -5,7 +5,7 @@ uniform highp usampler2D u_geometry;
 uniform highp sampler2D u_chunks;
 uniform vec2 u_log_scale_range;
 uniform highp usampler2D u_marks; // 1 where a Gaussian is selected
-uniform bool u_marked;
+uniform float u_marked; // how strongly it is shown, 0: nothing is selected
 uniform float u_motion_scale; // of selected Gaussians while they are dragged: scale, rotation, translation
 uniform mat3 u_motion_rotation;
 uniform vec3 u_motion_translation;
@@ -30,7 +30,7 @@ vec3 mean_of(int i, uvec4 g) {
 }
 
 bool is_marked(int i) {
-    return u_marked && texelFetch(u_marks, texel_of(i), 0).x != 0u;
+    return u_marked > 0.0 && texelFetch(u_marks, texel_of(i), 0).x != 0u;
 }
 
 // The three smaller components of a unit quaternion (w, x, y, z), the largest left out.

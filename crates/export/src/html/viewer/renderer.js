@@ -75,7 +75,7 @@ class Renderer {
       sh: this.texture(gl.RGBA32UI, texels ? ROW * texels : 1, texels ? rows : 1),
       material: this.texture(gl.RGBA32UI, manifest.materials ? ROW : 1, manifest.materials ? rows : 1),
       marks: this.texture(gl.R8UI, ROW, rows),
-      marked: false,
+      marked: 0,
       colors: this.target(ROW, rows),
       order: gl.createBuffer(),
       visible: 0,
@@ -110,9 +110,10 @@ class Renderer {
     put(splat.chunks, boxes.length / 4, 1, index, gl.RGBA, gl.FLOAT, boxes);
   }
 
-  // Marks Gaussians: a bit each, the first one in the lowest bit of the first byte; none when `bits` is null.
-  mark(splat, bits) {
-    splat.marked = Boolean(bits);
+  // Marks Gaussians as strongly as `marked` says, 0 to 1: a bit each, the first one in the lowest bit of the first byte; none when
+  // `bits` is null.
+  mark(splat, bits, marked = 0.5) {
+    splat.marked = bits ? marked : 0;
     if (!bits) return;
     const gl = this.gl;
     const rows = Math.ceil(splat.manifest.count / ROW);
@@ -139,7 +140,7 @@ class Renderer {
   setMarks(program, splat) {
     const gl = this.gl;
     const { scale, rotation, translation } = splat.motion ?? { scale: 1, rotation: [1, 0, 0, 0, 1, 0, 0, 0, 1], translation: [0, 0, 0] };
-    gl.uniform1i(program.at("u_marked"), splat.marked ? 1 : 0);
+    gl.uniform1f(program.at("u_marked"), splat.marked);
     gl.uniform1f(program.at("u_motion_scale"), scale);
     gl.uniformMatrix3fv(program.at("u_motion_rotation"), false, rotation);
     gl.uniform3fv(program.at("u_motion_translation"), translation);

@@ -137,7 +137,7 @@ vec3 object_color(uint id) {
 
 // What is selected, in any mode.
 vec3 highlighted(vec3 color) {
-    return mix(color, vec3(1.0, 0.55, 0.05), 0.5);
+    return mix(color, vec3(1.0, 0.55, 0.05), u_marked);
 }
 
 void main() {
