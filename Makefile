@@ -8,7 +8,7 @@ PHOTOS ?=
 INPUT  ?=
 SCENE  ?=
 
-STAGES := import-colmap train-splat render evaluate decompose relight segment-select edit instruct export view report info provider
+STAGES := import-colmap train-splat render evaluate decompose relight estimate-environment segment-select edit instruct export view report info provider
 # Programs that run learned models for stages, called motes-NAME.
 PROVIDERS := provider-sam
 BIN  := $(CURDIR)/target/release

@@ -12,6 +12,7 @@ const KNOWN: &[(&str, &str)] = &[
     ("train-splat", "Model"),
     ("decompose", "Appearance"),
     ("relight", "Appearance"),
+    ("estimate-environment", "Appearance"),
     ("segment-select", "Edit"),
     ("edit", "Edit"),
     ("instruct", "Edit"),

@@ -6,6 +6,7 @@
 //!
 //! Invariant: for one recipe, one size and one seed the files are the same at any thread count.
 
+pub mod asset;
 pub mod cameras;
 mod denoise;
 pub mod faults;
@@ -17,12 +18,14 @@ pub mod path;
 pub mod photography;
 pub mod photos;
 mod points;
+pub mod probe;
 mod removed;
 pub mod render;
 pub mod scenes;
 pub mod score;
 pub mod shapes;
 mod texture;
+pub mod variant;
 pub mod world;
 
 use std::path::Path;
@@ -63,6 +66,14 @@ pub struct MakeOptions {
     pub faults: Option<Vec<Fault>>,
     /// Key of all random numbers.
     pub seed: u64,
+    /// An object that is left out.
+    pub omit: Option<String>,
+    /// The light of the photos, one of the scene's; its own when none.
+    pub light: Option<String>,
+    /// Photo value over radiance; found from the photos when none.
+    pub exposure: Option<f64>,
+    /// Leave out the pictures under other lights.
+    pub no_relights: bool,
 }
 
 impl Default for MakeOptions {
@@ -76,6 +87,10 @@ impl Default for MakeOptions {
             lobes: Lobes::Burley,
             faults: None,
             seed: 0,
+            omit: None,
+            light: None,
+            exposure: None,
+            no_relights: false,
         }
     }
 }
@@ -93,7 +108,7 @@ pub fn make(
     folder: &Path,
     say: &mut dyn FnMut(&str),
 ) -> anyhow::Result<()> {
-    let recipe = name.recipe();
+    let recipe = variant::recipe_of(name, options)?;
     let world = World::new(&recipe, options.lobes)?;
     let size = (options.width, options.width * 3 / 4);
     let shots = ring(&recipe, size, options.train_views, options.test_views);
@@ -116,7 +131,7 @@ pub fn make(
     let (capture, light) = &recipe.capture_light;
     say(&format!("{}: {train} photos under {capture}", recipe.name));
     let (picture, photos) = take(light, 0..train, options.samples, 0)?;
-    let exposure = exposure_of(&photos);
+    let exposure = options.exposure.unwrap_or_else(|| exposure_of(&photos));
     let out = Folder::create(folder, exposure).context("the folder of the scene")?;
     let out = out.taken_with(camera.clone());
     out.light(capture, &picture)?;

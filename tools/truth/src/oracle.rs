@@ -14,9 +14,11 @@ use motes_formats::ply::{PlyWriteOptions, open_gaussians, write_gaussians, write
 use motes_scene::{Convention, Lobes, Materials, ScaleAnchor, Split, Surface};
 use motes_shading::tracing::Ray;
 
+use crate::MakeOptions;
 use crate::cameras::ring;
 use crate::scenes::{SceneName, SceneRecipe};
 use crate::score::truth_folder::TruthFolder;
+use crate::variant::recipe_of;
 use crate::world::{Seen, World};
 
 /// How far off the surface a Gaussian still counts as observed, in units of the scene.
@@ -28,12 +30,12 @@ const REACH: f32 = 0.02;
 /// When a file cannot be read or written.
 pub fn write_oracle(
     name: SceneName,
-    lobes: Lobes,
+    options: &MakeOptions,
     truth: &Path,
     gaussians: &Path,
     output: &Path,
 ) -> anyhow::Result<()> {
-    let recipe = name.recipe();
+    let (recipe, lobes) = (recipe_of(name, options)?, options.lobes);
     let world = World::new(&recipe, lobes)?;
     let folder = TruthFolder::open(truth)?;
     std::fs::create_dir_all(output)?;

@@ -179,6 +179,15 @@ impl World {
         all.map(|((&p, &n), object)| (p, n, self.material(object, p))).collect()
     }
 
+    /// Number of vertices of the object that was added last.
+    pub fn vertices_of_last(&self) -> usize {
+        let last = self.objects.len() as u16 - 1;
+        let first =
+            self.mesh.triangles.iter().zip(&self.owners).filter(|(_, owner)| **owner == last);
+        let lowest = first.flat_map(|(t, _)| t.iter().copied()).min();
+        lowest.map_or(0, |v| self.mesh.vertices.len() - v as usize)
+    }
+
     /// Three vertices each.
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.mesh.triangles

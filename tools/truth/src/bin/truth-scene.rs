@@ -6,9 +6,12 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use clap::{Parser, ValueEnum};
+use glam::Vec3;
 use motes_shading::brdf::Lobes;
+use motes_truth::asset::write_asset;
 use motes_truth::faults::Fault;
 use motes_truth::oracle::write_oracle;
+use motes_truth::probe::make_probe;
 use motes_truth::scenes::SceneName;
 use motes_truth::{MakeOptions, make, make_removed};
 
@@ -30,6 +33,24 @@ struct Args {
     /// Write the test views without an object, test/removed_OBJECT, into the folder OUTPUT of this scene instead
     #[arg(long, value_name = "OBJECT", conflicts_with = "oracle")]
     without: Option<String>,
+    /// Write the true light at a point, units of the scene from its middle, into the folder OUTPUT of this scene instead
+    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true, conflicts_with_all = ["oracle", "without"])]
+    probe: Option<Vec3>,
+    /// Write an object as a mesh OUTPUT (PLY), with a JSON document that says where it stands, instead
+    #[arg(long, value_name = "OBJECT", conflicts_with_all = ["oracle", "without", "probe"])]
+    asset: Option<String>,
+    /// Leave an object out
+    #[arg(long, value_name = "OBJECT")]
+    omit: Option<String>,
+    /// The light of the photos, one of the scene's
+    #[arg(long, value_name = "LIGHT")]
+    light: Option<String>,
+    /// Photo value over radiance [default: one percent of the photos is white]
+    #[arg(long, value_name = "FACTOR")]
+    exposure: Option<f64>,
+    /// Make no pictures under other lights
+    #[arg(long)]
+    no_relights: bool,
     /// Columns; rows are three quarters of it
     #[arg(long, value_name = "PIXELS", default_value_t = 480)]
     width: usize,
@@ -76,6 +97,14 @@ impl FromStr for FaultList {
     }
 }
 
+fn point(text: &str) -> Result<Vec3, String> {
+    let numbers: Option<Vec<f32>> = text.split(',').map(|t| t.trim().parse().ok()).collect();
+    match numbers.as_deref() {
+        Some(&[x, y, z]) => Ok(Vec3::new(x, y, z)),
+        _ => Err("expected X,Y,Z".into()),
+    }
+}
+
 fn main() -> anyhow::Result<()> {
     let args = Args::parse();
     let options = MakeOptions {
@@ -87,14 +116,24 @@ fn main() -> anyhow::Result<()> {
         lobes: if args.principled { Lobes::Principled } else { Lobes::Burley },
         faults: args.faults.map(|list| list.0),
         seed: args.seed,
+        omit: args.omit.clone(),
+        light: args.light.clone(),
+        exposure: args.exposure,
+        no_relights: args.no_relights,
     };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(args.threads).build()?;
     pool.install(|| {
         if let (Some(gaussians), Some(truth)) = (&args.oracle, &args.truth) {
-            return write_oracle(args.scene, options.lobes, truth, gaussians, &args.output);
+            return write_oracle(args.scene, &options, truth, gaussians, &args.output);
         }
         if let Some(object) = &args.without {
             return make_removed(args.scene, object, &args.output);
+        }
+        if let Some(at) = args.probe {
+            return make_probe(args.scene, &options, at, &args.output);
+        }
+        if let Some(object) = &args.asset {
+            return write_asset(args.scene, &options, object, &args.output);
         }
         make(args.scene, &options, &args.output, &mut |what| eprintln!("truth-scene: {what}"))
     })

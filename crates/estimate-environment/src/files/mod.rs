@@ -1,0 +1,15 @@
+//! The files around an estimate: scenes, splats, photos in; an environment map out.
+
+mod ball;
+mod brackets;
+mod command;
+mod frame;
+mod place;
+mod preview;
+mod provider;
+mod report;
+mod scene;
+mod values;
+
+pub use command::{Args, run};
+pub use report::Report;

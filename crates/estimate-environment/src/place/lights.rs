@@ -1,0 +1,364 @@
+//! Lights that photos clip, or do not show, from the shading of surfaces around.
+//!
+//! The sphere is divided into cells. A cell that the panorama covers sends what it shows; one that it does not cover may send more or
+//! less than its completion; a clipped region sends at least white. Each needs a shadow map of its own.
+
+use glam::{DVec3, Vec3};
+use motes_math::disjoint_sets::DisjointSets;
+use motes_math::kmeans::{KmeansOptions, kmeans};
+use motes_math::luminance::{luminance, luminance_f64};
+use motes_scene::ImageF32;
+use motes_shading::environment::{MapAxes, Orientation};
+
+use super::evidence::SurfaceSample;
+use super::lamp::{Lamp, find_lamp};
+use super::shadows::{Region as ShadowRegion, ShadowMap};
+use super::solve::{Shading, Solution};
+use super::{Panorama, Splat};
+use crate::sphere::{even_directions, texel_direction, texel_of, texel_solid_angle};
+
+/// Encoded value from which a photo is clipped.
+pub const CLIPPED: f32 = 0.985;
+/// Directions of cells: 15 degrees apart.
+const CELLS: usize = 192;
+/// Clipped regions that get a factor each; smaller ones than `LEAST_REGION` (steradian) none.
+const REGIONS: usize = 12;
+const LEAST_REGION: f64 = 2e-4;
+/// Fewer points tell nothing.
+const LEAST_POINTS: usize = 200;
+/// Groups of base colors, by chromaticity.
+const GROUPS: usize = 4;
+/// Most that a clipped region may be brighter than white: the sun over a lit white wall is some 1e5.
+const MOST_FACTOR: f64 = 2e5;
+
+/// Connected clipped texels of a panorama.
+#[derive(Clone, Debug)]
+pub struct Region {
+    /// Indices of the texels.
+    pub texels: Vec<usize>,
+    /// Unit, axes of the map.
+    pub direction: DVec3,
+    /// Steradian.
+    pub solid_angle: f64,
+}
+
+/// Clipped regions, the largest first.
+pub fn clipped_regions(clipped: &[bool], width: usize) -> Vec<Region> {
+    let height = clipped.len() / width;
+    let mut sets = DisjointSets::new(clipped.len());
+    for i in (0..clipped.len()).filter(|i| clipped[*i]) {
+        let (x, y) = (i % width, i / width);
+        let right = y * width + (x + 1) % width;
+        if clipped[right] {
+            sets.join(i as u32, right as u32);
+        }
+        if y + 1 < height && clipped[i + width] {
+            sets.join(i as u32, (i + width) as u32);
+        }
+    }
+    let labels = sets.labels();
+    let mut of_label: std::collections::BTreeMap<u32, Vec<usize>> = Default::default();
+    for i in (0..clipped.len()).filter(|i| clipped[*i]) {
+        of_label.entry(labels[i]).or_default().push(i);
+    }
+    let region = |texels: Vec<usize>| {
+        let omega = |i: &usize| texel_solid_angle(i / width, width, height);
+        let toward = |i: &usize| texel_direction(i % width, i / width, width, height) * omega(i);
+        let direction = texels.iter().map(toward).sum::<DVec3>().normalize_or(DVec3::Y);
+        let solid_angle = texels.iter().map(omega).sum();
+        Region { texels, direction, solid_angle }
+    };
+    let mut regions: Vec<Region> = of_label.into_values().map(region).collect();
+    regions.sort_by(|a, b| {
+        b.solid_angle.total_cmp(&a.solid_angle).then(a.texels[0].cmp(&b.texels[0]))
+    });
+    regions
+}
+
+/// What shading told.
+pub(super) struct Recovered {
+    pub(super) map: ImageF32,
+    pub(super) clipped_factor: f64,
+    pub(super) errors: [f64; 2],
+    pub(super) unseen_share: f64,
+    pub(super) lamp: Option<Lamp>,
+}
+
+/// Part of the sphere with one unknown or none.
+struct Cell {
+    /// Unit, world.
+    direction: DVec3,
+    solid_angle: f64,
+    /// Mean luminance of the completed panorama.
+    base: f64,
+    /// Share that was seen.
+    covered: f64,
+}
+
+/// Finds lights; `None` where too few points tell of them or nothing is unknown.
+pub(super) fn recover(
+    splat: &Splat<'_>,
+    at: DVec3,
+    axes: &MapAxes,
+    panorama: &Panorama,
+    base: &ImageF32,
+    points: &[SurfaceSample],
+) -> Option<Recovered> {
+    if points.len() < LEAST_POINTS {
+        return None;
+    }
+    let orientation = axes.orientation();
+    let regions: Vec<Region> = clipped_regions(&panorama.clipped, base.width)
+        .into_iter()
+        .filter(|r| r.solid_angle > LEAST_REGION)
+        .take(REGIONS)
+        .collect();
+    let in_region = region_mask(&regions, base.pixel_count());
+    let cells = cells(panorama, base, &in_region, &orientation);
+    let region = ShadowRegion::around(points.iter().map(|p| p.position), at);
+    let mut shading = Shading {
+        sent: points.iter().map(|p| f64::from(luminance(p.radiance.to_array()))).collect(),
+        group: groups(points),
+        known: vec![0.0; points.len()],
+        ..Shading::default()
+    };
+    let mut columns: Vec<Vec<f64>> = Vec::new();
+    let mut unknown = Vec::new();
+    let add = |known: &mut [f64], column: &[f64], radiance: f64| {
+        known.iter_mut().zip(column).for_each(|(k, c)| *k += c * radiance);
+    };
+    for (c, cell) in cells.iter().enumerate() {
+        let reach = reach_of(cell.direction, panorama, &orientation, &region);
+        let map = ShadowMap::new(splat, &region, cell.direction, reach);
+        let column = column(&map, cell.direction, cell.solid_angle, points);
+        add(&mut shading.known, &column, cell.base);
+        if cell.covered < 0.5 {
+            unknown.push(c);
+            shading.low.push(-cell.base);
+            columns.push(column);
+        }
+    }
+    for r in &regions {
+        let direction = orientation.world_from_map(r.direction);
+        let reach = reach_of(direction, panorama, &orientation, &region);
+        let map = ShadowMap::new(splat, &region, direction, reach);
+        let column = column(&map, direction, r.solid_angle, points);
+        let white = white_of(base, r);
+        add(&mut shading.known, &column, white);
+        shading.low.push(0.0);
+        columns.push(column);
+    }
+    if columns.is_empty() {
+        return None;
+    }
+    let m = columns.len();
+    shading.transport = (0..points.len() * m).map(|k| columns[k % m][k / m]).collect();
+    let without = shading.solve(false);
+    let even = shading.solve(true);
+    let candidates: Vec<(DVec3, f64)> = unknown
+        .iter()
+        .zip(&even.light)
+        .map(|(c, y)| (cells[*c].direction, y * cells[*c].solid_angle))
+        .collect();
+    let (solution, lamp) = find_lamp(splat, &region, points, &shading, &even, &candidates);
+    let found = Found { cells: &cells, unknown: &unknown, regions: &regions, solution: &solution };
+    let up = splat.up_in_world;
+    let (unseen, total) = found.on_level(up, lamp.as_ref(), base, &orientation);
+    let lamp = lamp
+        .map(|lamp| Lamp { share: lamp.power * lamp.direction.dot(up).max(0.0) / total, ..lamp });
+    let (map, clipped_factor) = found.map(base, panorama, &orientation, lamp.as_ref());
+    Some(Recovered {
+        map,
+        clipped_factor,
+        errors: [without.error, solution.error],
+        unseen_share: if total > 0.0 { unseen / total } else { 0.0 },
+        lamp,
+    })
+}
+
+/// What points receive over π from a direction at unit radiance.
+pub(super) fn column(
+    map: &ShadowMap,
+    to_light: DVec3,
+    solid_angle: f64,
+    points: &[SurfaceSample],
+) -> Vec<f64> {
+    let of = |p: &SurfaceSample| {
+        let cosine = p.normal.dot(to_light);
+        if cosine > 0.0 {
+            cosine * solid_angle / std::f64::consts::PI * map.visibility(p.position, p.normal)
+        } else {
+            0.0
+        }
+    };
+    points.iter().map(of).collect()
+}
+
+fn region_mask(regions: &[Region], texels: usize) -> Vec<bool> {
+    let mut mask = vec![false; texels];
+    regions.iter().flat_map(|r| &r.texels).for_each(|i| mask[*i] = true);
+    mask
+}
+
+fn cells(
+    panorama: &Panorama,
+    base: &ImageF32,
+    in_region: &[bool],
+    orientation: &Orientation,
+) -> Vec<Cell> {
+    let (w, h) = (base.width, base.height);
+    let directions = even_directions(CELLS);
+    let mut sums = vec![(0.0, 0.0, 0.0); CELLS];
+    for i in (0..w * h).filter(|i| !in_region[*i]) {
+        let world = orientation.world_from_map(texel_direction(i % w, i / w, w, h));
+        let Some(cell) = nearest(&directions, world) else { continue };
+        let omega = texel_solid_angle(i / w, w, h);
+        sums[cell].0 += omega;
+        sums[cell].1 +=
+            omega * luminance_f64(Vec3::from_slice(&base.data[3 * i..3 * i + 3]).as_dvec3());
+        sums[cell].2 += omega * f64::from(panorama.covered[i]);
+    }
+    let cell = |(direction, (omega, light, covered)): (DVec3, (f64, f64, f64))| {
+        let mean = |sum: f64| if omega > 0.0 { sum / omega } else { 0.0 };
+        Cell { direction, solid_angle: omega, base: mean(light), covered: mean(covered) }
+    };
+    directions.into_iter().zip(sums).map(cell).collect()
+}
+
+fn nearest(directions: &[DVec3], d: DVec3) -> Option<usize> {
+    (0..directions.len()).max_by(|a, b| directions[*a].dot(d).total_cmp(&directions[*b].dot(d)))
+}
+
+/// How far from the place light from a direction starts: nine tenths of the way to what the panorama shows there.
+fn reach_of(
+    direction: DVec3,
+    panorama: &Panorama,
+    orientation: &Orientation,
+    region: &ShadowRegion,
+) -> f64 {
+    let (w, h) = (panorama.radiance.width, panorama.radiance.height);
+    let (x, y) = texel_of(orientation.map_from_world(direction), w, h);
+    let seen = f64::from(panorama.distance[y * w + x]);
+    let all = 10.0 * region.radius;
+    if panorama.covered[y * w + x] > 0.5 { (0.9 * seen).min(all) } else { all }
+}
+
+fn white_of(base: &ImageF32, region: &Region) -> f64 {
+    let sum: f64 = region
+        .texels
+        .iter()
+        .map(|i| luminance_f64(Vec3::from_slice(&base.data[3 * i..3 * i + 3]).as_dvec3()))
+        .sum();
+    sum / region.texels.len().max(1) as f64
+}
+
+/// Groups of points by chromaticity.
+fn groups(points: &[SurfaceSample]) -> Vec<usize> {
+    let chroma: Vec<f32> = points
+        .iter()
+        .flat_map(|p| {
+            let sum = p.radiance.element_sum().max(1e-4);
+            [p.radiance.x / sum, p.radiance.y / sum]
+        })
+        .collect();
+    let options = KmeansOptions { clusters: GROUPS, ..KmeansOptions::default() };
+    let clusters = kmeans(&chroma, 2, &options);
+    clusters.labels.iter().map(|label| *label as usize).collect()
+}
+
+/// A solution and what its unknowns are.
+struct Found<'a> {
+    cells: &'a [Cell],
+    unknown: &'a [usize],
+    regions: &'a [Region],
+    solution: &'a Solution,
+}
+
+impl Found<'_> {
+    /// Irradiance of a level surface from where nothing was seen, and from everywhere.
+    fn on_level(
+        &self,
+        up: DVec3,
+        lamp: Option<&Lamp>,
+        base: &ImageF32,
+        orientation: &Orientation,
+    ) -> (f64, f64) {
+        let cosine = |d: DVec3| d.dot(up).max(0.0);
+        let flux = |cell: &Cell| cell.base * cell.solid_angle * cosine(cell.direction);
+        let mut total: f64 = self.cells.iter().map(flux).sum();
+        let mut unseen: f64 = self.unknown.iter().map(|c| flux(&self.cells[*c])).sum();
+        for (c, y) in self.unknown.iter().zip(&self.solution.light) {
+            let more = y * self.cells[*c].solid_angle * cosine(self.cells[*c].direction);
+            unseen += more;
+            total += more;
+        }
+        for (r, y) in self.regions.iter().zip(&self.solution.light[self.unknown.len()..]) {
+            let direction = orientation.world_from_map(r.direction);
+            total += (white_of(base, r) + y) * r.solid_angle * cosine(direction);
+        }
+        if let Some(lamp) = lamp {
+            let more = lamp.power * cosine(lamp.direction);
+            unseen += more;
+            total += more;
+        }
+        (unseen, total)
+    }
+
+    /// The completed map with what was found, and the mean factor of clipped light.
+    fn map(
+        &self,
+        base: &ImageF32,
+        panorama: &Panorama,
+        orientation: &Orientation,
+        lamp: Option<&Lamp>,
+    ) -> (ImageF32, f64) {
+        let mut map = base.clone();
+        let (w, h) = (map.width, map.height);
+        let mut of_cell = vec![0.0; self.cells.len()];
+        self.unknown.iter().zip(&self.solution.light).for_each(|(c, y)| of_cell[*c] = *y);
+        // As wide as cells are apart.
+        let sharpness = CELLS as f64 / 2.0;
+        for i in (0..w * h).filter(|i| panorama.covered[*i] < 1.0) {
+            let d = orientation.world_from_map(texel_direction(i % w, i / w, w, h));
+            let (mut sum, mut total) = (0.0, 0.0);
+            for (cell, y) in self.cells.iter().zip(&of_cell) {
+                let k = (sharpness * (cell.direction.dot(d) - 1.0)).exp();
+                sum += k * y;
+                total += k;
+            }
+            let more = (f64::from(1.0 - panorama.covered[i]) * sum / total) as f32;
+            map.data[3 * i..3 * i + 3].iter_mut().for_each(|v| *v = (*v + more).max(0.0));
+        }
+        let (mut weighted, mut area) = (0.0, 0.0);
+        for (r, y) in self.regions.iter().zip(&self.solution.light[self.unknown.len()..]) {
+            let white = white_of(base, r).max(1e-3);
+            let factor = ((white + y) / white).clamp(1.0, MOST_FACTOR);
+            for i in &r.texels {
+                map.data[3 * i..3 * i + 3].iter_mut().for_each(|v| *v *= factor as f32);
+            }
+            weighted += factor * r.solid_angle;
+            area += r.solid_angle;
+        }
+        if let Some(lamp) = lamp {
+            lamp.add_to(&mut map, orientation);
+        }
+        (map, if area > 0.0 { weighted / area } else { 1.0 })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn clipped_texels_are_joined_over_the_seam() {
+        let mut clipped = vec![false; 32 * 16];
+        for (x, y) in [(31, 5), (0, 5), (1, 5), (10, 8)] {
+            clipped[y * 32 + x] = true;
+        }
+        let regions = clipped_regions(&clipped, 32);
+        assert_eq!(regions.iter().map(|r| r.texels.len()).collect::<Vec<_>>(), [3, 1]);
+        let seam = texel_direction(0, 5, 32, 16);
+        assert!(regions[0].direction.dot(seam) > 0.999);
+    }
+}
