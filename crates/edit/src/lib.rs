@@ -2,12 +2,14 @@
 //!
 //! - [`EditState`] is what a plan works on: the Gaussians that are there now and the history of each.
 //! - [`changes`] are functions on the state alone.
+//! - [`compose`] puts assets in: their size, contact, light and shadow.
 //! - [`ops`] has a file per operation: its keys, their ranges, its flags, and what it does with `changes`.
 //! - [`plan`] reads, checks and applies `edit-plan.json`.
 //! - [`reshade`] makes the light follow and fills holes; [`refit`] fits the filling to photos.
 //! - [`stylize`] fits the scene to pictures that a program edited.
 
 pub mod changes;
+pub mod compose;
 pub mod files;
 pub mod ops;
 pub mod plan;

@@ -80,9 +80,9 @@ impl Args for OpFlags {
             .arg(one(
                 "at",
                 "PLACE",
-                "Where --insert stands: VIEW,X,Y (a pixel of a view of --capture) or X,Y,Z; default: free ground",
+                "Where --insert and --compose stand: VIEW,X,Y (a pixel of a view of --capture) or X,Y,Z; default: free ground",
             ))
-            .arg(one("height", "H", "Height that --insert and --swap give, world units"))
+            .arg(one("height", "H", "Height that --insert, --compose and --swap give, world units"))
             .arg(one(
                 "surroundings",
                 "HOW",
@@ -158,11 +158,13 @@ impl FromArgMatches for OpFlags {
                 found.push((at, Value::Object(keys)));
             }
         }
-        let unused = [("at", "--insert"), ("height", "--insert or --swap")].into_iter().find(|f| {
-            let (flag, _) = f;
-            let is_taken = |(_, op): &(usize, Value)| op.get(*flag).is_some();
-            single(flag).is_some() && !found.iter().any(is_taken)
-        });
+        let unused = [("at", "--insert or --compose"), ("height", "--insert, --compose or --swap")]
+            .into_iter()
+            .find(|f| {
+                let (flag, _) = f;
+                let is_taken = |(_, op): &(usize, Value)| op.get(*flag).is_some();
+                single(flag).is_some() && !found.iter().any(is_taken)
+            });
         if let Some((flag, of)) = unused {
             return Err(invalid(format!("--{flag} goes with {of}")));
         }

@@ -3,6 +3,7 @@
 //! `target` is the name of an earlier selection, or `all`. Left out, it is the selection made last, and everything before
 //! the first selection.
 
+mod compose;
 mod crop;
 mod decimate;
 mod delete;
@@ -130,6 +131,8 @@ operations! {
     extract::Extract(ExtractOp) = "extract",
     /// Add another splat, scene folder or mesh.
     insert::Insert(InsertOp) = "insert",
+    /// Add an asset at its size, on the ground, under the light of its place, with its shadow and bounce.
+    compose::Compose(ComposeOp) = "compose",
     /// Put something else where the target is.
     swap::Swap(SwapOp) = "swap",
     /// Change color.

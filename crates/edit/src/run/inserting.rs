@@ -184,7 +184,7 @@ impl Run<'_> {
         Ok((camera, view.camera_from_world))
     }
 
-    fn tell(&mut self, notes: &InsertNotes, state: &EditState, at: &str) {
+    pub(crate) fn tell(&mut self, notes: &InsertNotes, state: &EditState, at: &str) {
         if notes.guessed_material {
             self.warn(
                 at,

@@ -1,6 +1,7 @@
 //! What the operations of a plan share: the files and cameras that they may look at, what they answer, their targets, and the
 //! ranges of their values.
 
+mod composing;
 mod context;
 mod inserting;
 mod options;
@@ -13,6 +14,7 @@ mod values;
 
 use std::collections::BTreeMap;
 
+pub(crate) use composing::LightWanted;
 pub use context::{EditError, Editors, Program, Resources};
 pub(crate) use inserting::Wanted;
 pub use options::ShadowMode;

@@ -91,7 +91,7 @@ pub struct Args {
     #[arg(long, value_name = "X,Y,Z", value_parser = direction, allow_hyphen_values = true)]
     pub(super) up: Option<String>,
 
-    /// Leave out Gaussians nearer to --at than this, world units [default: 0.02 of the cameras' distance]
+    /// Leave out Gaussians nearer to --at than this, world units [default: 0.05 of the cameras' distance]
     #[arg(long, value_name = "D", requires = "gaussians", value_parser = above(0.0), help_heading = "Splat")]
     pub(super) near: Option<f64>,
 

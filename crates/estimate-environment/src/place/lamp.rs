@@ -19,8 +19,10 @@ use crate::sphere::{texel_direction, texel_solid_angle};
 const PEAKS: usize = 3;
 /// Steps of the search, degrees; each looks at a ring of 6 directions around the best one.
 const STEPS_DEG: [f64; 5] = [10.0, 6.0, 4.0, 2.0, 1.0];
-/// The error that is left, over that without the lamp, from which it is believed.
-const BELIEVED: f64 = 0.97;
+/// The error that is left, over that of the cells that it stands for, from which it is believed: it is one unknown in place of many.
+const BELIEVED: f64 = 1.02;
+/// Cells within this of a lamp send nothing beside it, degrees.
+const AROUND_DEG: f64 = 28.0;
 /// Rounds of the solution of a trial, from that without the lamp on.
 const TRIAL_ROUNDS: usize = 6;
 const ROUNDS: usize = 20;
@@ -52,8 +54,11 @@ pub(super) fn find_lamp(
     let reach = 10.0 * region.radius;
     let try_at = |direction: DVec3| {
         let map = ShadowMap::new(splat, region, direction, reach);
-        let more = shading.with(&column(&map, direction, 1.0, points), 0.0);
-        (direction, more.solve_from(even.clone(), TRIAL_ROUNDS, true))
+        let off = near(candidates, direction, even.light.len());
+        let more = shading.with(&column(&map, direction, 1.0, points), 0.0, &off);
+        let mut start = even.clone();
+        start.light.iter_mut().zip(&off).filter(|(_, off)| **off).for_each(|(y, _)| *y = 0.0);
+        (direction, more.solve_from(start, TRIAL_ROUNDS, true))
     };
     let mut best: Option<(DVec3, Solution)> = None;
     for (start, _) in peaks.into_iter().take(PEAKS) {
@@ -80,13 +85,24 @@ pub(super) fn find_lamp(
     match best {
         Some((direction, solution)) if solution.error < BELIEVED * even.error => {
             let map = ShadowMap::new(splat, region, direction, reach);
-            let more = shading.with(&column(&map, direction, 1.0, points), 0.0);
+            let off = near(candidates, direction, even.light.len());
+            let more = shading.with(&column(&map, direction, 1.0, points), 0.0, &off);
             let mut solution = more.solve_from(solution, ROUNDS, true);
             let power = solution.light.pop().unwrap_or(0.0);
             (solution, Some(Lamp { direction, power, share: 0.0 }))
         }
         _ => (even.clone(), None),
     }
+}
+
+/// Which unknowns are cells around a lamp: it sends what they would.
+fn near(candidates: &[(DVec3, f64)], direction: DVec3, unknowns: usize) -> Vec<bool> {
+    let mut off = vec![false; unknowns];
+    let cosine = AROUND_DEG.to_radians().cos();
+    for (off, (cell, _)) in off.iter_mut().zip(candidates) {
+        *off = cell.dot(direction) > cosine;
+    }
+    off
 }
 
 impl Lamp {

@@ -152,13 +152,14 @@ pub(super) fn recover(
         return None;
     }
     let m = columns.len();
+    shading.neighbors = neighbors(&cells, &unknown);
     shading.transport = (0..points.len() * m).map(|k| columns[k % m][k / m]).collect();
     let without = shading.solve(false);
     let even = shading.solve(true);
     let candidates: Vec<(DVec3, f64)> = unknown
         .iter()
         .zip(&even.light)
-        .map(|(c, y)| (cells[*c].direction, y * cells[*c].solid_angle))
+        .map(|(c, y)| (cells[*c].direction, (y + cells[*c].base) * cells[*c].solid_angle))
         .collect();
     let (solution, lamp) = find_lamp(splat, &region, points, &shading, &even, &candidates);
     let found = Found { cells: &cells, unknown: &unknown, regions: &regions, solution: &solution };
@@ -174,6 +175,20 @@ pub(super) fn recover(
         unseen_share: if total > 0.0 { unseen / total } else { 0.0 },
         lamp,
     })
+}
+
+/// Pairs of unknown cells that lie side by side.
+fn neighbors(cells: &[Cell], unknown: &[usize]) -> Vec<(usize, usize, f64)> {
+    let near = (1.5 * (4.0 * std::f64::consts::PI / CELLS as f64).sqrt()).cos();
+    let mut pairs = Vec::new();
+    for (i, a) in unknown.iter().enumerate() {
+        for (k, b) in unknown.iter().enumerate().take(i) {
+            if cells[*a].direction.dot(cells[*b].direction) > near {
+                pairs.push((i, k, cells[*b].base - cells[*a].base));
+            }
+        }
+    }
+    pairs
 }
 
 /// What points receive over π from a direction at unit radiance.
@@ -318,6 +333,9 @@ impl Found<'_> {
         self.unknown.iter().zip(&self.solution.light).for_each(|(c, y)| of_cell[*c] = *y);
         // As wide as cells are apart.
         let sharpness = CELLS as f64 / 2.0;
+        let mut is_unknown = vec![false; self.cells.len()];
+        self.unknown.iter().for_each(|c| is_unknown[*c] = true);
+        let directions: Vec<DVec3> = self.cells.iter().map(|cell| cell.direction).collect();
         for i in (0..w * h).filter(|i| panorama.covered[*i] < 1.0) {
             let d = orientation.world_from_map(texel_direction(i % w, i / w, w, h));
             let (mut sum, mut total) = (0.0, 0.0);
@@ -326,8 +344,14 @@ impl Found<'_> {
                 sum += k * y;
                 total += k;
             }
-            let more = (f64::from(1.0 - panorama.covered[i]) * sum / total) as f32;
-            map.data[3 * i..3 * i + 3].iter_mut().for_each(|v| *v = (*v + more).max(0.0));
+            let open = 1.0 - panorama.covered[i];
+            let more = open * (sum / total) as f32;
+            let texel = &mut map.data[3 * i..3 * i + 3];
+            // What lies far from all that was seen has not its hue.
+            let gray = luminance([texel[0], texel[1], texel[2]]);
+            let far = nearest(&directions, d).is_some_and(|c| is_unknown[c]);
+            let hue = if far { 1.0 - open } else { 1.0 };
+            texel.iter_mut().for_each(|v| *v = (gray + hue * (*v - gray) + more).max(0.0));
         }
         let (mut weighted, mut area) = (0.0, 0.0);
         for (r, y) in self.regions.iter().zip(&self.solution.light[self.unknown.len()..]) {

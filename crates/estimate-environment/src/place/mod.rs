@@ -54,7 +54,7 @@ pub fn training_views(capture: &Capture) -> Vec<(Pinhole, Pose)> {
 pub struct PlaceOptions {
     /// Rows of the map.
     pub rows: usize,
-    /// Nothing nearer to the point than this is light from around it, world units; by default a fiftieth of the distance of the
+    /// Nothing nearer to the point than this is light from around it, world units; by default a twentieth of the distance of the
     /// cameras.
     pub near: Option<f64>,
     /// Whether lights that are clipped or out of view are found from shading.
@@ -109,7 +109,7 @@ pub fn scale_of(views: &[(Pinhole, Pose)], at: DVec3) -> f64 {
 
 /// The light at `at` (world), as a map with `axes`.
 pub fn estimate(splat: &Splat<'_>, at: DVec3, axes: MapAxes, options: &PlaceOptions) -> PlaceLight {
-    let near = options.near.unwrap_or(0.02 * scale_of(splat.views, at));
+    let near = options.near.unwrap_or(0.05 * scale_of(splat.views, at));
     let panorama = look_around(splat, at, axes, options.rows, near);
     let base = fill(&panorama.radiance, &panorama.covered);
     let (w, h) = (base.width, base.height);

@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DQuat, DVec3};
 use motes_raster::{RenderOptions, render_equirectangular};
-use motes_scene::{ImageF32, Pinhole, Pose};
+use motes_scene::{Gaussians, ImageF32, Pinhole, Pose};
 use motes_shading::environment::MapAxes;
 
 use super::lights::CLIPPED;
@@ -11,6 +11,8 @@ use crate::sphere::texel_direction;
 
 /// Coverage below which a texel counts as not seen, and from which it is wholly seen.
 const COVERED: (f32, f32) = (0.3, 0.9);
+/// A point within this many standard deviations of a Gaussian is in it.
+const WITHIN: f64 = 3.0;
 
 /// A panorama of a splat.
 #[derive(Clone, Debug)]
@@ -39,14 +41,11 @@ pub fn look_around(
     let flip = DMat3::from_diagonal(DVec3::new(-1.0, -1.0, 1.0));
     let rotation = DQuat::from_mat3(&(flip * orientation.map_from_world)).normalize();
     let pose = Pose { rotation, translation: -(rotation * at) };
-    let options = RenderOptions {
-        antialias: splat.antialias,
-        aovs: true,
-        near: near as f32,
-        ..RenderOptions::default()
-    };
+    let options =
+        RenderOptions { antialias: splat.antialias, aovs: true, ..RenderOptions::default() };
     let (w, h) = (2 * rows, rows);
-    let drawn = render_equirectangular(splat.gaussians, &pose, w, h, &options);
+    let around = without_what_holds(splat.gaussians, at, near);
+    let drawn = render_equirectangular(&around, &pose, w, h, &options);
     let mut out = Panorama {
         radiance: ImageF32::filled(w, h, 3, 0.0),
         covered: vec![0.0; w * h],
@@ -73,6 +72,23 @@ pub fn look_around(
         out.distance[i] = distance;
     }
     out
+}
+
+/// The Gaussians but for those that the point is in, or whose centers are nearer than `near`: fuzz of what is there fills half of the
+/// view, and photos never saw it from inside.
+fn without_what_holds(gaussians: &Gaussians, at: DVec3, near: f64) -> Gaussians {
+    let is_around = |row: &u32| {
+        let row = *row as usize;
+        let off = at - DVec3::from_array(gaussians.means[row].map(f64::from));
+        let [w, x, y, z] = gaussians.rotations[row].map(f64::from);
+        let own = DQuat::from_xyzw(x, y, z, w).normalize().conjugate() * off;
+        let scales = DVec3::from_array(gaussians.log_scales[row].map(|s| f64::from(s).exp()));
+        off.length() >= near && (own / scales).length() >= WITHIN
+    };
+    let rows: Vec<u32> = (0..gaussians.len() as u32).filter(is_around).collect();
+    let mut around = gaussians.clone();
+    around.gather(&rows);
+    around
 }
 
 fn is_in_view((camera, camera_from_world): &(Pinhole, Pose), point: DVec3) -> bool {

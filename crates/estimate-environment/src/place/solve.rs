@@ -4,7 +4,7 @@
 //! direction `j` at unit radiance. With `b_k = 1 / a_k` that is linear in light and base colors at once. Minimizes
 //!
 //! ```text
-//! Σ_i w_i (b_k(i) B_i - K_i - Σ_j A_ij y_j)² + Σ_j λ_j y_j² + ρ Σ_k P_k (b_k - b_0)²,   y ≥ low, b ≥ 1 / 0.9
+//! Σ_i w_i (b_k(i) B_i - K_i - Σ_j A_ij y_j)² + Σ_j λ_j y_j² + μ Σ_ab (y_a - y_b - d_ab)² + ρ Σ_k P_k (b_k - b_0)²,   y ≥ low, b ≥ 1 / 0.9
 //! ```
 //!
 //! The weights `(a_k / B_i)²` of the round before make the error one relative to what is sent; they are robust, too: what is glossy, or of
@@ -12,14 +12,16 @@
 
 use crate::nonnegative::bounded_least_squares;
 
-/// What base colors usually are, luminance.
-pub const USUAL_BASE_COLOR: f64 = 0.35;
+/// What base colors usually are, luminance: between the gray card of photographers (0.18) and light interiors.
+pub const USUAL_BASE_COLOR: f64 = 0.25;
 /// ρ: weight of that against the data.
 const PRIOR: f64 = 0.05;
 const BASE_COLORS: (f64, f64) = (0.03, 0.9);
 /// λ over the diagonal of the normal equations, and over its mean.
 const RIDGE: f64 = 0.01;
 const LEAST_RIDGE: f64 = 1e-4;
+/// μ over the mean of the diagonal: the sky out of view is smooth, but for a lamp.
+const SMOOTH: f64 = 0.1;
 const ROUNDS: usize = 16;
 /// Rounds in which all points count alike.
 const CALM_ROUNDS: usize = 6;
@@ -41,6 +43,8 @@ pub struct Shading {
     pub transport: Vec<f64>,
     /// Least value of each unknown.
     pub low: Vec<f64>,
+    /// Unknowns that are neighbors on the sphere, and the difference `y_a - y_b` that makes them equally bright.
+    pub neighbors: Vec<(usize, usize, f64)>,
 }
 
 /// What was found.
@@ -55,11 +59,13 @@ pub struct Solution {
 }
 
 impl Shading {
-    /// The same points with one more unknown; `column` is its transport.
-    pub fn with(&self, column: &[f64], low: f64) -> Self {
+    /// The same points with one more unknown; `column` is its transport. Unknowns that are `off` send nothing.
+    pub fn with(&self, column: &[f64], low: f64, off: &[bool]) -> Self {
         let m = self.low.len();
-        let rows = (0..self.sent.len())
-            .flat_map(|i| self.transport[i * m..(i + 1) * m].iter().copied().chain([column[i]]));
+        let rows = (0..self.sent.len()).flat_map(|i| {
+            let row = self.transport[i * m..(i + 1) * m].iter().zip(off);
+            row.map(|(t, off)| if *off { 0.0 } else { *t }).chain([column[i]])
+        });
         let transport = rows.collect();
         let low = self.low.iter().copied().chain([low]).collect();
         Self { transport, low, ..self.clone() }
@@ -134,6 +140,14 @@ impl Shading {
             h[m + k] += w * self.sent[i] * self.known[i];
         }
         let mean = (0..m).map(|j| gram[j * size + j]).sum::<f64>() / m.max(1) as f64;
+        for (a, b, step) in self.neighbors.iter().filter(|_| m > 0) {
+            let w = SMOOTH * mean;
+            gram[a * size + a] += w;
+            gram[b * size + b] += w;
+            gram[a.max(b) * size + a.min(b)] -= w;
+            h[*a] += w * step;
+            h[*b] -= w * step;
+        }
         for j in 0..size {
             if j < m {
                 // Of its own scale: a lamp on bright points weighs little beside the sky on dark ones.
@@ -198,14 +212,11 @@ mod tests {
     }
 
     #[test]
-    fn one_more_unknown_changes_no_other_column() {
+    fn one_more_unknown_comes_last_and_others_can_be_turned_off() {
         let shading = points(2.0);
         let column: Vec<f64> = (0..600).map(|i| i as f64).collect();
-        let more = shading.with(&column, -1.0);
+        let more = shading.with(&column, -1.0, &[false, true]);
         assert_eq!((more.low.len(), more.transport.len()), (3, 1800));
-        assert_eq!(
-            more.transport[3 * 7..3 * 8],
-            [shading.transport[14], shading.transport[15], 7.0]
-        );
+        assert_eq!(more.transport[3 * 7..3 * 8], [shading.transport[14], 0.0, 7.0]);
     }
 }

@@ -49,6 +49,7 @@ fn line_of(stage: &str) -> (&'static [&'static str], &'static str) {
         "segment-select" => {
             (&["--gaussians", "g.ply", "--select", "all", "-o", "picked.json"], "picked.json")
         }
+        "estimate-environment" => (&["--scene", "scene", "-o", "light.exr"], "light.exr"),
         "instruct" => (&["clean up", "--gaussians", "g.ply", "-o", "plan.json"], "plan.json"),
         "info" => (&["g.ply", "-o", "info.json"], "info.json"),
         "view" => (&["g.ply", "--no-browser", "-o", "plan.json"], "plan.json"),

@@ -5,10 +5,12 @@
 //! ([`align`]). `docs/benchmarks/protocol.md` states the protocol.
 
 pub mod align;
+pub mod composed;
 pub mod markdown;
 pub mod materials;
 pub mod pictures;
 pub mod sheet;
+pub mod spheres;
 pub mod tearing;
 pub mod truth_folder;
 
