@@ -8,14 +8,14 @@ use crate::plan::{EditPlanDocument, Prepared, op_pointer};
 use crate::run::{EditError, Editors};
 
 /// What a plan may reach.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 pub struct Reach<'a> {
     /// Folder that names of files are relative to.
     pub folder: &'a Path,
     /// Folders that the user named: operations of a plan file read nothing outside of them and of `folder`.
-    pub named: &'a [&'a Path],
-    /// Number of operations that come from a plan file; those of flags follow and are the user's own words.
-    pub from_file: usize,
+    pub named: Vec<&'a Path>,
+    /// Number of operations at the end that were flags: the user's own words.
+    pub typed: usize,
     /// Files and folders that the plan will be answered with.
     pub written: &'a [&'a Path],
     /// Programs that it may start.
@@ -28,7 +28,7 @@ pub struct Reach<'a> {
 /// A file does not exist, lies outside the folders that the user named or is one that will be written, the library has no
 /// such material, or the user did not name a program that the plan would start.
 pub fn prepare(plan: &EditPlanDocument, reach: &Reach<'_>) -> Result<Prepared, EditError> {
-    let Reach { folder, named, from_file, written, editors } = *reach;
+    let Reach { folder, typed, written, editors, .. } = *reach;
     let written: Vec<PathBuf> =
         written.iter().filter_map(|path| std::fs::canonicalize(path).ok()).collect();
     let mut effective: Vec<usize> = Vec::new();
@@ -42,7 +42,7 @@ pub fn prepare(plan: &EditPlanDocument, reach: &Reach<'_>) -> Result<Prepared, E
                     .remedy("files are named relative to the plan"));
             }
             let full = std::fs::canonicalize(folder.join(&*name)).unwrap_or_default();
-            if i < from_file && !within(&full, folder, named) {
+            if i + typed < plan.ops.len() && !within(&full, folder, &reach.named) {
                 let cause =
                     format!("the file lies outside the folder of the plan: {}", full.display());
                 let home = full.parent().unwrap_or(Path::new("/")).display();

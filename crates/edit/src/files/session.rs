@@ -89,9 +89,10 @@ pub struct EditJob<'a> {
 }
 
 impl<'a> EditJob<'a> {
-    /// Folders of the command line that a plan may read from.
-    fn named_folders(&self) -> Vec<&'a Path> {
-        self.assets.iter().map(PathBuf::as_path).chain(self.scene).collect()
+    /// What its plan may reach.
+    fn reach(&self, folder: &'a Path, written: &'a [&'a Path], editors: Editors<'a>) -> Reach<'a> {
+        let named = self.assets.iter().map(PathBuf::as_path).chain(self.scene).collect();
+        Reach { folder, named, typed: self.flags.ops.len(), written, editors }
     }
 }
 
@@ -119,14 +120,12 @@ pub fn run_edit(job: &EditJob<'_>, context: &Context) -> anyhow::Result<EditAnsw
     let folder = name.parent().filter(|p| job.plan.is_some() && !p.as_os_str().is_empty());
     let folder = folder.unwrap_or(Path::new("."));
     let failed = |error| stage_error(error, &name);
-    let typed = job.flags.typed_editors(context);
+    let editors = job.flags.typed_editors(context);
     let provider = open_provider(job, context)?;
     let by_provider = provider.as_ref().map(|provider| provider as &dyn PictureEditor);
-    let editors = Editors { named: &typed, provider: by_provider, start: !context.dry_run() };
-    let (named, written) = (job.named_folders(), outputs.paths());
-    let from_file = plan.ops.len() - job.flags.ops.len();
-    let reach = Reach { folder, named: &named, from_file, written: &written, editors };
-    let prepared = prepare(&plan, &reach).map_err(failed)?;
+    let editors = Editors { named: &editors, provider: by_provider, start: !context.dry_run() };
+    let written = outputs.paths();
+    let prepared = prepare(&plan, &job.reach(folder, &written, editors)).map_err(failed)?;
     let capture = job.capture.map(|path| load_capture(path, context)).transpose()?;
     let mut input = load_input(job, capture.as_ref(), context)?;
     let count = input.state.len();
