@@ -16,3 +16,4 @@ pub use inputs::Inputs;
 pub use products::{Answer, ExtraProducts, Outputs, answer, write_products};
 pub use report::{SegmenterReport, SelectReport};
 pub use segmenter::{ByProvider, Segmenter, SegmenterFlags};
+pub use view_cache::usual_folder;

@@ -12,7 +12,7 @@ const MOST_BYTES: u64 = 1 << 30;
 /// `motes/views` in the user's folder of caches, made; none where there is no such folder or nothing can be written.
 ///
 /// Views that another build prepared lie in another folder there: what it computes may differ.
-pub(super) fn usual_folder() -> Option<PathBuf> {
+pub fn usual_folder() -> Option<PathBuf> {
     let variable = |name: &str| std::env::var_os(name).map(PathBuf::from);
     let absolute = |folder: &PathBuf| folder.is_absolute();
     let caches = variable("XDG_CACHE_HOME").filter(absolute);

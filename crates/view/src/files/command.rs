@@ -70,6 +70,10 @@ pub struct Args {
     #[arg(long, help_heading = "Server")]
     no_browser: bool,
 
+    /// Do not keep prepared views for the next start
+    #[arg(long)]
+    no_cache: bool,
+
     /// Seed of the plan
     #[arg(long, value_name = "SEED", default_value_t = 0)]
     seed: u64,
@@ -103,6 +107,7 @@ pub fn run(args: &Args, context: &Context) -> anyhow::Result<ViewReport> {
         gaussians: args.gaussians.as_deref(),
         capture: args.capture.as_deref(),
         seed: args.seed,
+        cache: args.capture.is_some() && !args.no_cache,
     };
     let Loaded { scene, state, version, command } = Loaded::load(&named, context)?;
     let segmenter = args.segmenter.command(context)?;

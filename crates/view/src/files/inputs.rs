@@ -8,6 +8,7 @@ use motes_formats::capture::read_capture;
 use motes_formats::selection::BoundGaussians;
 use motes_scene::{Capture, View};
 use motes_stage::{Context, StageError};
+use segment_select::files::usual_folder;
 
 use super::snapshots::{Version, newest};
 use crate::session::{OwnLight, Scene};
@@ -22,6 +23,8 @@ pub(super) struct Named<'a> {
     pub(super) gaussians: Option<&'a Path>,
     pub(super) capture: Option<&'a Path>,
     pub(super) seed: u64,
+    /// Whether prepared views are kept.
+    pub(super) cache: bool,
 }
 
 /// What was read.
@@ -75,6 +78,7 @@ impl Loaded {
             write_options: input.write_options,
             seed: named.seed,
             plan_name: PathBuf::from("the page"),
+            cache: named.cache.then(usual_folder).flatten(),
             bound,
             capture,
         };

@@ -99,6 +99,7 @@ class Panel {
     $("steps").replaceChildren(...state.steps.map((op) => Object.assign(document.createElement("li"), { textContent: this.text(op) })));
     const light = state.settled ? "" : state.drawn.revision === state.revision ? "preview; the light is following …" : "working …";
     $("quality").textContent = light;
+    this.live.sky.follow(state.steps);
     document.body.classList.toggle("working", !state.settled);
     $("save-splat").setAttribute("aria-disabled", String(!state.settled));
     const warned = state.drawn.warnings.join("\n");

@@ -89,6 +89,19 @@ class Sky {
     }
   }
 
+  // The light of the plan, whoever wished it; not while we wish another.
+  follow(steps) {
+    if (this.sending || $("light-part").hidden) return;
+    const last = steps.findLast(({ op }) => op === "set_environment");
+    const angles = /^azimuth=([\d.]+),elevation=([\d.]+)$/.exec(last?.sun ?? "");
+    if (angles) [this.sun.azimuth, this.sun.elevation] = [Number(angles[1]), Number(angles[2])];
+    this.kind = angles ? "sun" : last?.sun ? "preset" : "captured";
+    if (!angles) $("preset").value = last?.sun ?? "";
+    $("heading").value = last?.rotate_deg ?? 0;
+    $("brightness").value = Math.log2(last?.exposure ?? 1);
+    this.refresh();
+  }
+
   refresh() {
     const { azimuth, elevation } = this.sun;
     $("azimuth").value = azimuth;

@@ -42,6 +42,11 @@ impl History {
         &self.state
     }
 
+    /// Whether the state is the one before the first act.
+    pub fn is_at_start(&self) -> bool {
+        Arc::ptr_eq(&self.base, &self.state)
+    }
+
     /// The acts.
     pub fn steps(&self) -> &[Step] {
         &self.steps

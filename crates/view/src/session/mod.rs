@@ -32,6 +32,8 @@ pub use shown::{Quality, Shown};
 pub(crate) struct Views {
     /// Of which geometry.
     pub(crate) geometry: Option<u64>,
+    /// Those of the Gaussians before the first act.
+    pub(crate) start: Option<Arc<SceneIndex>>,
     /// Prepared views, or why there are none.
     pub(crate) index: Option<Result<Arc<SceneIndex>, String>>,
     /// Seconds that it took.
@@ -171,6 +173,7 @@ impl<'s> Session<'s> {
         shown.revision = inner.revision;
         inner.shown = Arc::new(shown);
         inner.original = Arc::clone(&inner.shown);
+        inner.views = Views::default();
         inner.history = History::new(state, self.scene.seed);
         (inner.pending, inner.chosen, inner.notice) = (None, None, None);
         self.tell(&mut inner);

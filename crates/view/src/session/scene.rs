@@ -36,6 +36,8 @@ pub struct Scene {
     pub seed: u64,
     /// Names plans in errors.
     pub plan_name: PathBuf,
+    /// Keeps the views of the Gaussians as they were read.
+    pub cache: Option<PathBuf>,
     /// The Gaussians that selections in files belong to.
     pub bound: BoundGaussians,
 }

@@ -5,14 +5,25 @@ use std::time::Instant;
 
 use edit::EditState;
 use edit::reshade::{ReshadeOptions, settle};
+use segment_select::SceneIndex;
 
+use super::Session;
 use super::shown::{Quality, Shown};
-use super::{Session, Views};
 
 /// Directions toward the light of a preview.
 const PREVIEW_SAMPLES: u32 = 8;
 /// Directions that newly shaded Gaussians of a preview are seen from.
 const PREVIEW_DIRECTIONS: u32 = 12;
+
+/// Views that are to be prepared.
+struct Wanted {
+    state: Arc<EditState>,
+    geometry: u64,
+    /// Whether they are those before the first act.
+    at_start: bool,
+    /// When they were prepared before.
+    known: Option<Arc<SceneIndex>>,
+}
 
 impl Session<'_> {
     /// Lets light follow, preview first, until the session ends.
@@ -85,18 +96,34 @@ impl Session<'_> {
         if self.scene.capture.is_none() {
             return;
         }
-        while let Some((state, geometry)) = self.next_views() {
+        while let Some(Wanted { state, geometry, at_start, known }) = self.next_views() {
             let start = Instant::now();
-            let source = self.scene.source(&state.gaussians);
-            let index = source.shared_index().map(Arc::clone).map_err(|error| error.to_string());
+            let index = match known {
+                Some(known) => Ok(known),
+                None => self.index(&state, geometry),
+            };
             let seconds = start.elapsed().as_secs_f64();
             let mut inner = self.lock();
-            inner.views = Views { geometry: Some(geometry), index: Some(index), seconds };
+            // Other Gaussians may have been read meanwhile.
+            if let (true, Ok(index)) = (at_start && inner.geometry == geometry, &index) {
+                inner.views.start = Some(Arc::clone(index));
+            }
+            let views = &mut inner.views;
+            (views.geometry, views.index, views.seconds) = (Some(geometry), Some(index), seconds);
             self.tell(&mut inner);
         }
     }
 
-    fn next_views(&self) -> Option<(Arc<EditState>, u64)> {
+    fn index(&self, state: &EditState, geometry: u64) -> Result<Arc<SceneIndex>, String> {
+        let mut source = self.scene.source(&state.gaussians);
+        // What was read is on disk under its hash; what was made of it is not.
+        if let Some(cache) = self.scene.cache.as_ref().filter(|_| geometry == 0) {
+            source = source.bound_to(self.scene.bound.clone()).with_cache(cache);
+        }
+        source.shared_index().map(Arc::clone).map_err(|error| error.to_string())
+    }
+
+    fn next_views(&self) -> Option<Wanted> {
         let mut inner = self.lock();
         loop {
             if inner.over {
@@ -106,7 +133,10 @@ impl Session<'_> {
             let drawn =
                 inner.shown.revision == inner.revision || inner.failed == Some(inner.revision);
             if drawn && inner.views.geometry != Some(inner.geometry) {
-                return Some((Arc::clone(inner.history.state()), inner.geometry));
+                let (history, geometry) = (&inner.history, inner.geometry);
+                let (state, at_start) = (Arc::clone(history.state()), history.is_at_start());
+                let known = inner.views.start.clone().filter(|_| at_start);
+                return Some(Wanted { state, geometry, at_start, known });
             }
             inner = self.wait(inner);
         }

@@ -36,7 +36,7 @@ fn scene_with_photos() -> ToyScene {
 
 fn command(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_view"));
-    command.args(arguments).args(["--no-browser", "--json", "--no-provenance"]);
+    command.args(arguments).args(["--no-browser", "--no-cache", "--json", "--no-provenance"]);
     command.current_dir(folder).stdin(Stdio::null());
     command.stdout(Stdio::piped()).stderr(Stdio::piped());
     command
