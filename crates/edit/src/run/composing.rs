@@ -99,7 +99,8 @@ impl Run<'_> {
         };
         let (mut moved, extent) = placed(&placement);
         let Some(mut extent) = extent else { return Err(super::flat(at)) };
-        match contact(&state.gaussians, up, &extent) {
+        let ground = state.parts.as_ref().and_then(|_| state.sources.first()?.surface.clone());
+        match contact(&state.gaussians, ground.as_deref(), up, &extent) {
             Some(found) => {
                 put(&mut numbers, "gap_before", found.gap);
                 let shift = if wanted.touch { found.shift } else { 0.0 };

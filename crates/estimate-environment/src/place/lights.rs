@@ -28,6 +28,8 @@ const LEAST_REGION: f64 = 2e-4;
 const LEAST_POINTS: usize = 200;
 /// Groups of base colors, by chromaticity.
 const GROUPS: usize = 4;
+/// A lamp that gives less of the light on a level surface is a chance of textures.
+const LEAST_LAMP: f64 = 0.2;
 /// Most that a clipped region may be brighter than white: the sun over a lit white wall is some 1e5.
 const MOST_FACTOR: f64 = 2e5;
 
@@ -164,6 +166,15 @@ pub(super) fn recover(
     let (solution, lamp) = find_lamp(splat, &region, points, &shading, &even, &candidates);
     let found = Found { cells: &cells, unknown: &unknown, regions: &regions, solution: &solution };
     let up = splat.up_in_world;
+    let share = |lamp: &Lamp| {
+        let (_, total) = found.on_level(up, Some(lamp), base, &orientation);
+        lamp.power * lamp.direction.dot(up).max(0.0) / total.max(1e-12)
+    };
+    let (solution, lamp) = match lamp {
+        Some(lamp) if share(&lamp) < LEAST_LAMP => (even.clone(), None),
+        lamp => (solution.clone(), lamp),
+    };
+    let found = Found { solution: &solution, ..found };
     let (unseen, total) = found.on_level(up, lamp.as_ref(), base, &orientation);
     let lamp = lamp
         .map(|lamp| Lamp { share: lamp.power * lamp.direction.dot(up).max(0.0) / total, ..lamp });
