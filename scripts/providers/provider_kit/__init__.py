@@ -1,0 +1,1 @@
+"""What the providers of this folder share: the protocol, pictures, weights, and the parts of diffusion models."""
