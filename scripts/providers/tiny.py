@@ -10,6 +10,7 @@ import json
 import sys
 from pathlib import Path
 
+import numpy as np
 import torch
 from safetensors.torch import save_file
 
@@ -118,6 +119,102 @@ def marigold(folder):
     (folder / "model_index.json").write_text(json.dumps(index), encoding="utf-8")
 
 
+def moge(folder):
+    """A graph with the inputs and outputs of MoGe-2: a plane that is tilted by the picture, its normal, and a mask."""
+    import onnx
+    from onnx import TensorProto, helper, numpy_helper
+
+    folder.mkdir(parents=True, exist_ok=True)
+    rng = np.random.default_rng(1)
+
+    def kernel(name, out):
+        return numpy_helper.from_array((0.3 * rng.standard_normal((out, 3, 3, 3))).astype(np.float32), name)
+
+    def number(name, value, kind=np.float32):
+        return numpy_helper.from_array(np.asarray(value, dtype=kind), name)
+
+    nodes = [
+        helper.make_node("Conv", ["image", "w_points"], ["p0"], pads=[1, 1, 1, 1]),
+        helper.make_node("Transpose", ["p0"], ["p1"], perm=[0, 2, 3, 1]),
+        helper.make_node("Add", ["p1", "away"], ["points"]),
+        helper.make_node("Conv", ["image", "w_normal"], ["n0"], pads=[1, 1, 1, 1]),
+        helper.make_node("Transpose", ["n0"], ["n1"], perm=[0, 2, 3, 1]),
+        helper.make_node("Add", ["n1", "toward"], ["n2"]),
+        helper.make_node("LpNormalization", ["n2"], ["normal"], axis=-1, p=2),
+        helper.make_node("Conv", ["image", "w_mask"], ["m0"], pads=[1, 1, 1, 1]),
+        helper.make_node("Add", ["m0", "one"], ["m1"]),
+        helper.make_node("Sigmoid", ["m1"], ["m2"]),
+        helper.make_node("Squeeze", ["m2", "axis"], ["mask"]),
+        helper.make_node("Cast", ["num_tokens"], ["t0"], to=TensorProto.FLOAT),
+        helper.make_node("Mul", ["t0", "scale"], ["metric_scale"]),
+    ]
+    constants = [kernel("w_points", 3), kernel("w_normal", 3), kernel("w_mask", 1), number("away", [0, 0, 3]), number("toward", [0, 0, -2])]
+    constants += [number("one", 1.0), number("scale", 0.001), number("axis", [1], np.int64)]
+    shape = [1, 3, "height", "width"]
+    inputs = [helper.make_tensor_value_info("image", TensorProto.FLOAT, shape), helper.make_tensor_value_info("num_tokens", TensorProto.INT64, [])]
+    maps = [1, "height", "width", 3]
+    outputs = [helper.make_tensor_value_info(n, TensorProto.FLOAT, s) for n, s in (("points", maps), ("normal", maps), ("mask", maps[:3]), ("metric_scale", []))]
+    graph = helper.make_graph(nodes, "moge", inputs, outputs, constants)
+    onnx.save(helper.make_model(graph, opset_imports=[helper.make_opsetid("", 17)], ir_version=9), folder / "model.onnx")
+
+
+XL = {
+    "down_block_types": ("DownBlock2D", "CrossAttnDownBlock2D"), "attention_head_dim": (2, 4), "use_linear_projection": True,
+    "addition_embed_type": "text_time", "addition_time_embed_dim": 8, "transformer_layers_per_block": (1, 1),
+    "projection_class_embeddings_input_dim": 6 * 8 + WIDTH, "cross_attention_dim": 2 * WIDTH,
+}
+"""What sets the UNet of Stable Diffusion XL apart."""
+
+
+def stable_diffusion_xl(folder):
+    """A folder with two text encoders."""
+    from diffusers import EulerDiscreteScheduler
+
+    vocabulary = tokenizer(folder / "tokenizer")
+    tokenizer(folder / "tokenizer_2", "!")
+    text_encoder(folder / "text_encoder", vocabulary)
+    text_encoder(folder / "text_encoder_2", vocabulary, WIDTH)
+    unet(4, up_block_types=("CrossAttnUpBlock2D", "UpBlock2D"), **XL).save_pretrained(folder / "unet")
+    vae(0.13025).save_pretrained(folder / "vae")
+    plan = EulerDiscreteScheduler(beta_start=0.00085, beta_end=0.012, beta_schedule="scaled_linear", steps_offset=1, timestep_spacing="leading")
+    plan.save_pretrained(folder / "scheduler")
+    index = {
+        "_class_name": "StableDiffusionXLPipeline", "_diffusers_version": "0.33.0", "force_zeros_for_empty_prompt": True,
+        "scheduler": ["diffusers", "EulerDiscreteScheduler"], "text_encoder": ["transformers", "CLIPTextModel"],
+        "text_encoder_2": ["transformers", "CLIPTextModelWithProjection"], "tokenizer": ["transformers", "CLIPTokenizer"],
+        "tokenizer_2": ["transformers", "CLIPTokenizer"], "unet": ["diffusers", "UNet2DConditionModel"], "vae": ["diffusers", "AutoencoderKL"],
+    }
+    (folder / "model_index.json").write_text(json.dumps(index), encoding="utf-8")
+
+
+def control_and_depth(folder):
+    """A ControlNet for the UNet above, and a depth network."""
+    from diffusers import ControlNetModel
+    from transformers import DPTConfig, DPTForDepthEstimation
+
+    control = ControlNetModel(
+        in_channels=4, layers_per_block=1, block_out_channels=(WIDTH, 2 * WIDTH), norm_num_groups=32,
+        conditioning_embedding_out_channels=(16, WIDTH), **XL)
+    control.save_pretrained(folder / "controlnet-depth-sdxl-1.0")
+    config = DPTConfig(
+        hidden_size=WIDTH, num_hidden_layers=4, num_attention_heads=4, intermediate_size=37, image_size=32, patch_size=16,
+        backbone_out_indices=[0, 1, 2, 3], neck_hidden_sizes=[16, 16, WIDTH, WIDTH], fusion_hidden_size=16, is_hybrid=False)
+    DPTForDepthEstimation(config).save_pretrained(folder / "dpt-hybrid-midas")
+
+
+def loras(folder):
+    """Two small changes of the queries in the UNet of Stable Diffusion XL."""
+    folder.mkdir(parents=True, exist_ok=True)
+    network = unet(4, up_block_types=("CrossAttnUpBlock2D", "UpBlock2D"), **XL)
+    for name in ("exposure", "turbo"):
+        tensors = {}
+        for place, module in network.named_modules():
+            if place.endswith(("to_q", "to_v")):
+                tensors[f"unet.{place}.lora_A.weight"] = 0.3 * torch.randn(4, module.in_features)
+                tensors[f"unet.{place}.lora_B.weight"] = 0.3 * torch.randn(module.out_features, 4)
+        save_file(tensors, folder / f"{name}.safetensors")
+
+
 def main():
     """Writes what is there to write."""
     if len(sys.argv) != 2:
@@ -129,6 +226,10 @@ def main():
     ic_light(folder / "ic-light")
     stable_diffusion(folder / "instruct-pix2pix", 8)
     marigold(folder / "marigold-iid-appearance-v1-1")
+    moge(folder / "moge-2-vits-normal-onnx")
+    stable_diffusion_xl(folder / "stable-diffusion-xl-base-1.0")
+    control_and_depth(folder)
+    loras(folder / "diffusionlight")
     return 0
 
 

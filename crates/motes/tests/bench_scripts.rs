@@ -57,6 +57,15 @@ fn parts_of_the_sweep_do_what_they_say() {
 }
 
 #[test]
+fn providers_in_python_keep_the_protocol_without_their_models() {
+    let tests = ["-m", "unittest", "discover", "-s", "scripts/providers/tests"];
+    let Some(output) = python(&tests) else { return };
+    assert_success(&output);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(said.contains("Ran ") && !said.contains("Ran 0 tests"), "{said}");
+}
+
+#[test]
 fn every_declared_dial_runs_and_the_record_is_whole() {
     let out = tempfile::tempdir().unwrap();
     let folder = out.path().to_str().unwrap();

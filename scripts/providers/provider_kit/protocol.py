@@ -14,7 +14,7 @@ from pathlib import Path
 from . import requests
 
 DESCRIPTION_VERSION = "1.1"
-REPLY_VERSION = "1.0"
+REPLY_VERSION = "1.1"
 
 
 class ProviderError(Exception):
