@@ -57,7 +57,29 @@ def environment(task):
     text(task, "picture")
 
 
-KINDS = {"relight": relight, "instruct-edit": instruct_edit, "predict": predict, "environment": environment}
+def camera(value):
+    """A pinhole camera with its pose."""
+    needs(isinstance(value, dict), "a camera is not an object")
+    for key, count in (("focal_px", 2), ("center_px", 2), ("rotation_wxyz", 4), ("translation", 3)):
+        numbers = value.get(key)
+        fits = isinstance(numbers, list) and len(numbers) == count
+        fits = fits and all(isinstance(n, (int, float)) and not isinstance(n, bool) for n in numbers)
+        needs(fits, f"{key} of a camera has not {count} numbers")
+
+
+def novel_view(task):
+    """A picture from where no photo was taken."""
+    text(task, "rendering")
+    camera(task.get("camera"))
+    references = task.get("references")
+    needs(isinstance(references, list) and references, "there are no references")
+    for reference in references:
+        needs(isinstance(reference, dict), "a reference is not an object")
+        text(reference, "picture")
+        camera(reference.get("camera"))
+
+
+KINDS = {"relight": relight, "instruct-edit": instruct_edit, "predict": predict, "environment": environment, "novel-view": novel_view}
 
 
 def checked(document):
@@ -83,6 +105,8 @@ def files(kind, task):
         names = [task["picture"], task.get("foreground"), task.get("background")]
     elif kind == "instruct-edit":
         names = [view.get(key) for view in task["views"] for key in ("original", "start")]
+    elif kind == "novel-view":
+        names = [task["rendering"], *(reference["picture"] for reference in task["references"])]
     elif kind == "predict":
         names = task["pictures"]
     else:
