@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A provider of the kinds relight and instruct-edit that answers with the pictures it gets: where a real one begins.
+"""A provider of the kinds relight, instruct-edit and novel-view that answers with the pictures it gets: where a real one begins.
 
 docs/formats/provider.md describes the protocol. Only the standard library of Python is needed.
 """
@@ -12,10 +12,10 @@ from pathlib import Path
 
 DESCRIPTION = {
     "format": "motes/provider",
-    "version": "1.0",
+    "version": "1.1",
     "name": "copy",
     "program_version": "1",
-    "kinds": ["relight", "instruct-edit"],
+    "kinds": ["relight", "instruct-edit", "novel-view"],
     "models": [{"id": "none", "license": "CC0-1.0"}],
     "deterministic": True,
 }
@@ -33,6 +33,7 @@ def answer(path):
         pictures = {
             "relight": lambda: [task["picture"]],
             "instruct-edit": lambda: [view["original"] for view in task["views"]],
+            "novel-view": lambda: [task["rendering"]],
         }[kind]()
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise BadRequest(f"not a request that is answered here: {error!r}: {path}") from error
@@ -40,8 +41,8 @@ def answer(path):
     for k, picture in enumerate(pictures):
         names.append(f"answer-{k}{Path(picture).suffix}")
         shutil.copyfile(path.parent / picture, path.parent / names[-1])
-    result = {"picture": names[0]} if kind == "relight" else {"pictures": names}
-    reply = {"format": "motes/provider-reply", "version": "1.0", "result": {kind: result}}
+    result = {"pictures": names} if kind == "instruct-edit" else {"picture": names[0]}
+    reply = {"format": "motes/provider-reply", "version": "1.1", "result": {kind: result}}
     written = path.parent / "reply.json"
     written.write_text(json.dumps(reply), encoding="utf-8")
     return written

@@ -5,8 +5,8 @@ use std::path::Path;
 use motes_formats::exr_aov::{AovImage, open_exr};
 use motes_formats::images::{image_dimensions, read_image, read_mask};
 use motes_formats::provider::{
-    EnvironmentResult, InstructEditResult, PredictResult, PredictedMap, ProviderReply,
-    ProviderRequest, Quantity, SegmentResult, Task, TaskResult,
+    EnvironmentResult, InstructEditResult, NovelViewResult, PredictResult, PredictedMap,
+    ProviderReply, ProviderRequest, Quantity, SegmentResult, Task, TaskResult,
 };
 use motes_scene::ImageF32;
 
@@ -61,6 +61,12 @@ pub(crate) fn check(
                 return Err(format!("its panorama has {width}x{height} pixels, not 2:1"));
             }
             within(environment, &image.data, 0.0, f32::MAX)
+        }
+        (Task::NovelView(task), TaskResult::NovelView(result)) => {
+            let NovelViewResult { picture: name, confidence } = result;
+            let size = size(&task.rendering)?;
+            picture(folder, name, size)?;
+            confidence.as_ref().map_or(Ok(()), |name| trusted(folder, name, size))
         }
         (Task::Chat(_), TaskResult::Chat(result)) => match result.content.is_null() {
             true => Err("its answer is null".into()),
@@ -194,7 +200,11 @@ fn predicted(folder: &Path, map: &PredictedMap, size: (usize, usize)) -> Result<
         Quantity::Depth => within(name, &image.data, 0.0, f32::MAX)?,
         _ => within(name, &image.data, 0.0, 1.0)?,
     }
-    let Some(name) = &map.confidence else { return Ok(()) };
+    map.confidence.as_ref().map_or(Ok(()), |name| trusted(folder, name, size))
+}
+
+/// How far a picture or map can be trusted: 0 to 1.
+fn trusted(folder: &Path, name: &str, size: (usize, usize)) -> Result<(), String> {
     let file = open_exr(&folder.join(name)).map_err(first_line)?;
     let image = channels(&file, name, &["Y"])?;
     sized(name, (image.width, image.height), size)?;

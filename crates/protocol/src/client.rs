@@ -8,7 +8,7 @@ use motes_formats::documents::{Parsed, parse_document, read_document, write_docu
 use motes_formats::error::quoted;
 use motes_formats::images::image_dimensions;
 use motes_formats::provider::{
-    ModelDescription, ProviderDescription, ProviderKind, ProviderReply, ProviderRequest,
+    ModelDescription, ProviderDescription, ProviderKind, ProviderReply, ProviderRequest, Task,
 };
 use serde::Serialize;
 
@@ -164,6 +164,7 @@ impl Provider {
                 return Err(ProviderError::Unable { name: self.command.name.clone(), cause, help });
             }
         }
+        self.makes(request)?;
         // What an earlier request left is no answer to this one.
         let stale = folder.join("reply.json");
         if stale.exists() {
@@ -171,6 +172,18 @@ impl Provider {
         }
         write_document(&path, request)?;
         Ok(path)
+    }
+
+    /// Whether the maps that are asked for are among those that the provider makes.
+    fn makes(&self, request: &ProviderRequest) -> Result<(), ProviderError> {
+        let Task::Predict(task) = &request.task else { return Ok(()) };
+        let made = &self.description.quantities;
+        let odd = task.quantities.iter().find(|q| !made.is_empty() && !made.contains(q));
+        let Some(odd) = odd else { return Ok(()) };
+        let names: Vec<&str> = made.iter().map(|quantity| quantity.name()).collect();
+        let cause = format!("does not predict {}", odd.name());
+        let help = format!("it predicts {}: ask for these alone", names.join(", "));
+        Err(ProviderError::Unable { name: self.command.name.clone(), cause, help })
     }
 
     fn reply(

@@ -18,13 +18,14 @@ import json, os, shutil, sys, time
 from pathlib import Path
 
 folder, bad, what = Path(sys.argv[1]), sys.argv[2], sys.argv[3]
-kinds = ["relight", "predict", "segment", "environment"]
+kinds = ["relight", "predict", "segment", "environment", "novel-view"]
 description = {"format": "motes/provider", "version": "1.0", "name": "bad", "kinds": kinds, "deterministic": True}
 if what == "--describe":
     if bad == "describe-late": time.sleep(60)
     if bad == "describe-text": print("Loading checkpoint...")
     if bad == "describe-fails":
         sys.stderr.write("motes x: no such file: w.onnx\nhelp: give the weights\n"); sys.exit(3)
+    if bad == "normals": description["version"], description["quantities"] = "1.1", ["normal"]
     if bad == "describe-version": description["version"] = "2.0"
     print(json.dumps(description))
     sys.exit(0)
@@ -44,6 +45,7 @@ def answer(path):
         "predict": {"maps": [{"picture": 0, "quantity": q, "map": m} for q, m in zip(quantities, maps)]},
         "segment": {"masks": [mask] * (4 if bad == "many" else 1), "best": 7 if bad == "best" else 0},
         "environment": {"environment": "base.exr"},
+        "novel-view": {"picture": name, "confidence": "base.exr" if bad == "doubt" else "y.exr"},
     }[kind]
     reply = json.dumps({"format": "motes/provider-reply", "version": "1.0", "result": {"relight" if bad == "kind" else kind: result}})
     if bad == "late": time.sleep(60)
@@ -124,7 +126,7 @@ impl Bench {
 
 #[test]
 fn what_a_provider_does_wrong_is_said_with_a_remedy() {
-    use ProviderKind::{Environment, Predict, Relight, Segment};
+    use ProviderKind::{Environment, NovelView, Predict, Relight, Segment};
     let cases = [
         ("describe-late", Relight, "did not answer within 0.7 s (describing itself)", "--describe"),
         ("describe-text", Relight, "does not keep the protocol: ", "motes provider check"),
@@ -141,6 +143,9 @@ fn what_a_provider_does_wrong_is_said_with_a_remedy() {
         ("best", Segment, "its best mask is 7, the last is 0", "check"),
         ("score", Segment, "predicted_iou", "check"),
         ("none", Environment, "panorama has 6x4 pixels, not 2:1", "check"),
+        ("size", NovelView, "other.png has 7x4 pixels where the picture has 6x4", "check"),
+        ("doubt", NovelView, "base.exr has no channel Y", "check"),
+        ("normals", Predict, "does not predict depth", "it predicts normal"),
         ("late", Relight, "did not answer within 4 s (a request)", "--provider-time-limit"),
         ("killed", Relight, "failed on ", ""),
         ("fails", Relight, "out of memory", ""),
@@ -159,7 +164,7 @@ fn what_a_provider_does_wrong_is_said_with_a_remedy() {
             assert!(began.elapsed() < Duration::from_secs(30), "{bad} {once}");
         }
     }
-    for kind in [Relight, Predict, Segment] {
+    for kind in [Relight, Predict, Segment, NovelView] {
         bench.ask("none", kind, false).unwrap();
     }
 }
@@ -210,7 +215,10 @@ fn a_provider_of_another_kind_is_told_before_it_is_asked() {
     let bench = Bench::new();
     let error = bench.ask("none", ProviderKind::Chat, false).unwrap_err().to_string();
     assert!(error.contains("does not do chat"), "{error}");
-    assert!(error.contains("it does relight, predict, segment, environment"), "{error}");
+    assert!(
+        error.contains("it does relight, predict, segment, environment, novel-view"),
+        "{error}"
+    );
 }
 
 fn copy() -> ProviderCommand {
@@ -220,7 +228,7 @@ fn copy() -> ProviderCommand {
 
 #[test]
 fn the_smallest_provider_conforms() {
-    for kind in [ProviderKind::Relight, ProviderKind::InstructEdit] {
+    for kind in [ProviderKind::Relight, ProviderKind::InstructEdit, ProviderKind::NovelView] {
         let (description, findings) = conformance(&copy(), kind, 60.0, &|| false).unwrap();
         assert_eq!(description.unwrap().name, "copy");
         for finding in &findings {

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::ProviderKind;
+use super::{ProviderKind, Quantity};
 use crate::documents::Document;
 
 /// What a provider says about itself: the answer to `--describe`.
@@ -23,6 +23,9 @@ pub struct ProviderDescription {
     /// What it can be asked for.
     #[schemars(length(min = 1))]
     pub kinds: Vec<ProviderKind>,
+    /// Of the kind `predict`: the maps that it makes; all of them when absent.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub quantities: Vec<Quantity>,
     /// The models behind it.
     #[serde(default)]
     pub models: Vec<ModelDescription>,
@@ -50,7 +53,7 @@ fn most() -> u64 {
 impl Document for ProviderDescription {
     const FORMAT: &'static str = "motes/provider";
     const MAJOR: u32 = 1;
-    const MINOR: u32 = 0;
+    const MINOR: u32 = 1;
 }
 
 impl ProviderDescription {
@@ -62,6 +65,7 @@ impl ProviderDescription {
             name: name.into(),
             program_version: program_version.into(),
             kinds: kinds.into(),
+            quantities: Vec::new(),
             models: Vec::new(),
             deterministic: false,
             smallest_side_px: one(),

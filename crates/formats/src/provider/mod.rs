@@ -4,6 +4,7 @@
 //! reply there ([`ProviderReply`]). `docs/formats/provider.md` is the contract.
 
 mod description;
+mod novel_view;
 mod reply;
 mod request;
 mod tasks;
@@ -13,9 +14,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use description::{ModelDescription, ProviderDescription};
+pub use novel_view::{NovelViewTask, PosedPicture, ViewCamera};
 pub use reply::{
-    ChatResult, EnvironmentResult, InstructEditResult, PredictResult, PredictedMap, ProviderReply,
-    RelightResult, SegmentMask, SegmentResult, TaskResult,
+    ChatResult, EnvironmentResult, InstructEditResult, NovelViewResult, PredictResult,
+    PredictedMap, ProviderReply, RelightResult, SegmentMask, SegmentResult, TaskResult,
 };
 pub use request::{ProviderRequest, read_request};
 pub use tasks::{
@@ -51,6 +53,8 @@ pub enum ProviderKind {
     Environment,
     /// An answer in JSON to a conversation
     Chat,
+    /// A picture of a scene from where no photo was taken
+    NovelView,
 }
 
 impl ProviderKind {
@@ -63,6 +67,7 @@ impl ProviderKind {
             Self::Predict => "predict",
             Self::Environment => "environment",
             Self::Chat => "chat",
+            Self::NovelView => "novel-view",
         }
     }
 }

@@ -29,7 +29,7 @@ pub struct ProviderReply {
 impl Document for ProviderReply {
     const FORMAT: &'static str = "motes/provider-reply";
     const MAJOR: u32 = 1;
-    const MINOR: u32 = 0;
+    const MINOR: u32 = 1;
 }
 
 /// What came of a task, by the kind of provider.
@@ -43,6 +43,7 @@ pub enum TaskResult {
     Predict(PredictResult),
     Environment(EnvironmentResult),
     Chat(ChatResult),
+    NovelView(NovelViewResult),
 }
 
 /// Masks of one object.
@@ -120,6 +121,16 @@ pub struct ChatResult {
     pub content: Value,
 }
 
+/// The view as a photo would show it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub struct NovelViewResult {
+    /// Picture of the size of the rendering.
+    pub picture: String,
+    /// OpenEXR with the channel Y, 0 to 1: how far the picture can be trusted; 1 when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub confidence: Option<String>,
+}
+
 impl ProviderReply {
     /// A reply without warnings.
     pub fn new(result: TaskResult) -> Self {
@@ -147,6 +158,7 @@ impl TaskResult {
             Self::Predict(_) => ProviderKind::Predict,
             Self::Environment(_) => ProviderKind::Environment,
             Self::Chat(_) => ProviderKind::Chat,
+            Self::NovelView(_) => ProviderKind::NovelView,
         }
     }
 
@@ -169,6 +181,11 @@ impl TaskResult {
                 .map(String::as_str)
                 .collect(),
             Self::Environment(r) => vec![&r.environment],
+            Self::NovelView(r) => [Some(&r.picture), r.confidence.as_ref()]
+                .into_iter()
+                .flatten()
+                .map(String::as_str)
+                .collect(),
             Self::Chat(_) => Vec::new(),
         }
     }

@@ -28,7 +28,7 @@ pub struct ProviderRequest {
 impl Document for ProviderRequest {
     const FORMAT: &'static str = "motes/provider-request";
     const MAJOR: u32 = 1;
-    const MINOR: u32 = 0;
+    const MINOR: u32 = 1;
 }
 
 impl ProviderRequest {

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::ProviderKind;
+use super::{NovelViewTask, ProviderKind};
 
 /// What is asked, by the kind of provider.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -17,6 +17,7 @@ pub enum Task {
     Predict(PredictTask),
     Environment(EnvironmentTask),
     Chat(ChatTask),
+    NovelView(NovelViewTask),
 }
 
 /// Prompts to masks of one object. Pixels: x right, y down, the middle of the first one is (0.5, 0.5).
@@ -126,6 +127,19 @@ pub enum Quantity {
     Metallic,
 }
 
+impl Quantity {
+    /// As it stands in documents.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Normal => "normal",
+            Self::Depth => "depth",
+            Self::BaseColor => "base-color",
+            Self::Roughness => "roughness",
+            Self::Metallic => "metallic",
+        }
+    }
+}
+
 /// The light around what a picture shows.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct EnvironmentTask {
@@ -178,6 +192,7 @@ impl Task {
             Self::Predict(_) => ProviderKind::Predict,
             Self::Environment(_) => ProviderKind::Environment,
             Self::Chat(_) => ProviderKind::Chat,
+            Self::NovelView(_) => ProviderKind::NovelView,
         }
     }
 
@@ -208,6 +223,7 @@ impl Task {
                 found.extend(t.pictures.iter().enumerate().map(|(i, n)| (at(i), n.as_str())));
             }
             Self::Environment(t) => found.push(("/task/environment/picture".into(), &t.picture)),
+            Self::NovelView(t) => found.extend(t.files()),
             Self::Chat(t) => {
                 for (i, message) in t.messages.iter().enumerate() {
                     let at = |k: usize| format!("/task/chat/messages/{i}/pictures/{k}");

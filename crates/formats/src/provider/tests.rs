@@ -39,6 +39,8 @@ fn a_request_that_leaves_its_folder_or_its_range_is_refused() {
     }
 }
 
+const CAMERA: &str = r#"{"focal_px": [9, 9], "center_px": [4, 3], "rotation_wxyz": [1, 0, 0, 0], "translation": [0, 0, 0]}"#;
+
 #[test]
 fn the_files_of_every_kind_are_known() {
     for (text, files) in [
@@ -47,9 +49,14 @@ fn the_files_of_every_kind_are_known() {
         (r#"{"instruct-edit": {"prompt": "x", "views": [{"original": "a", "start": "b"}]}}"#, 2),
         (r#"{"predict": {"pictures": ["a", "b"], "quantities": ["normal"]}}"#, 2),
         (r#"{"environment": {"picture": "a"}}"#, 1),
+        (
+            r#"{"novel-view": {"rendering": "a", "camera": CAMERA, "references": [{"picture": "b", "camera": CAMERA}]}}"#,
+            2,
+        ),
         (r#"{"chat": {"messages": [{"role": "user", "text": "x", "pictures": ["a"]}]}}"#, 1),
     ] {
-        let found = request(text).unwrap().files(Path::new("r")).unwrap();
+        let text = text.replace("CAMERA", CAMERA);
+        let found = request(&text).unwrap().files(Path::new("r")).unwrap();
         assert_eq!(found.len(), files, "{text}");
     }
 }
@@ -66,5 +73,5 @@ fn scores_beyond_one_are_refused() {
     assert!(parse(mask("0.5")).is_ok());
     let error = parse(mask("1.5")).unwrap_err().to_string();
     assert!(error.contains("/result/segment/masks/0/predicted_iou"), "{error}");
-    assert_eq!(ProviderReply::version(), "1.0");
+    assert_eq!(ProviderReply::version(), "1.1");
 }

@@ -4,7 +4,7 @@ use std::ffi::OsStr;
 use std::path::Path;
 
 use motes_formats::FormatError;
-use motes_formats::provider::ProviderReply;
+use motes_formats::provider::{ProviderReply, ProviderRequest, Task};
 
 use super::{END, Outcome, Subject, request};
 use crate::process::{Patience, last_words, run};
@@ -19,6 +19,22 @@ type Found = Result<Outcome, ProviderError>;
 impl Subject<'_> {
     fn provider(&self) -> Result<Provider, ProviderError> {
         Provider::open(self.command.clone(), self.kind, self.seconds, None, self.stopped)
+    }
+
+    /// A request that it can answer: of the maps, those that it makes.
+    fn request(
+        &self,
+        folder: &Path,
+        size: (usize, usize),
+    ) -> Result<ProviderRequest, ProviderError> {
+        let mut request = request(self.kind, folder, size)?;
+        let made = &self.description.quantities;
+        if let Task::Predict(task) = &mut request.task
+            && !made.is_empty()
+        {
+            task.quantities.clone_from(made);
+        }
+        Ok(request)
     }
 
     /// An ordinary size that the provider takes.
@@ -41,13 +57,13 @@ pub(super) fn one_pixel(subject: &Subject<'_>, folder: &Path) -> Found {
     if least > 1 {
         return Ok(Outcome::Skipped(format!("it takes sides from {least} pixels")));
     }
-    let request = request(subject.kind, folder, (1, 1))?;
+    let request = subject.request(folder, (1, 1))?;
     subject.provider()?.ask_once(folder, &request, subject.stopped)?;
     Ok(Outcome::Passed)
 }
 
 pub(super) fn picture(subject: &Subject<'_>, folder: &Path) -> Found {
-    let request = request(subject.kind, folder, subject.size())?;
+    let request = subject.request(folder, subject.size())?;
     subject.provider()?.ask_once(folder, &request, subject.stopped)?;
     Ok(Outcome::Passed)
 }
@@ -60,7 +76,7 @@ pub(super) fn alike(subject: &Subject<'_>, folder: &Path) -> Found {
     let mut answers = Vec::new();
     for name in ["first", "second"] {
         let folder = made(folder, name)?;
-        let request = request(subject.kind, &folder, subject.size())?;
+        let request = subject.request(&folder, subject.size())?;
         let reply = provider.ask_once(&folder, &request, subject.stopped)?;
         answers.push(contents(&folder, &reply)?);
     }
@@ -93,9 +109,9 @@ pub(super) fn bad_request(subject: &Subject<'_>, folder: &Path) -> Found {
 pub(super) fn serves(subject: &Subject<'_>, folder: &Path) -> Found {
     let mut provider = subject.provider()?;
     let (once, served) = (made(folder, "once")?, made(folder, "served")?);
-    let request_once = request(subject.kind, &once, subject.size())?;
+    let request_once = subject.request(&once, subject.size())?;
     let first = provider.ask_once(&once, &request_once, subject.stopped)?;
-    let request_served = request(subject.kind, &served, subject.size())?;
+    let request_served = subject.request(&served, subject.size())?;
     let second = provider.ask(&served, &request_served, subject.stopped)?;
     if !subject.description.deterministic {
         return Ok(Outcome::Passed);
@@ -113,7 +129,7 @@ pub(super) fn serves_on(subject: &Subject<'_>, folder: &Path) -> Found {
         Err(error) => return Err(error),
         Ok(_) => return Ok(Outcome::Failed("it answers a bad request".into())),
     }
-    let request = request(subject.kind, &good, subject.size())?;
+    let request = subject.request(&good, subject.size())?;
     let path = good.join("request.json");
     motes_formats::documents::write_document(&path, &request)?;
     server.ask(&path, subject.patience())?;
@@ -126,7 +142,7 @@ pub(super) fn serves_on(subject: &Subject<'_>, folder: &Path) -> Found {
 }
 
 pub(super) fn ends(subject: &Subject<'_>, folder: &Path) -> Found {
-    let request = request(subject.kind, folder, subject.size())?;
+    let request = subject.request(folder, subject.size())?;
     let path = folder.join("request.json");
     motes_formats::documents::write_document(&path, &request)?;
     let mut server = Server::start(subject.command)?;

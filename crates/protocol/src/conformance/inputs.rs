@@ -4,8 +4,9 @@ use std::path::Path;
 
 use motes_formats::images::write_png;
 use motes_formats::provider::{
-    ChatMessage, ChatRole, ChatTask, EditView, EnvironmentTask, InstructEditTask, PointPrompt,
-    PredictTask, ProviderKind, ProviderRequest, Quantity, RelightTask, SegmentTask, Task,
+    ChatMessage, ChatRole, ChatTask, EditView, EnvironmentTask, InstructEditTask, NovelViewTask,
+    PointPrompt, PosedPicture, PredictTask, ProviderKind, ProviderRequest, Quantity, RelightTask,
+    SegmentTask, Task, ViewCamera,
 };
 use motes_scene::ImageU8;
 use serde_json::json;
@@ -54,6 +55,14 @@ pub fn request(
             Task::Predict(PredictTask { pictures: vec![picture()], quantities })
         }
         ProviderKind::Environment => Task::Environment(EnvironmentTask { picture: picture() }),
+        ProviderKind::NovelView => {
+            let (w, h) = (width as f64, height as f64);
+            let (focal_px, center_px) = ([w; 2], [0.5 * w, 0.5 * h]);
+            let photo = ViewCamera { focal_px, center_px, ..Default::default() };
+            let camera = ViewCamera { translation: [0.1, 0.0, 0.0], ..photo };
+            let references = vec![PosedPicture { picture: picture(), camera: photo }];
+            Task::NovelView(NovelViewTask { rendering: picture(), camera, references })
+        }
         ProviderKind::Chat => {
             let text = "Name a color.".into();
             let message = ChatMessage { role: ChatRole::User, text, pictures: vec![picture()] };
