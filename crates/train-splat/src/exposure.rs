@@ -51,6 +51,15 @@ impl Exposures {
         Self { values: zeros.clone(), first: zeros.clone(), second: zeros, steps: vec![0; views] }
     }
 
+    /// Adds views that are taken as they are.
+    pub(crate) fn extend(&mut self, views: usize) {
+        let Self { values, first, second, steps } = Self::identity(views);
+        self.values.extend(values);
+        self.first.extend(first);
+        self.second.extend(second);
+        self.steps.extend(steps);
+    }
+
     /// The transform of one photo.
     pub fn transform(&self, view: usize) -> ColorTransform {
         let v = self.values[view];

@@ -38,6 +38,8 @@ pub struct Trainer {
     plan: Plan,
     seed: u64,
     views: Arc<Vec<TrainingView>>,
+    /// Factors of the gradients by view, 1 for photos; empty where all are photos.
+    view_weights: Arc<[f32]>,
     random_background: bool,
     /// The state; a checkpoint is a copy of it.
     pub state: FitState,

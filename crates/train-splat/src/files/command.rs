@@ -2,10 +2,12 @@
 
 use std::path::PathBuf;
 
+use super::pseudo::add_pseudo_views;
 use super::report::DryRun;
 use super::snapshots::Snapshots;
 use super::{
-    SessionEnd, StartRequest, Target, TrainReport, Verdict, default_checkpoint, parse_seconds,
+    PseudoOptions, SessionEnd, StartRequest, Target, TrainReport, Verdict, default_checkpoint,
+    parse_seconds,
 };
 use crate::{FitOptions, Lap, Phase};
 use motes_formats::documents::to_pretty_json;
@@ -96,6 +98,10 @@ pub struct Args {
 
     #[command(flatten)]
     #[serde(flatten)]
+    pseudo: PseudoOptions,
+
+    #[command(flatten)]
+    #[serde(flatten)]
     common: CommonArgs,
 }
 
@@ -128,6 +134,7 @@ pub fn run(args: &Args, context: &Context) -> anyhow::Result<TrainReport> {
     if let Some(metrics) = &args.metrics {
         context.json_output(metrics)?;
     }
+    let provider = args.pseudo.command(args.init_ply.is_some(), context)?;
     let request = StartRequest {
         capture: &args.capture,
         init_ply: args.init_ply.as_deref(),
@@ -137,12 +144,16 @@ pub fn run(args: &Args, context: &Context) -> anyhow::Result<TrainReport> {
         time_budget: args.time_budget,
         needs_held_out: args.target.is_some(),
     };
-    let start = request.load(context)?;
+    let mut start = request.load(context)?;
     if context.dry_run() {
         context
             .stop_if_dry_run_with(&DryRun { plan: start.plan()?, timed: start.end.is_some() })?;
     }
 
+    let pseudo = match provider {
+        Some(provider) => Some(add_pseudo_views(&mut start, provider, &args.pseudo, context)?),
+        None => None,
+    };
     let checkpoint = args.checkpoint.clone().unwrap_or_else(|| default_checkpoint(&args.output));
     let mut session = start.session(checkpoint)?;
     (session.eval_every, session.save_every) = (args.eval_every, args.save_every);
@@ -179,6 +190,8 @@ pub fn run(args: &Args, context: &Context) -> anyhow::Result<TrainReport> {
     let verdict = Verdict::new(&mut session, &start, scores[1], context);
     let mut report = TrainReport::new(&session, scores, verdict, context);
     report.extent *= start.world.length;
+    report.train_views = start.train.len();
+    report.pseudo_views = pseudo;
     if args.profile {
         report = report.with_profile(&session, context);
     }

@@ -12,6 +12,7 @@ use serde::Serialize;
 
 use super::model_report::ModelReport;
 use super::profile::ProfileReport;
+use super::pseudo::PseudoReport;
 use super::scores::{Held, TargetOutcome};
 use super::session::Session;
 use super::verdict::Verdict;
@@ -69,6 +70,9 @@ pub struct TrainReport {
     /// What became of `--target`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub target: Option<TargetOutcome>,
+    /// What became of `--pseudo-views`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pseudo_views: Option<PseudoReport>,
     /// The training curve.
     pub history: Vec<TrainingPoint>,
 }
@@ -108,6 +112,7 @@ impl TrainReport {
             plan: trainer.plan().clone(),
             phases: trainer.profile.phases().iter().map(|t| (t.phase.name(), t.wall_s)).collect(),
             profile: None,
+            pseudo_views: None,
             target: session.outcome,
             history: session.history.clone(),
         }

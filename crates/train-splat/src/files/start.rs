@@ -15,6 +15,7 @@ use motes_stage::{Context, StageError};
 
 use super::checkpoint::read_checkpoint;
 use super::photos::{load_training_images, sha256_of};
+use super::pseudo::PseudoViews;
 use super::resumed::agrees;
 use super::world::{into_unit, points_into_unit, unit_world};
 
@@ -85,8 +86,11 @@ pub struct Start {
     pub capture_sha256: String,
     /// How the photos' brightness follows their metadata, where the fit uses it.
     pub exposure_response: Option<ExposureResponse>,
+    /// Views of the fit that are no photos.
+    pub(super) pseudo: PseudoViews,
     points: SparsePoints,
-    model: Option<Gaussians>,
+    /// In the unit world.
+    pub(super) model: Option<Gaussians>,
     state: Option<FitState>,
     /// When a time budget ends.
     pub(super) end: Option<Instant>,
@@ -164,6 +168,7 @@ impl StartRequest<'_> {
             options,
             seed,
             capture_sha256,
+            pseudo: PseudoViews::default(),
             points,
             model,
             state,
@@ -206,6 +211,7 @@ impl Start {
             None => Trainer::new(&self.train, &self.points, self.model.clone(), options, seed),
         };
         let mut trainer = trainer.map_err(to_stage)?;
+        trainer.add_views(&self.pseudo.images, &self.pseudo.weights);
         trainer.profile.add_seconds(Phase::Load, self.load_seconds);
         if let Some(end) = self.end {
             let scored_views = self.train.len() + self.held_out.len();
@@ -221,7 +227,9 @@ impl Start {
         let (options, seed) = (&self.options, self.seed);
         let trainer =
             Trainer::starting_from(&self.train, &self.points, None, failed, options, seed);
-        Ok(trainer.map_err(to_stage)?)
+        let mut trainer = trainer.map_err(to_stage)?;
+        trainer.add_views(&self.pseudo.images, &self.pseudo.weights);
+        Ok(trainer)
     }
 }
 

@@ -107,6 +107,7 @@ impl Trainer {
             plan,
             seed,
             views: Arc::new(views),
+            view_weights: Arc::new([]),
             random_background,
             state,
             profile: Profile::default(),
@@ -124,6 +125,24 @@ impl Trainer {
         trainer.profile.add(Phase::Init, lap);
         trainer.update_filter();
         Ok(trainer)
+    }
+
+    /// Adds views that are no photos; their gradients count by the factors `weights`, 0 to 1. What the photos decided stays.
+    pub fn add_views(&mut self, images: &[TrainingImage], weights: &[f32]) {
+        assert_eq!(images.len(), weights.len(), "a weight per view");
+        assert!(weights.iter().all(|w| (0.0..=1.0).contains(w)), "weights {weights:?}");
+        if images.is_empty() {
+            return;
+        }
+        let photos = self.views.len();
+        let scales: Vec<f64> = self.plan.stages.iter().map(|s| s.scale).collect();
+        let mode = self.options.alpha_mode;
+        let more = images.iter().map(|image| TrainingView::new(image, &scales, mode));
+        Arc::make_mut(&mut self.views).extend(more);
+        self.view_weights = [&vec![1.0; photos][..], weights].concat().into();
+        self.state.exposures.extend(images.len());
+        self.state.skip.baseline.resize(photos + images.len(), 0.0);
+        self.update_filter();
     }
 
     /// Continues from a checkpoint of the same capture, options and seed.

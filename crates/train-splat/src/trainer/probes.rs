@@ -251,6 +251,7 @@ impl Trainer {
             plan: self.plan.clone(),
             seed: self.seed,
             views: Arc::clone(&self.views),
+            view_weights: Arc::clone(&self.view_weights),
             random_background: self.random_background,
             state: self.state.clone(),
             profile: Profile::default(),

@@ -121,12 +121,7 @@ impl Trainer {
         let image = self.frame.forward(gaussians, transform, &modifiers, &render_options);
 
         let loss_lap = Lap::start();
-        let [width, height] = transform.size;
-        let mut gradient = self
-            .gradient_image
-            .take()
-            .filter(|g| [g.width, g.height] == transform.size)
-            .unwrap_or_else(|| Planes::new(width, height, 4));
+        let mut gradient = planes_of_size(self.gradient_image.take(), transform.size);
         let mut loss = self.loss.evaluate(
             image,
             target,
@@ -137,6 +132,7 @@ impl Trainer {
         );
         let terms = &self.options.loss_terms;
         add_terms(terms, image, target, background, color, &mut loss, &mut gradient);
+        weigh(&mut gradient, self.view_weights.get(view).copied());
         if self.state.model.background == BackgroundModel::Color {
             self.state.background.step(image, &gradient);
         }
@@ -201,6 +197,19 @@ impl Trainer {
             priors::limit_shapes(&self.plan, self.state.scene.extent, &mut self.state.gaussians);
         }
         self.profile.add(Phase::Optimize, lap);
+    }
+}
+
+/// Planes for a gradient: those of the step before where they have this size.
+fn planes_of_size(before: Option<Planes>, size: [usize; 2]) -> Planes {
+    let fits = before.filter(|planes| [planes.width, planes.height] == size);
+    fits.unwrap_or_else(|| Planes::new(size[0], size[1], 4))
+}
+
+/// Lets a picture count less than a photo. Its loss stays how far the model is from it.
+fn weigh(gradient: &mut Planes, weight: Option<f32>) {
+    if let Some(weight) = weight.filter(|weight| *weight < 1.0) {
+        gradient.data.iter_mut().for_each(|g| *g *= weight);
     }
 }
 
