@@ -223,6 +223,10 @@ def main(provider, arguments=None):
             out.flush()
         elif provider.options.serve:
             serve(provider, out)
+            out.flush()
+            sys.stderr.flush()
+            # Every file is written. Taking large libraries apart would take seconds that the caller does not wait.
+            os._exit(0)
         else:
             answered(provider, provider.options.request)
     except KeyboardInterrupt:
