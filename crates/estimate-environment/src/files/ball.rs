@@ -6,8 +6,8 @@ use glam::Vec3;
 use motes_math::srgb;
 use motes_stage::{Context, StageError};
 
+use super::arguments::{Args, Estimate};
 use super::brackets::linear_picture;
-use super::command::{Args, Estimate};
 use super::frame::{axes_of, axes_without_pose, capture, pose_of_view, turn, up_of};
 use super::report::BallReport;
 use super::values::{circle, rgb};

@@ -9,7 +9,7 @@ use motes_math::srgb;
 use motes_scene::ImageF32;
 use motes_stage::{Context, StageError};
 
-use super::command::{Args, Estimate};
+use super::arguments::{Args, Estimate};
 use super::frame::{axes_of, up_of};
 use super::frame::{axes_without_pose, capture, pose_of_view, turn};
 use super::report::BracketReport;

@@ -7,7 +7,7 @@ use motes_scene::{Capture, Convention, ImageF32, Pose};
 use motes_shading::environment::{MapAxes, Orientation};
 use motes_stage::{Context, StageError};
 
-use super::command::Args;
+use super::arguments::Args;
 use super::values::vector;
 use crate::sphere::{look_up, texel_direction};
 

@@ -1,5 +1,6 @@
 //! The files around an estimate: scenes, splats, photos in; an environment map out.
 
+mod arguments;
 mod ball;
 mod brackets;
 mod command;
@@ -11,5 +12,6 @@ mod report;
 mod scene;
 mod values;
 
-pub use command::{Args, run};
+pub use arguments::Args;
+pub use command::run;
 pub use report::Report;

@@ -9,7 +9,7 @@ use motes_raster::{Antialias, RenderOptions, render};
 use motes_scene::{Capture, Gaussians};
 use motes_stage::{Context, StageError};
 
-use super::command::{Args, Estimate};
+use super::arguments::{Args, Estimate};
 use super::frame::{axes_of, up_of, view_named};
 use super::values::At;
 use crate::place::{PlaceOptions, Splat, estimate, scale_of, training_views};

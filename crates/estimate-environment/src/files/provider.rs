@@ -13,7 +13,7 @@ use motes_protocol::ProviderCommand;
 use motes_scene::ImageF32;
 use motes_stage::{Context, StageError};
 
-use super::command::{Args, Estimate};
+use super::arguments::{Args, Estimate};
 use super::frame::{axes_of, axes_without_pose, capture, pose_of_view, turn, up_of};
 
 const PICTURE: &str = "picture.png";

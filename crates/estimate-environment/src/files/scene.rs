@@ -9,7 +9,7 @@ use relight::{
     Background, Exposure, LightSource, Place, QualityOptions, Relighter, environment_image,
 };
 
-use super::command::{Args, Estimate};
+use super::arguments::{Args, Estimate};
 use super::frame::{axes_of, up_of};
 use super::values::At;
 use crate::cube::map_of_faces;

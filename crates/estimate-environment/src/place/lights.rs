@@ -118,44 +118,8 @@ pub(super) fn recover(
     let in_region = region_mask(&regions, base.pixel_count());
     let cells = cells(panorama, base, &in_region, &orientation);
     let region = ShadowRegion::around(points.iter().map(|p| p.position), at);
-    let mut shading = Shading {
-        sent: points.iter().map(|p| f64::from(luminance(p.radiance.to_array()))).collect(),
-        group: groups(points),
-        known: vec![0.0; points.len()],
-        ..Shading::default()
-    };
-    let mut columns: Vec<Vec<f64>> = Vec::new();
-    let mut unknown = Vec::new();
-    let add = |known: &mut [f64], column: &[f64], radiance: f64| {
-        known.iter_mut().zip(column).for_each(|(k, c)| *k += c * radiance);
-    };
-    for (c, cell) in cells.iter().enumerate() {
-        let reach = reach_of(cell.direction, panorama, &orientation, &region);
-        let map = ShadowMap::new(splat, &region, cell.direction, reach);
-        let column = column(&map, cell.direction, cell.solid_angle, points);
-        add(&mut shading.known, &column, cell.base);
-        if cell.covered < 0.5 {
-            unknown.push(c);
-            shading.low.push(-cell.base);
-            columns.push(column);
-        }
-    }
-    for r in &regions {
-        let direction = orientation.world_from_map(r.direction);
-        let reach = reach_of(direction, panorama, &orientation, &region);
-        let map = ShadowMap::new(splat, &region, direction, reach);
-        let column = column(&map, direction, r.solid_angle, points);
-        let white = white_of(base, r);
-        add(&mut shading.known, &column, white);
-        shading.low.push(0.0);
-        columns.push(column);
-    }
-    if columns.is_empty() {
-        return None;
-    }
-    let m = columns.len();
-    shading.neighbors = neighbors(&cells, &unknown);
-    shading.transport = (0..points.len() * m).map(|k| columns[k % m][k / m]).collect();
+    let look = Look { splat, region: &region, panorama, base, orientation: &orientation };
+    let (shading, unknown) = look.shading(&cells, &regions, points)?;
     let without = shading.solve(false);
     let even = shading.solve(true);
     let candidates: Vec<(DVec3, f64)> = unknown
@@ -186,6 +150,64 @@ pub(super) fn recover(
         unseen_share: if total > 0.0 { unseen / total } else { 0.0 },
         lamp,
     })
+}
+
+/// What the shading of points is made of.
+struct Look<'a> {
+    splat: &'a Splat<'a>,
+    region: &'a ShadowRegion,
+    panorama: &'a Panorama,
+    base: &'a ImageF32,
+    orientation: &'a Orientation,
+}
+
+impl Look<'_> {
+    /// The shading of points, and the cells that are its first unknowns; clipped regions are the others. `None` where nothing is
+    /// unknown.
+    fn shading(
+        &self,
+        cells: &[Cell],
+        regions: &[Region],
+        points: &[SurfaceSample],
+    ) -> Option<(Shading, Vec<usize>)> {
+        let mut shading = Shading {
+            sent: points.iter().map(|p| f64::from(luminance(p.radiance.to_array()))).collect(),
+            group: groups(points),
+            known: vec![0.0; points.len()],
+            ..Shading::default()
+        };
+        let mut columns: Vec<Vec<f64>> = Vec::new();
+        let mut unknown = Vec::new();
+        let mut add = |direction: DVec3, solid_angle: f64, radiance: f64| {
+            let reach = reach_of(direction, self.panorama, self.orientation, self.region);
+            let map = ShadowMap::new(self.splat, self.region, direction, reach);
+            let column = column(&map, direction, solid_angle, points);
+            shading.known.iter_mut().zip(&column).for_each(|(k, c)| *k += c * radiance);
+            column
+        };
+        let mut low = Vec::new();
+        for (c, cell) in cells.iter().enumerate() {
+            let column = add(cell.direction, cell.solid_angle, cell.base);
+            if cell.covered < 0.5 {
+                unknown.push(c);
+                low.push(-cell.base);
+                columns.push(column);
+            }
+        }
+        for r in regions {
+            let direction = self.orientation.world_from_map(r.direction);
+            columns.push(add(direction, r.solid_angle, white_of(self.base, r)));
+            low.push(0.0);
+        }
+        if columns.is_empty() {
+            return None;
+        }
+        let m = columns.len();
+        shading.low = low;
+        shading.neighbors = neighbors(cells, &unknown);
+        shading.transport = (0..points.len() * m).map(|k| columns[k % m][k / m]).collect();
+        Some((shading, unknown))
+    }
 }
 
 /// Pairs of unknown cells that lie side by side.

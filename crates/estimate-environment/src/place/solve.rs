@@ -23,7 +23,7 @@ const GAUGE: f64 = 3.0;
 const RIDGE: f64 = 1e-3;
 const LEAST_RIDGE: f64 = 1e-5;
 /// μ over the mean of the diagonal: the sky out of view is smooth, but for a lamp.
-const SMOOTH: f64 = 0.01;
+const SMOOTH: f64 = 0.1;
 const ROUNDS: usize = 16;
 /// Rounds in which all points count alike.
 const CALM_ROUNDS: usize = 6;
