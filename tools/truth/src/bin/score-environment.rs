@@ -75,7 +75,7 @@ fn main() -> anyhow::Result<()> {
                 match sheet.rows.iter_mut().find(|r| r.label[0] == row) {
                     Some(found) => found.cells.push(cell),
                     None => {
-                        sheet.rows.push(ContactRow { label: vec![row.into()], cells: vec![cell] })
+                        sheet.rows.push(ContactRow { label: vec![row.into()], cells: vec![cell] });
                     }
                 }
             }
