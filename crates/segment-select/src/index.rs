@@ -1,5 +1,8 @@
 //! All views of a scene prepared together: nodes are the superpixels of all views.
 
+use std::any::Any;
+use std::sync::{Arc, Mutex};
+
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
@@ -37,6 +40,8 @@ pub struct SceneIndex {
     pub(crate) gaussians: usize,
     /// Contribution of each Gaussian to all views, pixels.
     pub(crate) totals: Vec<f32>,
+    /// What a prompt leaves for the next one on these views.
+    pub(crate) kept: Arc<Mutex<Option<Arc<dyn Any + Send + Sync>>>>,
 }
 
 impl SceneIndex {
@@ -82,7 +87,8 @@ impl SceneIndex {
                 totals[i as usize] += w;
             }
         }
-        Self { capture_views, views, offsets, strengths, plane, graph, gaussians, totals }
+        let kept = Arc::default();
+        Self { capture_views, views, offsets, strengths, plane, graph, gaussians, totals, kept }
     }
 
     /// Number of superpixels of all views.

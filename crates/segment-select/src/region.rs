@@ -58,6 +58,7 @@ pub(crate) fn nested(
 }
 
 /// A set, its last step, what lies inside it and the share of its area that this is.
+#[derive(Clone, Debug)]
 pub(crate) struct Region {
     pub(crate) nodes: Vec<u32>,
     pub(crate) last: Step,

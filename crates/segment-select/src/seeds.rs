@@ -7,7 +7,7 @@ use crate::index::SceneIndex;
 const BOX_SEEDS: usize = 5;
 
 /// What a prompt says about superpixels.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Seeds {
     /// Per positive click or stroke: the superpixels that it hits, the clicked one first.
     pub positive: Vec<Vec<u32>>,

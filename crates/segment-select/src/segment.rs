@@ -1,10 +1,12 @@
 //! From a prompt to masks of all views: regions, then rounds of lifting and cutting.
 
+use std::sync::{Arc, PoisonError};
+
 use crate::corrections::corrected;
 use crate::diffusion::{Step, probabilities, sweep};
 use crate::index::SceneIndex;
 use crate::max_flow::MaxFlow;
-use crate::region::{PART_SHARE, nested, whole};
+use crate::region::{PART_SHARE, Region, nested, whole};
 use crate::rivals::alone;
 use crate::seeds::{Seeds, contradictions, marks};
 
@@ -33,16 +35,13 @@ pub(crate) fn nested_regions(
 ) -> Vec<(Vec<f32>, f32)> {
     let least = LEAST_PER_VIEW * index.views.len() as f32;
     let first_click = Seeds { negative: Vec::new(), ..seeds.first(1) };
-    let marks_of_first = marks(index, &first_click);
-    let likely = probabilities(&index.graph, &marks_of_first);
-    let chain = sweep(index, &likely, &marks_of_first);
-    let Some(mut whole) = whole(index, &chain, &marks_of_first, least) else {
+    let first = first_answer(index, &first_click, least);
+    let Some(mut whole) = first.whole.clone() else {
         // Smaller than any object that was thought of: what is more likely than not.
         let likely = probabilities(&index.graph, &marks(index, seeds));
         let mask = likely.iter().map(|&p| f32::from(u8::from(p > 0.5))).collect();
         return vec![(mask, 0.0)];
     };
-    whole = alone(index, &first_click, &marks_of_first, whole, least);
     // Each click corrects the answer to those before it.
     for count in 1..=seeds.order.len().max(1) {
         let so_far = if count < seeds.order.len() { seeds.first(count) } else { seeds.clone() };
@@ -50,7 +49,7 @@ pub(crate) fn nested_regions(
             whole = corrected(index, &so_far, whole, least);
         }
     }
-    let parts = nested(&chain, least, PART_SHARE * whole.last.area);
+    let parts = nested(&first.chain, least, PART_SHARE * whole.last.area);
     let sets = [(whole.nodes, whole.last)].into_iter().chain(parts);
     let mask = |(nodes, last): (Vec<u32>, Step)| {
         let mut mask = vec![0.0; index.nodes()];
@@ -58,6 +57,31 @@ pub(crate) fn nested_regions(
         (mask, 1.0 - last.conductance)
     };
     sets.take(count.max(1)).map(mask).collect()
+}
+
+/// What the first click means: refining it asks for it again and again.
+#[derive(Debug)]
+pub(crate) struct FirstAnswer {
+    seeds: Seeds,
+    chain: Vec<Step>,
+    whole: Option<Region>,
+}
+
+/// The answer to the first click, kept until another first click comes.
+fn first_answer(index: &SceneIndex, first_click: &Seeds, least: f32) -> Arc<FirstAnswer> {
+    let kept = || index.kept.lock().unwrap_or_else(PoisonError::into_inner);
+    let known = kept().clone().and_then(|kept| kept.downcast::<FirstAnswer>().ok());
+    if let Some(known) = known.filter(|known| known.seeds == *first_click) {
+        return known;
+    }
+    let marks_of_first = marks(index, first_click);
+    let likely = probabilities(&index.graph, &marks_of_first);
+    let chain = sweep(index, &likely, &marks_of_first);
+    let found = whole(index, &chain, &marks_of_first, least);
+    let whole = found.map(|found| alone(index, first_click, &marks_of_first, found, least));
+    let answer = Arc::new(FirstAnswer { seeds: first_click.clone(), chain, whole });
+    *kept() = Some(Arc::<FirstAnswer>::clone(&answer));
+    answer
 }
 
 /// Lifts, renders and cuts again until the views agree.
