@@ -60,11 +60,11 @@ impl LocalLight {
         let least = (LAMP_SHARE * peak).max(LAMP_OVER_MEAN * mean);
         let (mut rest, mut lamp) = (map.clone(), ImageF32::filled(w, h, 3, 0.0));
         let (mut toward, mut level, mut of_lamp) = (DVec3::ZERO, 0.0, 0.0);
-        for i in 0..w * h {
+        for (i, luminance) in luminances.iter().enumerate() {
             let cosine = world(i).dot(up).max(0.0);
-            let flux = luminances[i] * omega(i);
+            let flux = luminance * omega(i);
             level += flux * cosine;
-            if luminances[i] > least && cosine > 0.0 {
+            if *luminance > least && cosine > 0.0 {
                 lamp.data[3 * i..3 * i + 3].copy_from_slice(&map.data[3 * i..3 * i + 3]);
                 // What is behind it goes on.
                 let ambient = mean as f32;

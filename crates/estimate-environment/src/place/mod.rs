@@ -9,6 +9,7 @@ pub mod evidence;
 mod lamp;
 mod lights;
 mod panorama;
+mod regions;
 pub mod shadows;
 pub mod solve;
 
@@ -21,8 +22,9 @@ use serde::Serialize;
 use crate::fill::fill;
 use crate::sphere::texel_solid_angle;
 
-pub use lights::{CLIPPED, Region, clipped_regions};
+pub use lights::CLIPPED;
 pub use panorama::{Panorama, look_around};
+pub use regions::{Region, clipped_regions};
 
 /// A splat and the cameras that it was trained on.
 #[derive(Clone, Copy, Debug)]

@@ -136,14 +136,14 @@ impl Shading {
 
     /// Light and base colors for given weights.
     fn step(&self, robust: &[f64], with_light: bool, solution: &mut Solution) {
-        let (n, groups) = (self.sent.len(), solution.base_colors.len());
+        let groups = solution.base_colors.len();
         let columns = self.low.len();
         let m = if with_light { columns } else { 0 };
         let size = m + groups;
         let (mut gram, mut h) = (vec![0.0; size * size], vec![0.0; size]);
-        for i in 0..n {
+        for (i, trust) in robust.iter().enumerate() {
             let k = self.group[i];
-            let w = robust[i] * (solution.base_colors[k] / self.sent[i].max(DIM)).powi(2);
+            let w = trust * (solution.base_colors[k] / self.sent[i].max(DIM)).powi(2);
             let row = &self.transport[i * columns..i * columns + m];
             for (j, t) in row.iter().enumerate().filter(|(_, t)| **t > 0.0) {
                 h[j] -= w * t * self.known[i];
