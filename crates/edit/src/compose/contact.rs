@@ -68,12 +68,14 @@ fn below_in(scene: &Gaussians, up: DVec3, extent: &Extent) -> Option<f64> {
     let ground = find_ground(scene, up)?;
     let base = extent.base();
     let radius = 0.5 * extent.footprint();
+    // A plane without noise is thin: a dip is measured by what stands in it.
+    let uneven = (UNEVEN * ground.half_thickness).max(0.1 * extent.height());
     let below = |row: usize| {
         let p = DVec3::from_array(scene.means[row].map(f64::from));
         let opacity = sigmoid(scene.opacity_logits[row]);
         let aside = (p - base).reject_from(up).length();
         let off = (p.dot(up) - ground.height).abs();
-        let is_ground = aside < radius && off < UNEVEN * ground.half_thickness;
+        let is_ground = aside < radius && off < uneven;
         (is_ground && opacity > LEAST_OPACITY).then(|| (p.dot(up) as f32, opacity))
     };
     let heights: Vec<(f32, f32)> = (0..scene.len()).filter_map(below).collect();
