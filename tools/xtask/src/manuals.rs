@@ -12,6 +12,8 @@ use crate::sources::sources;
 use crate::tidy::{prose, vocabulary};
 
 const MANUALS: &str = "docs/stages/";
+/// Providers in Python declare their flags as quoted words; most need packages to run, so their sources are read.
+const SCRIPTS: &str = "scripts/providers/";
 /// Programs of one stage that have a help of their own.
 const SUBJECTS: [(&str, &[&str]); 2] = [("report", &["lab", "relight"]), ("provider", &["check"])];
 
@@ -20,8 +22,13 @@ pub(crate) fn run(root: &Path) -> anyhow::Result<()> {
     for (_, help) in helps(root)? {
         known.extend(flags(&help).map(str::to_owned));
     }
+    let sources = sources(root)?;
+    let is_script = |path: &str| path.starts_with(SCRIPTS) && path.ends_with(".py");
+    for script in sources.iter().filter(|s| is_script(&s.path)) {
+        known.extend(declared(&script.text).map(str::to_owned));
+    }
     let mut problems = 0;
-    for page in sources(root)?.iter().filter(|s| s.path.starts_with(MANUALS)) {
+    for page in sources.iter().filter(|s| s.path.starts_with(MANUALS)) {
         for (line, flag) in unknown(&page.text, &known) {
             crate::say(&format!("{}:{line}: no stage has the flag {flag}", page.path));
             problems += 1;
@@ -85,6 +92,11 @@ fn unknown<'a>(manual: &'a str, known: &BTreeSet<String>) -> Vec<(usize, &'a str
         .collect()
 }
 
+/// Flags that a Python program declares: `add("--steps", ...)`.
+fn declared(script: &str) -> impl Iterator<Item = &str> {
+    script.split('"').filter(|quoted| flags(quoted).any(|flag| flag == *quoted))
+}
+
 /// Words such as `--test-every`.
 fn flags(text: &str) -> impl Iterator<Item = &str> {
     let is_part = |c: char| c.is_ascii_alphanumeric() || c == '-';
@@ -97,6 +109,12 @@ fn flags(text: &str) -> impl Iterator<Item = &str> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn flags_that_a_script_declares_are_known() {
+        let script = r#"add("--steps", type=int, help="steps (--steps 5)"); say("--not here")"#;
+        assert_eq!(declared(script).collect::<Vec<_>>(), ["--steps"]);
+    }
 
     #[test]
     fn flags_that_no_stage_has_are_found() {
