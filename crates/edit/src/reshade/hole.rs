@@ -43,10 +43,14 @@ const NEIGHBORHOOD: f32 = 0.35;
 pub(super) const GROUNDED: f32 = 0.5;
 /// Normals of a plane agree with its own by this cosine.
 pub(super) const ALIGNED: f32 = 0.9;
-/// The grid reaches this share of the object's size beyond it: far enough for colors to go on from, and for a
-/// piece as large as the hole.
+/// The grid reaches this share of the object's size beyond it: far enough for colors to go on from, for examples of the
+/// texture, and for a piece as large as the hole.
 fn margin(fill: Fill) -> f32 {
-    if fill == Fill::Patch { 1.2 } else { 0.35 }
+    match fill {
+        Fill::Patch => 1.2,
+        Fill::Texture => 0.7,
+        Fill::Plane | Fill::None => 0.35,
+    }
 }
 
 /// A place on a plane that was uncovered.

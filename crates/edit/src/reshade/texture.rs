@@ -25,8 +25,8 @@ const FINEST: usize = 3;
 /// Texture varies within this share of the object's size to each side; slower changes are light and color.
 const WIDE: f32 = 0.2;
 /// Half a side of a patch, share of the object's size, and in cells.
-const PATCH: f32 = 0.08;
-const PATCH_CELLS: [usize; 2] = [3, 10];
+const PATCH: f32 = 0.12;
+const PATCH_CELLS: [usize; 2] = [3, 14];
 /// Light varies by less where the ground may serve as an example, log units: no edge of a shadow is copied.
 const EVEN_LIGHT: f32 = 0.05;
 /// Light is a mean over so many cells of the ground to each side, since it is sampled.
