@@ -117,6 +117,7 @@ fn replace_process(command: &mut Command) -> io::Result<ExitCode> {
 fn overview(finder: &Finder) -> String {
     let stages = catalog::available(finder);
     let mut text = USAGE.to_owned();
+    let width = stages.iter().map(|stage| stage.name.len()).max().unwrap_or(0).max(16);
     for group in catalog::GROUPS {
         let members: Vec<_> = stages.iter().filter(|stage| stage.group == *group).collect();
         if members.is_empty() {
@@ -126,7 +127,7 @@ fn overview(finder: &Finder) -> String {
         for stage in members {
             let summary = finder.find(&stage.name).and_then(|path| summary(&path));
             text.push_str(
-                format!("  {:16} {}", stage.name, summary.unwrap_or_default()).trim_end(),
+                format!("  {:width$} {}", stage.name, summary.unwrap_or_default()).trim_end(),
             );
             text.push('\n');
         }

@@ -165,7 +165,7 @@ pub fn insert(
     }
     notes.filled_columns = same_columns(&mut state.gaussians, &mut gaussians);
     // Nothing is left unexplained where nothing is said.
-    notes.filled_columns.retain(|name| !Residual::is_column(name));
+    notes.filled_columns.retain(|name| !Residual::is_column(name) && name != CONFIDENCE_COLUMN);
     let source = state.sources.len() as u32;
     state.sources.push(Source {
         name,

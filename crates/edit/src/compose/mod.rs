@@ -1,8 +1,8 @@
 //! Putting an asset into a scene so that it belongs there: its size, its place, its light, and what it does to the light around.
 //!
-//! - [`scale`]: how long a unit of the scene is, from something whose size is known.
-//! - [`contact`]: the ground below the asset, and the gap that is left.
-//! - [`local_light`]: on a splat without decomposition, the light at the place, estimated from the splat; the asset is shaded by it.
+//! - `scale`: how long a unit of the scene is, from something whose size is known.
+//! - `contact`: the ground below the asset, and the gap that is left.
+//! - `local_light`: on a splat without decomposition, the light at the place, estimated from the splat; the asset is shaded by it.
 //! - [`cast_shadow`]: its shadow and bounce on that splat, as the ratio of light with and without it.
 //!
 //! On a decomposed scene [`crate::reshade`] does the last two, with the scene's own surface and light.
