@@ -10,7 +10,9 @@
 //! Directions point away from the surface: `w_o` (`to_viewer`) toward the camera, `w_i`
 //! (`to_light`) toward the light. Colors and radiances are linear, Rec. 709 primaries.
 
+mod alias;
 pub mod brdf;
+pub mod emitters;
 pub mod environment;
 pub mod frame;
 pub mod integrate;

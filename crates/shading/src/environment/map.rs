@@ -13,9 +13,9 @@ use glam::{Mat3, Vec3, Vec4};
 use motes_scene::ImageF32;
 use thiserror::Error;
 
-use super::alias::AliasTable;
 use super::turns::turns;
 use super::{CleanUp, Convention, Orientation};
+use crate::alias::AliasTable;
 use crate::sampling::unit_f32;
 
 /// Largest radiance kept, so that products with densities stay finite in f32.
@@ -54,7 +54,7 @@ pub struct EnvironmentMap {
     pub(super) height: usize,
     /// Radiance, and the density of the sampler over the unit square of (u, v).
     pub(super) texels: Vec<Vec4>,
-    pub(super) alias: Option<AliasTable>,
+    pub(crate) alias: Option<AliasTable>,
     pub(super) orientation: Orientation,
     map_from_world: Mat3,
     clean_up: CleanUp,

@@ -2,7 +2,6 @@
 //!
 //! Radiances are linear, Rec. 709, in the unit of the scene: map value times exposure.
 
-mod alias;
 mod clean_up;
 mod harmonics;
 mod map;

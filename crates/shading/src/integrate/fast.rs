@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::{IndirectRadiance, IntegrationOptions, LightPool, SurfacePoint};
 use crate::brdf::{BrdfValue, Model, WithModel, with_model};
+use crate::emitters::Emitters;
 use crate::environment::Environment;
 use crate::sampling::{PointSet, unit_f32};
 use crate::tracing::{Ray, Tracer, offset_origin};
@@ -15,6 +16,7 @@ use crate::tracing::{Ray, Tracer, offset_origin};
 const CHUNK: usize = 64;
 const BRDF_PURPOSE: u32 = 1;
 const BLOCK_PURPOSE: u32 = 2;
+const EMITTER_PURPOSE: u32 = 3;
 /// Samples in the pool of the light, see [`LightPool`].
 const LOG2_POOL: u32 = 16;
 
@@ -64,6 +66,7 @@ pub struct Shader<'a, T> {
     light: &'a Environment,
     tracer: &'a T,
     indirect: Option<IndirectRadiance<'a>>,
+    emitters: Option<&'a Emitters>,
     options: IntegrationOptions,
     pool: Arc<LightPool>,
 }
@@ -77,7 +80,12 @@ impl<'a, T: Tracer> Shader<'a, T> {
         options: IntegrationOptions,
     ) -> Self {
         let pool = LightPool::shared(light, LOG2_POOL, options.seed);
-        Self { light, tracer, indirect, options, pool }
+        Self { light, tracer, indirect, emitters: None, options, pool }
+    }
+
+    /// With triangles of the traced mesh that shine. What `indirect` says of them is then what they reflect.
+    pub fn with_emitters(self, emitters: Option<&'a Emitters>) -> Self {
+        Self { emitters, ..self }
     }
 
     /// Shades `points`; point `i` uses the random numbers of item `first_item + i`, so that parts
@@ -175,6 +183,30 @@ impl<'a, T: Tracer> Shader<'a, T> {
             add(Incident { to_light: w, weighted_radiance, unblocked, is_indirect, from_brdf }, &f);
         }
 
+        if let Some(emitters) = self.emitters {
+            let points = PointSet::new(o.seed, item, EMITTER_PURPOSE, o.emitter_samples);
+            let n_e = o.emitter_samples as f32;
+            for i in 0..o.emitter_samples {
+                let Some(sample) = emitters.sample(point.position, points.point(i)) else {
+                    continue;
+                };
+                let w = sample.to_light;
+                let (f, p_b) = brdf.eval_pdf(w);
+                if !(p_b > 0.0) {
+                    continue;
+                }
+                let unblocked = sample.radiance * self.scale(n_e * sample.pdf, n_b * p_b);
+                let shadow = Ray { t_max: o.until(sample.distance), ..ray(w) };
+                let lit = leaves(w) && !self.tracer.occluded(&shadow);
+                let weighted_radiance = if lit { unblocked } else { Vec3::ZERO };
+                let (is_indirect, from_brdf) = (false, false);
+                add(
+                    Incident { to_light: w, weighted_radiance, unblocked, is_indirect, from_brdf },
+                    &f,
+                );
+            }
+        }
+
         let points = PointSet::new(o.seed, item, BRDF_PURPOSE, o.brdf_samples);
         for i in 0..o.brdf_samples {
             let Some(w) = brdf.sample(points.point(i).map(unit_f32)) else {
@@ -193,10 +225,12 @@ impl<'a, T: Tracer> Shader<'a, T> {
                 is_indirect: false,
                 from_brdf: true,
             };
-            if leaves(w) {
-                self.trace(&ray(w), 1.0 / (n_b * p_b), &mut incident);
-            }
+            let emitted =
+                if leaves(w) { self.trace(&ray(w), n_b * p_b, &mut incident) } else { None };
             add(incident, &f);
+            if let Some(emitted) = emitted {
+                add(emitted, &f);
+            }
         }
     }
 
@@ -205,24 +239,33 @@ impl<'a, T: Tracer> Shader<'a, T> {
         self.options.heuristic.scale(f64::from(this), f64::from(other)) as f32
     }
 
-    /// Where a BRDF ray ends; `scale` is that of light which no other strategy finds.
+    /// Where a BRDF ray of density `n_b p_b` ends, and what an emitter sends from there.
     #[inline]
-    fn trace(&self, ray: &Ray, scale: f32, incident: &mut Incident) {
-        match self.indirect {
-            None => {
-                // Darkness needs no ray.
-                let open = incident.unblocked != Vec3::ZERO && !self.tracer.occluded(ray);
-                incident.weighted_radiance = if open { incident.unblocked } else { Vec3::ZERO };
-            }
-            Some(l_hit) => match self.tracer.closest_hit(ray) {
-                None => incident.weighted_radiance = incident.unblocked,
-                Some(hit) => {
-                    // The light behind stays in `unblocked`: it is what visibility compares with.
-                    incident.weighted_radiance = l_hit(ray, &hit) * scale;
-                    incident.is_indirect = true;
-                }
-            },
+    fn trace(&self, ray: &Ray, density: f32, incident: &mut Incident) -> Option<Incident> {
+        if self.indirect.is_none() && self.emitters.is_none() {
+            // Darkness needs no ray.
+            let open = incident.unblocked != Vec3::ZERO && !self.tracer.occluded(ray);
+            incident.weighted_radiance = if open { incident.unblocked } else { Vec3::ZERO };
+            return None;
         }
+        let Some(hit) = self.tracer.closest_hit(ray) else {
+            incident.weighted_radiance = incident.unblocked;
+            return None;
+        };
+        if let Some(l_hit) = self.indirect {
+            // The light behind stays in `unblocked`: it is what visibility compares with. No other strategy finds this.
+            incident.weighted_radiance = l_hit(ray, &hit) / density;
+            incident.is_indirect = true;
+        }
+        let (radiance, p_e) =
+            self.emitters?.radiance_pdf(hit.primitive, ray.direction, hit.distance)?;
+        let emitted = radiance * self.scale(density, self.options.emitter_samples as f32 * p_e);
+        Some(Incident {
+            weighted_radiance: emitted,
+            unblocked: emitted,
+            is_indirect: false,
+            ..*incident
+        })
     }
 }
 

@@ -7,6 +7,7 @@
 //! L_direct   ≈ Σ_s Σ_k  w_s f_r (n · w_k)⁺ L(w_k) V(w_k) / (n_s p_s),   s = light, BRDF
 //! w_s        = (n_s p_s)^β / ((n_l p_l)^β + (n_b p_b)^β)                β = 1 balance, 2 power
 //! L_indirect ≈ 1 / n_b Σ_k f_r (n · w_k)⁺ L_hit(w_k) / p_b              where a BRDF ray is blocked
+//! L_emitted  ≈ Σ_s Σ_k  w_s f_r (n · w_k)⁺ L_e V(w_k) / (n_s p_s),      s = emitters, BRDF
 //! ```
 //!
 //! `V` is 0 where a ray meets geometry or leaves below the geometric normal, else 1. `L_hit` is the
@@ -69,7 +70,9 @@ pub struct IntegrationOptions {
     pub light_samples: u32,
     /// Directions from the BRDF, per point.
     pub brdf_samples: u32,
-    /// Weights of the two.
+    /// Directions to emitters, per point, where there are any.
+    pub emitter_samples: u32,
+    /// Weights of the strategies.
     pub heuristic: Heuristic,
     /// How far rays start off the surface, world units, on top of rounding.
     pub ray_bias: f32,
@@ -82,10 +85,22 @@ impl Default for IntegrationOptions {
         Self {
             light_samples: 64,
             brdf_samples: 16,
+            emitter_samples: 16,
             heuristic: Heuristic::Balance,
             ray_bias: 0.0,
             seed: 0,
         }
+    }
+}
+
+/// Shadow rays to an emitter end this share of its distance before it: its own bumps must not hide it.
+const SHORT_OF_EMITTER: f32 = 0.02;
+
+impl IntegrationOptions {
+    /// Where a shadow ray to an emitter at `distance` ends, world units.
+    #[inline]
+    pub fn until(&self, distance: f32) -> f32 {
+        distance * (1.0 - SHORT_OF_EMITTER) - self.ray_bias
     }
 }
 

@@ -7,6 +7,7 @@ use rand::RngExt;
 
 use super::{IndirectRadiance, IntegrationOptions, SurfacePoint};
 use crate::brdf::reference::Material;
+use crate::emitters::Emitters;
 use crate::environment::{Environment, reference as light_reference};
 use crate::tracing::{Ray, Tracer, offset_origin};
 
@@ -139,5 +140,68 @@ pub fn outgoing_radiance(
     let direct = luminance_f64(out.diffuse + out.specular);
     out.visibility = if reachable > 0.0 { direct / reachable } else { 1.0 };
     out.variance = by_light.variance() + by_brdf.variance();
+    out
+}
+
+/// Radiance that `point` sends on of what [`Emitters`] of the traced mesh send to it, with the random numbers of `item`; the
+/// rest is that of [`outgoing_radiance`].
+pub fn emitted_radiance(
+    point: &SurfacePoint,
+    emitters: &Emitters,
+    tracer: &dyn Tracer,
+    options: &IntegrationOptions,
+    item: u64,
+) -> Estimate {
+    let normal = point.shading_normal.as_dvec3().normalize();
+    let geometric = point.geometric_normal.as_dvec3();
+    let to_viewer = point.to_viewer.as_dvec3().normalize();
+    let material = Material::from(point.material);
+    let (n_e, n_b) = (f64::from(options.emitter_samples), f64::from(options.brdf_samples));
+    let mut rng = keyed_rng(options.seed, STREAM + 1, item);
+    let ray_toward = |w: DVec3| {
+        let w = w.as_vec3().normalize();
+        let origin = offset_origin(point.position, point.geometric_normal, w, options.ray_bias);
+        Ray::new(origin, w)
+    };
+    let mut out = Estimate { visibility: 1.0, ..Estimate::default() };
+    let (mut by_area, mut by_brdf) = (Moments::default(), Moments::default());
+
+    for _ in 0..options.emitter_samples {
+        let mut contribution = DVec3::ZERO;
+        if let Some(sample) = emitters.sample(point.position, rng.random()) {
+            let w = sample.to_light.as_dvec3().normalize();
+            let f = material.eval(normal, w, to_viewer);
+            let p_b = material.pdf(normal, w, to_viewer);
+            let shadow = Ray { t_max: options.until(sample.distance), ..ray_toward(w) };
+            if f.total() != DVec3::ZERO && geometric.dot(w) > 0.0 && !tracer.occluded(&shadow) {
+                let scale = options.heuristic.scale(n_e * f64::from(sample.pdf), n_b * p_b);
+                let weight = sample.radiance.as_dvec3() * (normal.dot(w).max(0.0) * scale);
+                out.diffuse += f.diffuse * weight;
+                out.specular += f.specular * weight;
+                contribution = f.total() * weight;
+            }
+        }
+        by_area.add(contribution);
+    }
+
+    for _ in 0..options.brdf_samples {
+        let mut contribution = DVec3::ZERO;
+        if let Some(w) = material.sample(normal, to_viewer, rng.random())
+            && geometric.dot(w) > 0.0
+            && let Some(hit) = tracer.closest_hit(&ray_toward(w))
+            && let Some((radiance, p_e)) =
+                emitters.radiance_pdf(hit.primitive, w.as_vec3().normalize(), hit.distance)
+        {
+            let f = material.eval(normal, w, to_viewer);
+            let p_b = material.pdf(normal, w, to_viewer);
+            let scale = options.heuristic.scale(n_b * p_b, n_e * f64::from(p_e));
+            let weight = radiance.as_dvec3() * (normal.dot(w).max(0.0) * scale);
+            out.diffuse += f.diffuse * weight;
+            out.specular += f.specular * weight;
+            contribution = f.total() * weight;
+        }
+        by_brdf.add(contribution);
+    }
+    out.variance = by_area.variance() + by_brdf.variance();
     out
 }

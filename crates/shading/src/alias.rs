@@ -4,14 +4,14 @@
 
 /// A discrete distribution.
 #[derive(Clone, Debug)]
-pub(super) struct AliasTable {
+pub(crate) struct AliasTable {
     /// Keep the column below this fraction of it (of 2³²), else take the alias.
     columns: Vec<(u32, u32)>,
 }
 
 impl AliasTable {
     /// Of weights that are finite and not negative; `None` when they add up to 0.
-    pub(super) fn new(weights: &[f32]) -> Option<Self> {
+    pub(crate) fn new(weights: &[f32]) -> Option<Self> {
         let n = weights.len();
         assert!(u32::try_from(n).is_ok(), "{n} weights");
         let total: f64 = weights.iter().map(|&w| f64::from(w)).sum();
@@ -46,7 +46,7 @@ impl AliasTable {
 
     /// The item at `u / 2³²` of the distribution.
     #[inline]
-    pub(super) fn pick(&self, u: u32) -> usize {
+    pub(crate) fn pick(&self, u: u32) -> usize {
         let wide = u64::from(u) * self.columns.len() as u64;
         let (column, within) = ((wide >> 32) as usize, wide as u32);
         let (keep, alias) = self.columns[column];
