@@ -3,6 +3,7 @@
 use glam::Vec3;
 use motes_raster::RenderOptions;
 use motes_scene::{Gaussians, ImageF32, Materials, Residual, ScaleAnchor, Surface};
+use motes_shading::emitters::Emitters;
 use motes_shading::environment::{
     Convention, Environment, MapAxes, Orientation, direction_from_uv,
 };
@@ -99,6 +100,8 @@ pub struct Illumination {
     pub cells: Vec<CellLight>,
     /// The same as something that can be sampled, or the light that is known.
     pub lights: Vec<Environment>,
+    /// Per vertex of the surface: the lamp that it is part of, from 1; 0 for none. Empty where there are no lamps.
+    pub lamp_of_vertex: Vec<u32>,
     /// Materials under that light.
     pub materials: FoundMaterials,
     /// Factor that the anchor put on base colors.
@@ -113,6 +116,7 @@ impl Illumination {
         Self {
             cells: Vec::new(),
             lights,
+            lamp_of_vertex: Vec::new(),
             materials: FoundMaterials::default(),
             base_color_factor: Vec3::ONE,
             anchor: ScaleAnchor::Environment,
@@ -123,6 +127,22 @@ impl Illumination {
     pub fn of_cells(cells: Vec<CellLight>) -> Self {
         let lights = cells.iter().map(environment).collect();
         Self { cells, ..Self::known(lights) }
+    }
+
+    /// What every vertex sends out on its own, linear, photo units; empty where nothing shines.
+    pub fn emission(&self) -> Vec<Vec3> {
+        let Some(lamps) = self.cells.first().map(|light| &light.lamps) else { return Vec::new() };
+        let of = |lamp: &u32| match lamp.checked_sub(1).and_then(|k| lamps.get(k as usize)) {
+            Some(lamp) => lamp.radiance,
+            None => Vec3::ZERO,
+        };
+        self.lamp_of_vertex.iter().map(of).collect()
+    }
+
+    /// The lamps as triangles of a surface; none where nothing shines.
+    pub(crate) fn emitters(&self, scene: &TracedSurface) -> Option<Emitters> {
+        let emission = self.emission();
+        (!emission.is_empty()).then(|| Emitters::new(&scene.mesh(), &emission)).flatten()
     }
 }
 
@@ -240,6 +260,23 @@ impl<'a> State<'a> {
     /// Distance at which rays leave the surface, world units.
     pub fn ray_bias(&self) -> f32 {
         RAY_BIAS * self.camera_distance
+    }
+
+    /// The surface with what its lamps send.
+    pub fn shining_surface(&self) -> Surface {
+        let emission = self.illumination.emission();
+        let emission_linear = emission.into_iter().map(|e| e.to_array()).collect();
+        Surface { emission_linear, ..self.surface().clone() }
+    }
+
+    /// What every vertex sends out, per light, lamps included, where light from the surface itself is modeled.
+    pub(crate) fn sent_radiance(&self) -> Vec<Vec<Vec3>> {
+        let mut all = self.observed.vertex_radiance.clone();
+        let emission = self.illumination.emission();
+        for sent in &mut all {
+            sent.iter_mut().zip(&emission).for_each(|(sent, lamp)| *sent = sent.max(*lamp));
+        }
+        all
     }
 
     /// Whether one bounce of light belongs to the model.

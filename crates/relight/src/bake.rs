@@ -58,7 +58,8 @@ impl Relighter<'_> {
             ..IntegrationOptions::default()
         };
         let indirect = (!self.cache.is_empty()).then_some(&l_hit as _);
-        let shader = Shader::new(self.light, &scene.tracer, indirect, integration);
+        let shader =
+            Shader::new(self.light, &scene.tracer, indirect, integration).with_emitters(self.lamps);
         let k = sh_coefficients(options.sh_degree);
         let mut baked = vec![0.0; rows.len() * 3 * k];
         baked.par_chunks_mut(3 * k).zip(rows).with_min_len(64).for_each(|(sh, row)| {

@@ -6,6 +6,7 @@
 
 use glam::Vec3;
 use motes_shading::brdf::{Material, Model, WithModel, with_model};
+use motes_shading::emitters::Emitters;
 use motes_shading::environment::Environment;
 use motes_shading::integrate::{IntegrationOptions, Shaded, Shader};
 use motes_shading::tracing::{Hit, MeshTracer, Ray};
@@ -108,6 +109,7 @@ pub(crate) struct Samples {
 pub(crate) struct Shading<'a> {
     pub(crate) scene: &'a RelightScene,
     pub(crate) light: &'a Environment,
+    pub(crate) lamps: Option<&'a Emitters>,
     pub(crate) cache: &'a RadianceCache,
     pub(crate) seed: u64,
 }
@@ -126,6 +128,7 @@ impl Shading<'_> {
         let shader = |divisor| -> Shader<'_, MeshTracer> {
             let indirect = (!self.cache.is_empty()).then_some(&l_hit as _);
             Shader::new(self.light, &self.scene.tracer, indirect, options(divisor))
+                .with_emitters(self.lamps)
         };
         let whole = shader(1);
         let quarter = (!buffer.edges.is_empty()).then(|| shader(4));

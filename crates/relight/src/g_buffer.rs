@@ -37,6 +37,8 @@ pub(crate) struct Sight {
     pub(crate) depth: f32,
     /// From the surface, not from the Gaussians.
     pub(crate) on_surface: bool,
+    /// What the surface sends out there on its own where its lamps shine.
+    pub(crate) emitted: Vec3,
 }
 
 /// Buffers of a view, row by row.
@@ -114,7 +116,7 @@ impl Rays {
 
     fn sight(&self, scene: &RelightScene, x: f64, y: f64) -> Option<Sight> {
         let (ray, cosine) = self.through(x, y);
-        scene.first_hit(&ray).map(|hit| Sight::of(&ray, cosine, &hit))
+        scene.first_hit(&ray).map(|hit| Sight::of(scene, &ray, cosine, &hit))
     }
 
     /// As [`Self::sight`], when the triangle is known.
@@ -123,16 +125,17 @@ impl Rays {
             return None;
         }
         let (ray, cosine) = self.through(x, y);
-        scene.hit_of(triangle, &ray).map(|hit| Sight::of(&ray, cosine, &hit))
+        scene.hit_of(triangle, &ray).map(|hit| Sight::of(scene, &ray, cosine, &hit))
     }
 }
 
 impl Sight {
-    fn of(ray: &Ray, cosine: f32, hit: &SurfaceHit) -> Self {
+    fn of(scene: &RelightScene, ray: &Ray, cosine: f32, hit: &SurfaceHit) -> Self {
         let to_viewer = -ray.direction;
         let normal = toward(hit.normal, to_viewer);
         let depth = hit.distance * cosine;
-        Self { position: hit.position, normal, to_viewer, depth, on_surface: true }
+        let emitted = scene.emitted(&hit.hit);
+        Self { position: hit.position, normal, to_viewer, depth, on_surface: true, emitted }
     }
 }
 
@@ -319,6 +322,7 @@ impl StandIn {
         let encoded = Vec3::from_slice(self.normal.color.pixel(cx, cy)) / alpha;
         let normal = (2.0 * encoded - Vec3::ONE).normalize_or(to_viewer);
         let (position, normal) = (ray.at(depth / cosine), toward(normal, to_viewer));
-        Some(Sight { position, normal, to_viewer, depth, on_surface: false })
+        let emitted = Vec3::ZERO;
+        Some(Sight { position, normal, to_viewer, depth, on_surface: false, emitted })
     }
 }

@@ -16,6 +16,7 @@ mod denoise;
 pub mod files;
 mod first_triangles;
 mod g_buffer;
+mod lamps;
 pub mod lift;
 mod light;
 mod meter;
@@ -33,6 +34,7 @@ mod upsample;
 mod view_transform;
 
 pub use compose::{Background, Components, Picture, PictureStats};
+pub use lamps::LampSwitch;
 pub use light::{Light, LightError, LightSource, Place, environment_image};
 pub use options::{
     BakeOptions, EnvUp, Exposure, LightOptions, Quality, QualityOptions, ViewTransform,

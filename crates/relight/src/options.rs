@@ -9,6 +9,7 @@ use motes_scene::Convention;
 use motes_shading::environment::MapAxes;
 use serde::Serialize;
 
+use crate::lamps::LampSwitch;
 use crate::residual_share::ResidualShare;
 use crate::sun::SunOption;
 
@@ -231,6 +232,10 @@ pub struct QualityOptions {
     #[arg(long, value_name = "SHARE", default_value_t = DEFAULT_CAUTION, value_parser = parse_caution)]
     pub caution: f32,
 
+    /// Whether lamps that shine in the photos shine
+    #[arg(long, value_enum, default_value_t, value_name = "SWITCH")]
+    pub lamps: LampSwitch,
+
     /// Shade every Nth pixel in both directions and interpolate, 1 to 8
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=8), help_heading = "Sampling (expert)")]
     pub shade_every: Option<u32>,
@@ -247,6 +252,7 @@ impl Default for QualityOptions {
             denoise: None,
             residual: ResidualShare::default(),
             caution: DEFAULT_CAUTION,
+            lamps: LampSwitch::default(),
             shade_every: None,
         }
     }

@@ -97,6 +97,6 @@ impl Relighter<'_> {
             seed: self.seed,
             ..IntegrationOptions::default()
         };
-        Shader::new(self.light, &self.scene.tracer, indirect, options)
+        Shader::new(self.light, &self.scene.tracer, indirect, options).with_emitters(self.lamps)
     }
 }

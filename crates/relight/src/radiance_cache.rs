@@ -21,6 +21,7 @@ use motes_shading::integrate::{IntegrationOptions, Shader, SurfacePoint};
 use motes_shading::tracing::{Hit, Ray};
 use rayon::prelude::*;
 
+use crate::relighter::Lights;
 use crate::scene::RelightScene;
 
 /// Keeps the random numbers of the passes apart from those of pixels.
@@ -37,13 +38,13 @@ impl RadianceCache {
     /// `spacing` median edges. No bounce, no cache.
     pub(crate) fn new(
         scene: &RelightScene,
-        light: &Environment,
+        light: &Lights<'_>,
         bounces: u32,
         samples: u32,
         spacing: f32,
         seed: u64,
     ) -> Self {
-        if bounces == 0 || light.is_black() {
+        if bounces == 0 || (light.environment.is_black() && light.lamps.is_none()) {
             return Self::default();
         }
         let surface = &scene.surface;
@@ -71,7 +72,8 @@ impl RadianceCache {
             seed,
             ..IntegrationOptions::default()
         };
-        let shader = Shader::new(light, &scene.tracer, None, options);
+        let shader =
+            Shader::new(light.environment, &scene.tracer, None, options).with_emitters(light.lamps);
         let direct: Vec<Vec3> =
             shader.shade(&points, FIRST_ITEM).iter().map(|s| s.total()).collect();
         let albedo =

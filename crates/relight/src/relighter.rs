@@ -4,6 +4,7 @@ use glam::Vec3;
 use motes_raster::Rendering;
 use motes_scene::{Pinhole, Pose};
 use motes_shading::brdf::Material;
+use motes_shading::emitters::Emitters;
 use motes_shading::environment::Environment;
 use rayon::prelude::*;
 
@@ -11,6 +12,7 @@ use crate::compose::{Background, Composition, Picture, compose};
 use crate::deferred::{Lit, Parts, Samples, Shading};
 use crate::denoise::{Grid, denoise, luminances};
 use crate::g_buffer::{GBuffer, LEAST_ALPHA, Layers};
+use crate::lamps::{share_of_lamps, shining};
 use crate::options::{QualityOptions, ViewTransform};
 use crate::radiance_cache::RadianceCache;
 use crate::ratio::Ratio;
@@ -25,6 +27,8 @@ const FILTER_PASSES: u32 = 3;
 pub struct Relighter<'a> {
     pub(crate) scene: &'a RelightScene,
     pub(crate) light: &'a Environment,
+    /// Lamps that shine.
+    pub(crate) lamps: Option<&'a Emitters>,
     pub(crate) cache: RadianceCache,
     pub(crate) options: QualityOptions,
     pub(crate) seed: u64,
@@ -44,14 +48,21 @@ impl<'a> Relighter<'a> {
     ) -> Self {
         let bounces = options.bounces(scene.indirect);
         let (samples, spacing) = (options.cache_samples(), options.light_spacing());
-        let cache = RadianceCache::new(scene, light, bounces, samples, spacing, seed);
-        let residual_share = share_under(scene, light, options.residual);
-        let likeness = likeness(scene, light).filter(|_| !options.shows_model_alone());
-        let ratio = likeness.and_then(|likeness| {
-            Ratio::new(scene, light, likeness, options.caution, samples, seed)
-        });
+        let of_environment = likeness(scene, light);
+        let lamps = shining(scene, options.lamps, of_environment);
+        // What lamps gave is missing without them.
+        let alike = match (lamps, &scene.lamps) {
+            (None, Some(_)) => of_environment.map(|r| r * (1.0 - share_of_lamps(scene, seed))),
+            _ => of_environment,
+        };
+        let lit = Lights { environment: light, lamps };
+        let cache = RadianceCache::new(scene, &lit, bounces, samples, spacing, seed);
+        let residual_share = share_under(scene, alike, options.residual);
+        let ratio = alike.filter(|_| !options.shows_model_alone());
+        let ratio =
+            ratio.and_then(|alike| Ratio::new(scene, &lit, alike, options.caution, samples, seed));
         let (view, options) = (ViewTransform::default(), options.clone());
-        Self { scene, light, cache, options, seed, residual_share, ratio, view }
+        Self { scene, light, lamps, cache, options, seed, residual_share, ratio, view }
     }
 
     /// With another way from linear light to 8-bit pictures.
@@ -65,7 +76,13 @@ impl<'a> Relighter<'a> {
     }
 
     pub(crate) fn shading(&self) -> Shading<'_> {
-        Shading { scene: self.scene, light: self.light, cache: &self.cache, seed: self.seed }
+        Shading {
+            scene: self.scene,
+            light: self.light,
+            lamps: self.lamps,
+            cache: &self.cache,
+            seed: self.seed,
+        }
     }
 
     /// The picture of a camera, with its components when asked for. The same at any number of threads.
@@ -85,6 +102,9 @@ impl<'a> Relighter<'a> {
         let buffer = GBuffer::new(self.scene, camera, camera_from_world, every == 1, &layers);
         let mut lit =
             if every == 1 { self.every_pixel(&buffer) } else { self.sparse(&buffer, every) };
+        if self.lamps.is_some() {
+            add_emission(&buffer, &mut lit);
+        }
         apply_residual(&buffer, self.residual_share, &mut lit);
         self.apply_ratio(&buffer, &mut lit);
         let (scene, light) = (self.scene, self.light);
@@ -177,6 +197,20 @@ impl<'a> Relighter<'a> {
             lit[of_fine(i)] = own;
         }
         lit
+    }
+}
+
+/// Light of an environment and of lamps.
+#[derive(Clone, Copy)]
+pub(crate) struct Lights<'a> {
+    pub(crate) environment: &'a Environment,
+    pub(crate) lamps: Option<&'a Emitters>,
+}
+
+/// Adds what lamps that shine send to the camera; it is no light on matter, and no filter touches it.
+fn add_emission(buffer: &GBuffer, lit: &mut [Lit]) {
+    for (lit, sight) in lit.iter_mut().zip(&buffer.sight) {
+        lit.parts.diffuse += sight.map_or(Vec3::ZERO, |sight| sight.emitted);
     }
 }
 

@@ -94,14 +94,16 @@ pub(crate) fn likeness(scene: &RelightScene, light: &Environment) -> Option<f32>
     scene.own_light.as_ref().map(|own| alike(own, &light.harmonics()))
 }
 
-/// How much of a scene's residual counts under a light, 0 to 1; 0 where the scene has none. A scene whose own light is not known
-/// is taken to be under another.
-pub(crate) fn share_under(scene: &RelightScene, light: &Environment, share: ResidualShare) -> f32 {
-    match (&scene.residual, &scene.own_light) {
+/// How much of a scene's residual counts under a light that is so much like its own, 0 to 1; 0 where the scene has none. A scene
+/// whose own light is not known is taken to be under another.
+pub(crate) fn share_under(
+    scene: &RelightScene,
+    likeness: Option<f32>,
+    share: ResidualShare,
+) -> f32 {
+    match (&scene.residual, likeness) {
         (None, _) => 0.0,
-        (Some(_), Some(own)) if share != ResidualShare::OFF => {
-            share.under(alike(own, &light.harmonics()))
-        }
+        (Some(_), Some(likeness)) if share != ResidualShare::OFF => share.under(likeness),
         (Some(_), _) => share.under_another_light(),
     }
 }

@@ -5,6 +5,7 @@ use motes_math::srgb;
 use motes_raster::Antialias;
 use motes_scene::{Gaussians, Materials, Surface, confidence_of};
 use motes_shading::brdf::{Lobes, Material};
+use motes_shading::emitters::Emitters;
 use motes_shading::environment::{Environment, Harmonics};
 use motes_shading::tracing::{
     BuildQuality, Hit, MeshError, MeshTracer, Ray, Tracer as _, TriangleMesh,
@@ -58,6 +59,8 @@ pub struct RelightScene {
     pub(crate) residual: Option<SceneResidual>,
     pub(crate) surface: Surface,
     pub(crate) tracer: MeshTracer,
+    /// Lamps of the surface, as they shine in the photos.
+    pub(crate) lamps: Option<Emitters>,
     /// Degree 0; colors are base color, sRGB-encoded, as they are blended.
     pub(crate) base_color_splats: Gaussians,
     /// Degree 0; colors are roughness, metallic, and 1 where no view saw the Gaussian.
@@ -97,6 +100,8 @@ impl RelightScene {
             let unobserved = if materials.observations[i] == 0 { 1.0 } else { 0.0 };
             [materials.roughness[i], materials.metallic[i], unobserved]
         });
+        let emission: Vec<Vec3> = surface.emission_linear.iter().map(|&e| e.into()).collect();
+        let lamps = Emitters::new(&mesh, &emission);
         let residual = SceneResidual::of(&gaussians).map_err(SceneError::Residual)?;
         let confidence = confidence_of(&gaussians);
         let median_edge = mesh.median_edge();
@@ -114,11 +119,24 @@ impl RelightScene {
             residual,
             surface,
             tracer,
+            lamps,
             base_color_splats,
             property_splats,
             ray_bias,
             median_edge,
         })
+    }
+
+    /// Whether parts of the surface shine in the photos.
+    pub fn has_lamps(&self) -> bool {
+        self.lamps.is_some()
+    }
+
+    /// What a point of the surface sends out on its own; 0 where it is dark.
+    #[inline]
+    pub(crate) fn emitted(&self, hit: &Hit) -> Vec3 {
+        let Some(lamps) = &self.lamps else { return Vec3::ZERO };
+        lamps.radiance(hit.primitive)
     }
 
     /// Gaussians whose material is a guess.

@@ -9,8 +9,9 @@
 /// | `triangles` | `[T, 3]` | indices of vertices, counter-clockwise seen from outside |
 /// | `base_color_linear` | `[V, 3]` | 0 to 1, Rec. 709 |
 /// | `roughness`, `metallic` | `[V]` | 0 to 1 |
+/// | `emission_linear` | `[E, 3]`, `E <= V` | radiance of a lamp, linear, photo units, 0 or more; vertices from `E` on are dark |
 ///
-/// The material arrays are empty before there is a decomposition.
+/// The material arrays are empty before there is a decomposition, `emission_linear` where nothing shines.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Surface {
     /// Positions in world.
@@ -25,12 +26,24 @@ pub struct Surface {
     pub roughness: Vec<f32>,
     /// 0 dielectric, 1 metal.
     pub metallic: Vec<f32>,
+    /// What the first vertices send out on their own; a triangle shines where its three corners do.
+    pub emission_linear: Vec<[f32; 3]>,
 }
 
 impl Surface {
     /// Whether the vertices carry a material.
     pub fn has_materials(&self) -> bool {
         !self.vertices.is_empty() && self.base_color_linear.len() == self.vertices.len()
+    }
+
+    /// What vertex `v` sends out on its own; none where it is dark.
+    pub fn emission(&self, v: usize) -> Option<[f32; 3]> {
+        self.emission_linear.get(v).copied().filter(|e| e.iter().any(|c| *c > 0.0))
+    }
+
+    /// Whether any vertex shines.
+    pub fn shines(&self) -> bool {
+        (0..self.emission_linear.len()).any(|v| self.emission(v).is_some())
     }
 
     /// Whether all arrays have the lengths that they must have and all triangles have corners.
@@ -41,6 +54,7 @@ impl Surface {
             && full(self.base_color_linear.len())
             && self.roughness.len() == self.base_color_linear.len()
             && self.metallic.len() == self.base_color_linear.len()
+            && self.emission_linear.len() <= n
             && self.triangles.iter().flatten().all(|&v| (v as usize) < n)
     }
 }

@@ -1,12 +1,13 @@
 //! Surfaces that shine: light that is near.
 //!
 //! ```text
-//! L_emitted(x, w_o) = ∫ f_r(w, w_o) (n · w)⁺ L_e(y) V(x, y) (-n_y · w)⁺ / |x - y|² dA(y)
+//! L_emitted(x, w_o) = ∫ f_r(w, w_o) (n · w)⁺ L_e(y) V(x, y) |n_y · w| / |x - y|² dA(y)
 //! ```
 //!
-//! Triangles of a mesh send the same radiance in all directions of their front. A point on them is drawn by
+//! Triangles of a mesh send the same radiance in all directions, from both sides: of a lamp that is seen from above only the upper
+//! half is there, and the light that it sends down comes out of it all the same. A point on them is drawn by
 //! `p(y) = P(triangle) / area`, with `P` in proportion to power (Shirley, Wang & Zimmerman 1996), which as a density of
-//! directions is `p(w) = p(y) |x - y|² / (-n_y · w)`.
+//! directions is `p(w) = p(y) |x - y|² / |n_y · w|`.
 
 use glam::Vec3;
 use motes_math::luminance::luminance;
@@ -27,7 +28,7 @@ pub struct Emitters {
     of_primitive: Vec<u32>,
 }
 
-/// A triangle that shines on its front.
+/// A triangle that shines.
 #[derive(Clone, Copy, Debug)]
 struct Emitter {
     corner: Vec3,
@@ -53,7 +54,7 @@ pub struct EmitterSample {
 
 impl Emitters {
     /// Triangles of `mesh` whose three corners have an `emission` above 0, `[V]`, linear radiance; each sends the mean of
-    /// its corners, on the side from which they are counter-clockwise. None where nothing shines.
+    /// its corners. None where nothing shines.
     pub fn new(mesh: &TriangleMesh, emission: &[Vec3]) -> Option<Self> {
         let shines = |v: u32| emission.get(v as usize).is_some_and(|e| e.max_element() > 0.0);
         let mut of_primitive = vec![DARK; mesh.triangles.len()];
@@ -93,6 +94,15 @@ impl Emitters {
         self.triangles.is_empty()
     }
 
+    /// What a triangle of the mesh sends, linear; 0 where it is dark.
+    #[inline]
+    pub fn radiance(&self, primitive: u32) -> Vec3 {
+        match self.of_primitive.get(primitive as usize) {
+            Some(&e) if e != DARK => self.triangles[e as usize].radiance,
+            _ => Vec3::ZERO,
+        }
+    }
+
     /// Whether this triangle of the mesh shines.
     #[inline]
     pub fn shines(&self, primitive: u32) -> bool {
@@ -100,20 +110,20 @@ impl Emitters {
     }
 
     /// What a triangle of the mesh sends against the unit vector `toward` it, and the density with which [`Self::sample`]
-    /// draws that direction from `distance` away, per steradian; none where it is dark or seen from behind.
+    /// draws that direction from `distance` away, per steradian; none where it is dark or seen edge-on.
     #[inline]
     pub fn radiance_pdf(&self, primitive: u32, toward: Vec3, distance: f32) -> Option<(Vec3, f32)> {
         let emitter = match self.of_primitive.get(primitive as usize) {
             Some(&e) if e != DARK => &self.triangles[e as usize],
             _ => return None,
         };
-        let cosine = -emitter.normal.dot(toward);
+        let cosine = emitter.normal.dot(toward).abs();
         let pdf = emitter.density * distance * distance / cosine;
         (cosine > 0.0 && pdf.is_finite()).then_some((emitter.radiance, pdf))
     }
 
-    /// A direction from `position` toward an emitter; `u` are fractions of 2³². None where the point drawn is seen from
-    /// behind.
+    /// A direction from `position` toward an emitter; `u` are fractions of 2³². None where the point drawn is seen
+    /// edge-on.
     #[inline]
     pub fn sample(&self, position: Vec3, u: [u32; 3]) -> Option<EmitterSample> {
         let emitter = &self.triangles[self.table.pick(u[0])];
@@ -123,7 +133,7 @@ impl Emitters {
         let offset = emitter.corner + emitter.sides[0] * s + emitter.sides[1] * t - position;
         let distance = offset.length();
         let to_light = offset / distance;
-        let cosine = -emitter.normal.dot(to_light);
+        let cosine = emitter.normal.dot(to_light).abs();
         let pdf = emitter.density * distance * distance / cosine;
         let usable = cosine > 0.0 && pdf > 0.0 && pdf.is_finite();
         usable.then_some(EmitterSample { to_light, distance, radiance: emitter.radiance, pdf })

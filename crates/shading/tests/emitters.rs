@@ -152,7 +152,7 @@ fn both_paths_agree_on_glossy_points_beside_a_ball_that_shines() {
 }
 
 #[test]
-fn what_is_in_the_way_throws_a_shadow_and_the_back_is_dark() {
+fn what_is_in_the_way_throws_a_shadow_and_both_sides_shine() {
     let lamp = ceiling(0.5, 2.0);
     let screen = ceiling(3.0, 1.0);
     let mesh = joined(lamp, &screen);
@@ -165,10 +165,14 @@ fn what_is_in_the_way_throws_a_shadow_and_the_back_is_dark() {
     for (position, is_lit) in
         [(Vec3::ZERO, false), (Vec3::new(0.0, 0.0, 1.5), true), (Vec3::new(0.0, 0.0, 2.5), false)]
     {
+        // The last looks away from the lamp.
         let (mean, _) = fast(&point(position, white), &emitters, &tracer, options(32, 32), 20);
         assert_eq!(mean.x > 0.0, is_lit, "{position}: {mean}");
     }
-    assert!(emitters.radiance_pdf(0, -Vec3::Z, 1.0).is_none());
+    let (down, up) =
+        (emitters.radiance_pdf(0, -Vec3::Z, 1.0), emitters.radiance_pdf(0, Vec3::Z, 1.0));
+    assert_eq!((down, down.is_some()), (up, true));
+    assert!(emitters.radiance_pdf(0, Vec3::X, 1.0).is_none(), "edge-on");
 }
 
 #[test]

@@ -228,6 +228,7 @@ impl Reader<'_> {
             roughness: self.corners.iter().map(|c| material(c).roughness).collect(),
             metallic: self.corners.iter().map(|c| material(c).metallic).collect(),
             triangles: self.triangles,
+            emission_linear: Vec::new(),
         };
         finite_vertices(&surface, self.path)?;
         let uv = |c: &Corner| match c[1] {

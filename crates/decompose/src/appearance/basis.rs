@@ -5,6 +5,7 @@
 
 use glam::Vec3;
 use motes_shading::brdf::{Brdf, Lobes, Material};
+use motes_shading::emitters::Emitters;
 use motes_shading::environment::Environment;
 use motes_shading::integrate::{IndirectRadiance, IntegrationOptions, Shader, SurfacePoint};
 use motes_shading::tracing::{Hit, MeshTracer, Ray, Tracer};
@@ -52,6 +53,8 @@ pub struct BasisScene<'a> {
     pub lights: &'a [Environment],
     /// What blocked rays bring back, per capture and vertex, photo units; empty for nothing.
     pub vertex_radiance: &'a [Vec<Vec3>],
+    /// Lamps of the surface, which send more than the photos show.
+    pub emitters: Option<&'a Emitters>,
     /// Lobes of every material.
     pub lobes: Lobes,
     /// Samples and seed.
@@ -93,6 +96,9 @@ impl BasisScene<'_> {
             .iter()
             .map(|radiance| {
                 move |_: &Ray, hit: &Hit| {
+                    if self.emitters.is_some_and(|lamps| lamps.shines(hit.primitive)) {
+                        return Vec3::ZERO;
+                    }
                     self.scene.interpolate(hit.primitive, hit.barycentrics, radiance)
                 }
             })
@@ -104,6 +110,7 @@ impl BasisScene<'_> {
             .map(|(k, light)| {
                 let bounce = bounces.get(k).map(|b| b as IndirectRadiance<'_>);
                 Shader::new(light, &self.scene.tracer, bounce, self.options)
+                    .with_emitters(self.emitters)
             })
             .collect();
         run(&shaders)

@@ -59,12 +59,15 @@ fn load(document: &Path, capture: &Capture, view: usize, light: usize) -> Result
     let gain = capture.exposure_gain(view).max(1e-3);
     let table: Vec<f32> = (0..=255u8).map(|v| srgb::decode(f32::from(v) / 255.0 / gain)).collect();
     // A fourth channel is alpha: what is transparent there tells nothing.
-    let usable = |(i, pixel): (usize, &[u8])| {
+    let hidden = |(i, pixel): (usize, &[u8])| {
         let masked = mask.as_ref().is_some_and(|mask| mask.data[i] < 128);
-        let transparent = pixel.get(3).is_some_and(|alpha| *alpha < 128);
-        f32::from(u8::from(!masked && !transparent && pixel[..3].iter().all(|v| *v < CLIPPED)))
+        masked || pixel.get(3).is_some_and(|alpha| *alpha < 128)
     };
     let pixels = || image.data.chunks_exact(image.channels);
+    let is_clipped = |pixel: &[u8]| pixel[..3].iter().any(|v| *v >= CLIPPED);
+    let clipped: Vec<bool> =
+        pixels().enumerate().map(|(i, p)| is_clipped(p) && !hidden((i, p))).collect();
+    let usable = |(i, p): (usize, &[u8])| f32::from(u8::from(!hidden((i, p)) && !is_clipped(p)));
     let weight = pixels().enumerate().map(usable).collect();
     let radiance =
         pixels().flat_map(|p| [p[0], p[1], p[2]]).map(|v| table[usize::from(v)]).collect();
@@ -75,6 +78,7 @@ fn load(document: &Path, capture: &Capture, view: usize, light: usize) -> Result
         radiance_linear: ImageF32::from_data(camera.width, camera.height, 3, radiance),
         light,
         weight: ImageF32::from_data(camera.width, camera.height, 1, weight),
+        clipped,
     })
 }
 

@@ -45,7 +45,7 @@ pub(super) fn write_scene(
     let (path, state) = (draft.path(), &pipeline.state);
     let gaussians = gaussians_of(state);
     write_gaussians(&path.join("gaussians.ply"), &gaussians, &folder.ply)?;
-    write_surface(&path.join("surface.ply"), state.surface())?;
+    write_surface(&path.join("surface.ply"), &state.shining_surface())?;
     let attributes = [("motes made by".to_owned(), folder.made_by.to_owned())];
     let maps: Vec<ImageF32> = (0..).map_while(|light| state.light_map(light)).collect();
     for (k, map) in maps.iter().enumerate() {

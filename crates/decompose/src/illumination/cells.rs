@@ -73,18 +73,40 @@ impl Cell {
     }
 }
 
-/// Cells that tile the sphere, with one radiance each.
+/// A piece of the surface that shines.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lamp {
+    /// Linear radiance, photo units; the same in all directions.
+    pub radiance: Vec3,
+    /// What the photos show of it before they clip.
+    pub seen: Vec3,
+}
+
+/// Cells that tile the sphere, with one radiance each, and lamps in the scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CellLight {
     /// The tiles.
     pub cells: Vec<Cell>,
     /// Linear radiance of each, photo units.
     pub radiance: Vec<Vec3>,
+    /// The lamps; which vertices they are is told beside the light.
+    pub lamps: Vec<Lamp>,
     /// Axes of the map.
     pub orientation: Orientation,
 }
 
 impl CellLight {
+    /// Radiance of all that light comes from: the cells, then the lamps.
+    pub(crate) fn sources(&self) -> Vec<Vec3> {
+        self.radiance.iter().copied().chain(self.lamps.iter().map(|lamp| lamp.radiance)).collect()
+    }
+
+    /// The same light, brighter by a factor.
+    pub(crate) fn scale(&mut self, factor: Vec3) {
+        let lamps = self.lamps.iter_mut().map(|lamp| &mut lamp.radiance);
+        self.radiance.iter_mut().chain(lamps).for_each(|e| *e *= factor);
+    }
+
     /// `columns x rows` equal rectangles of the same radiance.
     pub fn uniform(columns: usize, rows: usize, radiance: Vec3, orientation: Orientation) -> Self {
         let (du, dv) = (1.0 / columns as f32, 1.0 / rows as f32);
@@ -97,7 +119,7 @@ impl CellLight {
                 level: 0,
             })
             .collect();
-        Self { radiance: vec![radiance; cells.len()], cells, orientation }
+        Self { radiance: vec![radiance; cells.len()], lamps: Vec::new(), cells, orientation }
     }
 
     /// Divides the cells of `which` into four each; the radiance is inherited.

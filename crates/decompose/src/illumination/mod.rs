@@ -4,6 +4,6 @@ pub(crate) mod cells;
 mod octahedron;
 mod texels;
 
-pub use cells::{Cell, CellLight, environment};
+pub use cells::{Cell, CellLight, Lamp, environment};
 pub(crate) use octahedron::Octahedron;
 pub(crate) use texels::light_by_texels;

@@ -17,4 +17,6 @@ pub struct Photo {
     pub light: usize,
     /// `[h, w, 1]`, 0 to 1: 0 where a mask says ignore or any channel of the photo is clipped.
     pub weight: ImageF32,
+    /// Row-major: where a channel is clipped that no mask hides; empty for nowhere.
+    pub clipped: Vec<bool>,
 }

@@ -85,6 +85,20 @@ impl<'a> SeenView<'a> {
         Some((y as usize).min(h - 1) * w + (x as usize).min(w - 1))
     }
 
+    /// The pixel that shows a point; none where it is hidden, out of the picture or seen at more than 78 degrees from its
+    /// normal. It may be clipped.
+    pub(crate) fn shown_at(&self, position: Vec3, normal: Vec3) -> Option<usize> {
+        let (x, y, z) = self.rays.project(position)?;
+        let (w, h) = (self.photo.camera.width, self.photo.camera.height);
+        let cosine = normal.dot((self.rays.eye - position).normalize_or_zero());
+        if !(x >= 0.0 && y >= 0.0 && x < w as f32 && y < h as f32 && cosine > 0.2) {
+            return None;
+        }
+        let pixel = y as usize * w + x as usize;
+        let slope = 2.0 * z / self.photo.camera.fx as f32 / cosine;
+        ((self.hits[pixel].depth - z).abs() < slope + 4e-3 * z).then_some(pixel)
+    }
+
     /// What the photo shows of a point; none where it is hidden, too near to an edge in depth, masked, clipped
     /// or seen at more than 78 degrees from its normal.
     pub fn observe(&self, index: usize, position: Vec3, normal: Vec3) -> Option<Observation> {

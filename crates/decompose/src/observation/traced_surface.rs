@@ -48,10 +48,7 @@ impl TracedSurface {
     /// # Errors
     /// A triangle refers to a vertex that does not exist.
     pub fn new(surface: Surface) -> Result<Self, MeshError> {
-        let mesh = TriangleMesh {
-            vertices: surface.vertices.iter().map(|&v| Vec3::from(v)).collect(),
-            triangles: surface.triangles.clone(),
-        };
+        let mesh = mesh_of(&surface);
         let tracer = MeshTracer::new(&mesh, BuildQuality::High)?;
         let finite = mesh.vertices.iter().filter(|v| v.is_finite());
         let (low, high) =
@@ -60,6 +57,11 @@ impl TracedSurface {
         let extent = if diagonal > 0.0 && diagonal.is_finite() { diagonal } else { 1.0 };
         let sheets = sheet_of_triangles(&surface);
         Ok(Self { surface, tracer, sheets, extent })
+    }
+
+    /// Its triangles.
+    pub(crate) fn mesh(&self) -> TriangleMesh {
+        mesh_of(&self.surface)
     }
 
     /// Whether vertices of which this holds lie on no flat piece: there normals are exact.
@@ -93,6 +95,13 @@ impl TracedSurface {
         let shading = at(&self.surface.normals).normalize_or(geometric);
         let shading = if shading.dot(geometric) < 0.0 { -shading } else { shading };
         (at(&self.surface.vertices), shading, geometric)
+    }
+}
+
+fn mesh_of(surface: &Surface) -> TriangleMesh {
+    TriangleMesh {
+        vertices: surface.vertices.iter().map(|&v| Vec3::from(v)).collect(),
+        triangles: surface.triangles.clone(),
     }
 }
 

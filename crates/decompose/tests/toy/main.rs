@@ -1,5 +1,6 @@
 //! A ball on a floor of two grays in the sun, taken apart again: surface given, light and material found.
 
+mod lamp;
 mod scene;
 
 use decompose::{

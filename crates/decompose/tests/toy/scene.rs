@@ -4,10 +4,12 @@ use decompose::{Photo, TracedSurface, ViewRays};
 use glam::{DVec3, Vec3};
 use motes_scene::{Gaussians, ImageF32, Pinhole, Pose, Surface};
 use motes_shading::brdf::Material;
+use motes_shading::emitters::Emitters;
 use motes_shading::environment::{
     Convention, Environment, EnvironmentMap, MapOptions, Orientation,
 };
 use motes_shading::integrate::{IntegrationOptions, Shader, SurfacePoint};
+use motes_shading::tracing::TriangleMesh;
 
 pub(crate) const SIZE: (usize, usize) = (96, 72);
 pub(crate) const RADIUS: f32 = 0.5;
@@ -54,6 +56,37 @@ pub(crate) fn surface() -> Surface {
             quad(&mut s, at(x, y), at(x, y + 1), at(x + 1, y + 1), at(x + 1, y));
         }
     }
+    s
+}
+
+/// The same with a ball over the floor that sends `radiance`.
+pub(crate) fn surface_with_lamp(radiance: f32) -> Surface {
+    let mut s = surface();
+    let (first, rows, columns) = (s.vertices.len() as u32, 10u32, 20u32);
+    let center = Vec3::new(0.9, 0.5, 0.7);
+    for y in 0..=rows {
+        for x in 0..columns {
+            let (theta, phi) = (
+                y as f32 / rows as f32 * std::f32::consts::PI,
+                x as f32 / columns as f32 * std::f32::consts::TAU,
+            );
+            let d = Vec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos());
+            s.normals.push(d.to_array());
+            s.vertices.push((center + 0.16 * d).to_array());
+        }
+    }
+    for y in 0..rows {
+        for x in 0..columns {
+            let at = |x: u32, y: u32| first + y * columns + x % columns;
+            let corners = [at(x, y), at(x, y + 1), at(x + 1, y + 1), at(x + 1, y)];
+            s.triangles.extend([
+                [corners[0], corners[1], corners[2]],
+                [corners[0], corners[2], corners[3]],
+            ]);
+        }
+    }
+    s.emission_linear = vec![[0.0; 3]; first as usize];
+    s.emission_linear.resize(s.vertices.len(), [radiance; 3]);
     s
 }
 
@@ -107,7 +140,13 @@ pub(crate) fn photos(
         ray_bias: 1e-4,
         ..IntegrationOptions::default()
     };
-    let shader = Shader::new(light, &scene.tracer, None, options);
+    let emission: Vec<Vec3> = scene.surface.emission_linear.iter().map(|&e| e.into()).collect();
+    let mesh = TriangleMesh {
+        vertices: scene.surface.vertices.iter().map(|&v| v.into()).collect(),
+        triangles: scene.surface.triangles.clone(),
+    };
+    let lamps = Emitters::new(&mesh, &emission);
+    let shader = Shader::new(light, &scene.tracer, None, options).with_emitters(lamps.as_ref());
     (0..12u32)
         .map(|k| {
             let phi = f64::from(k) * std::f64::consts::TAU / 12.0;
@@ -120,6 +159,7 @@ pub(crate) fn photos(
                 radiance_linear: ImageF32::filled(SIZE.0, SIZE.1, 3, 0.0),
                 light: 0,
                 weight: ImageF32::filled(SIZE.0, SIZE.1, 1, 1.0),
+                clipped: Vec::new(),
             };
             let rays = ViewRays::new(&photo);
             let hits = rays.hits(scene);
@@ -139,9 +179,15 @@ pub(crate) fn photos(
                     material,
                 });
             }
-            for (i, shaded) in places.iter().zip(shader.shade(&points, u64::from(k) << 32)) {
-                photo.radiance_linear.data[3 * i..3 * i + 3]
-                    .copy_from_slice(&shaded.total().to_array());
+            photo.clipped = vec![false; SIZE.0 * SIZE.1];
+            for (&i, shaded) in places.iter().zip(shader.shade(&points, u64::from(k) << 32)) {
+                let own = lamps.as_ref().map_or(Vec3::ZERO, |l| l.radiance(hits[i].triangle));
+                let mut sent = shaded.total() + own;
+                if lamps.is_some() && sent.max_element() >= 1.0 {
+                    (photo.clipped[i], photo.weight.data[i]) = (true, 0.0);
+                    sent = sent.min(Vec3::ONE);
+                }
+                photo.radiance_linear.data[3 * i..3 * i + 3].copy_from_slice(&sent.to_array());
             }
             photo
         })

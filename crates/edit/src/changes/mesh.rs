@@ -146,6 +146,7 @@ mod tests {
             base_color_linear: vec![[0.2, 0.4, 0.6]; 4],
             roughness: vec![0.3; 4],
             metallic: vec![1.0; 4],
+            ..Surface::default()
         }
     }
 

@@ -52,6 +52,10 @@ fn push_copy(surface: &mut Surface, v: usize, motion: &Similarity) -> u32 {
         surface.roughness.push(surface.roughness[v]);
         surface.metallic.push(surface.metallic[v]);
     }
+    if let Some(emission) = surface.emission(v) {
+        surface.emission_linear.resize(surface.vertices.len(), [0.0; 3]);
+        surface.emission_linear[surface.vertices.len() - 1] = emission;
+    }
     surface.vertices.len() as u32 - 1
 }
 
@@ -69,6 +73,10 @@ pub(super) fn append(surface: &mut Surface, part: &Surface) {
     surface.normals.extend(&part.normals);
     surface.triangles.extend(part.triangles.iter().map(|t| t.map(|v| first + v)));
     let n = part.vertices.len();
+    if part.shines() {
+        surface.emission_linear.resize(first as usize, [0.0; 3]);
+        surface.emission_linear.extend(&part.emission_linear);
+    }
     if part.has_materials() {
         surface.base_color_linear.extend(&part.base_color_linear);
         surface.roughness.extend(&part.roughness);
@@ -98,5 +106,10 @@ pub(super) fn compacted(surface: &Surface) -> Surface {
         base_color_linear: pick(&surface.base_color_linear, &kept),
         roughness: pick(&surface.roughness, &kept),
         metallic: pick(&surface.metallic, &kept),
+        emission_linear: if surface.shines() {
+            kept.iter().map(|&v| surface.emission(v).unwrap_or_default()).collect()
+        } else {
+            Vec::new()
+        },
     }
 }

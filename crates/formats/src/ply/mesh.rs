@@ -263,6 +263,7 @@ impl Mesh {
             base_color_linear: self.base_color_linear,
             roughness: self.roughness,
             metallic: self.metallic,
+            emission_linear: Vec::new(),
         })
     }
 }

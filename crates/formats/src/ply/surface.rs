@@ -18,15 +18,16 @@ const POSITION: [&str; 3] = ["x", "y", "z"];
 const NORMAL: [&str; 3] = ["nx", "ny", "nz"];
 const MATERIAL: [&str; 5] =
     ["base_color_0", "base_color_1", "base_color_2", "roughness", "metallic"];
+const EMISSION: [&str; 3] = ["emission_0", "emission_1", "emission_2"];
 /// Bytes of a face as [`write_surface`] writes it: the number 3 and three indices.
 const FACE_BYTES: usize = 13;
 
 /// Reads a surface: a binary PLY with the vertex columns `x y z nx ny nz`, optionally all of
-/// `base_color_0..2 roughness metallic`, and faces of three corners. Other columns are passed over.
+/// `base_color_0..2 roughness metallic`, optionally all of `emission_0..2`, and faces of three corners. Other columns are passed over.
 ///
 /// # Errors
 /// The file cannot be read, is not a binary PLY file or ends early; a position, normal or only a part
-/// of the material is missing; a value is not finite; a face has not three corners or names a
+/// of the material or of the emission is missing; a value is not finite, an emission below 0; a face has not three corners or names a
 /// vertex that does not exist.
 pub fn read_surface(path: &Path) -> Result<Surface> {
     let (mut reader, bytes) = open(path)?;
@@ -106,6 +107,7 @@ struct Columns {
     position: [Field; 3],
     normal: [Field; 3],
     material: Option<[Field; 5]>,
+    emission: Option<[Field; 3]>,
 }
 
 impl Columns {
@@ -127,8 +129,14 @@ impl Columns {
         } else {
             None
         };
+        let emission = if EMISSION.iter().any(|name| find(name).is_some()) {
+            let [r, g, b] = EMISSION.map(require);
+            Some([r?, g?, b?])
+        } else {
+            None
+        };
         let (position, normal) = ([x?, y?, z?], [nx?, ny?, nz?]);
-        Ok(Self { row_bytes: packed_row_bytes(vertex), position, normal, material })
+        Ok(Self { row_bytes: packed_row_bytes(vertex), position, normal, material, emission })
     }
 
     fn reserve(&self, surface: &mut Surface, rows: usize) {
@@ -138,6 +146,9 @@ impl Columns {
             surface.base_color_linear.reserve(rows);
             surface.roughness.reserve(rows);
             surface.metallic.reserve(rows);
+        }
+        if self.emission.is_some() {
+            surface.emission_linear.reserve(rows);
         }
     }
 
@@ -161,6 +172,16 @@ impl Columns {
                 to.base_color_linear.push([r, g, b]);
                 to.roughness.push(roughness);
                 to.metallic.push(metallic);
+            }
+            let emission = self.emission.map(|e| e.map(value));
+            if let Some(emission) = emission {
+                finite("emission", &emission)?;
+                if emission.iter().any(|e| *e < 0.0) {
+                    let place = format!("row {} of vertex", to.vertices.len());
+                    let cause = format!("the emission is {emission:?}: nothing sends less than 0");
+                    return Err(FormatError::invalid(path, place, cause));
+                }
+                to.emission_linear.push(emission);
             }
             to.vertices.push(position);
             to.normals.push(normal);
@@ -228,7 +249,8 @@ fn read_face(
     Ok(triangle)
 }
 
-/// Writes a surface as a binary little-endian PLY; the material columns when it has materials.
+/// Writes a surface as a binary little-endian PLY; the material columns when it has materials, those of the emission when any
+/// vertex shines.
 ///
 /// # Errors
 /// Writing fails.
@@ -245,6 +267,7 @@ pub fn write_surface(path: &Path, surface: &Surface) -> Result<()> {
             ("base color", s.base_color_linear.as_flattened(), 3),
             ("roughness", &s.roughness, 1),
             ("metallic", &s.metallic, 1),
+            ("emission", s.emission_linear.as_flattened(), 3),
         ],
     )?;
     write_checked(path, |writer| write_surface_to(writer, surface, path))
@@ -261,17 +284,22 @@ pub fn write_surface_to(mut writer: impl Write, surface: &Surface, name: &Path) 
     assert!(surface.is_consistent(), "arrays of different lengths or corners without a vertex");
     let refused = |error| write_error(name, error);
     let mut text = String::from("ply\nformat binary_little_endian 1.0\n");
-    text.push_str("comment motes format motes/surface 1.0\n");
+    // Readers of 1.0 understand a surface on which nothing shines.
+    let shines = surface.shines();
+    let comment = "comment motes format motes/surface 1.1\n";
+    text.push_str(&if shines { comment.to_owned() } else { comment.replace("1.1", "1.0") });
     text.push_str(&format!("element vertex {}\n", surface.vertices.len()));
     let material = surface.has_materials();
     let material_columns = if material { &MATERIAL[..] } else { &[] };
-    for column in POSITION.iter().chain(&NORMAL).chain(material_columns) {
+    let emission_columns = if shines { &EMISSION[..] } else { &[] };
+    for column in POSITION.iter().chain(&NORMAL).chain(material_columns).chain(emission_columns) {
         text.push_str(&format!("property float {column}\n"));
     }
     text.push_str(&format!("element face {}\n", surface.triangles.len()));
     text.push_str("property list uchar int vertex_indices\nend_header\n");
     writer.write_all(text.as_bytes()).map_err(refused)?;
-    let mut bytes = Vec::with_capacity(surface.vertices.len() * 4 * (6 + material_columns.len()));
+    let columns = 6 + material_columns.len() + emission_columns.len();
+    let mut bytes = Vec::with_capacity(surface.vertices.len() * 4 * columns);
     let mut append = |values: &[f32]| values.iter().for_each(|v| bytes.extend(v.to_le_bytes()));
     for i in 0..surface.vertices.len() {
         append(&surface.vertices[i]);
@@ -279,6 +307,9 @@ pub fn write_surface_to(mut writer: impl Write, surface: &Surface, name: &Path) 
         if material {
             append(&surface.base_color_linear[i]);
             append(&[surface.roughness[i], surface.metallic[i]]);
+        }
+        if shines {
+            append(&surface.emission(i).unwrap_or_default());
         }
     }
     writer.write_all(&bytes).map_err(refused)?;

@@ -1,4 +1,4 @@
-use motes_scene::{ColumnValues, ExposureResponse, ExtraColumn, Gaussians, SparsePoints};
+use motes_scene::{ColumnValues, ExposureResponse, ExtraColumn, Gaussians, SparsePoints, Surface};
 
 use super::*;
 
@@ -233,4 +233,29 @@ fn points_have_colors_of_any_kind() {
     let mut bytes = Vec::new();
     write_points_to(&mut bytes, &expected, Path::new("p.ply")).unwrap();
     assert_eq!(read_points_from(&bytes[..], Path::new("p.ply")).unwrap(), expected);
+}
+
+#[test]
+fn a_surface_keeps_what_it_sends_and_refuses_less_than_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("lamp.ply");
+    let mut surface = Surface {
+        vertices: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]],
+        normals: vec![[0.0, 0.0, 1.0]; 4],
+        triangles: vec![[0, 1, 2], [1, 3, 2]],
+        emission_linear: vec![[3.0, 2.0, 1.0], [0.0; 3]],
+        ..Surface::default()
+    };
+    write_surface(&path, &surface).unwrap();
+    let read = read_surface(&path).unwrap();
+    assert_eq!(read.emission_linear, [[3.0, 2.0, 1.0], [0.0; 3], [0.0; 3], [0.0; 3]]);
+    assert!(std::fs::read(&path).unwrap().windows(11).any(|w| w == b"surface 1.1"));
+    surface.emission_linear = vec![[0.0; 3]; 4];
+    write_surface(&path, &surface).unwrap();
+    assert!(std::fs::read(&path).unwrap().windows(11).any(|w| w == b"surface 1.0"));
+    assert!(read_surface(&path).unwrap().emission_linear.is_empty());
+    surface.emission_linear = vec![[-1.0, 2.0, 2.0]];
+    write_surface(&path, &surface).unwrap();
+    let error = read_surface(&path).unwrap_err().to_string();
+    assert!(error.contains("row 0 of vertex") && error.contains("emission"), "{error}");
 }

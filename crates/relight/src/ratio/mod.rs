@@ -21,9 +21,9 @@ use motes_math::sh::{MAX_SH_DEGREE, sh_coefficients};
 use motes_math::sigmoid::sigmoid;
 use motes_math::srgb;
 use motes_scene::{Gaussians, Residual};
-use motes_shading::environment::Environment;
 use rayon::prelude::*;
 
+use crate::relighter::Lights;
 use crate::scene::RelightScene;
 use crate::surface_point::surface_point;
 use graph::Graph;
@@ -61,7 +61,7 @@ impl Ratio {
     /// Of `scene` between its own light and `light`; none where that light or the confidence is not known.
     pub(crate) fn new(
         scene: &RelightScene,
-        light: &Environment,
+        light: &Lights<'_>,
         likeness: f32,
         caution: f32,
         samples: u32,
@@ -69,14 +69,16 @@ impl Ratio {
     ) -> Option<Self> {
         let own = scene.own_environment.as_ref()?;
         let confidence = scene.confidence.as_deref()?;
-        if own.is_black() || light.is_black() || scene.gaussians.is_empty() {
+        let own = Lights { environment: own, lamps: scene.lamps.as_ref() };
+        let is_black = |light: &Lights<'_>| light.environment.is_black() && light.lamps.is_none();
+        if is_black(&own) || is_black(light) || scene.gaussians.is_empty() {
             return None;
         }
         let trust = Trust::of(scene, confidence);
         let graph = Graph::new(&scene.gaussians.means);
         let places = places(scene, &graph, &trust);
-        let lit = |light: &Environment| received(scene, light, &places, samples, seed);
-        let raw: Vec<Vec3> = log_ratios(&lit(light), &lit(own));
+        let lit = |light: &Lights<'_>| received(scene, light, &places, samples, seed);
+        let raw: Vec<Vec3> = log_ratios(&lit(light), &lit(&own));
         let alike = |i: usize, j: usize| {
             let cosine = places[i].1.dot(places[j].1).max(0.0);
             cosine * cosine * trust.area[j]

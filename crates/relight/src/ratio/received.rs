@@ -2,9 +2,9 @@
 
 use glam::Vec3;
 use motes_shading::brdf::Material;
-use motes_shading::environment::Environment;
 use motes_shading::integrate::{IntegrationOptions, Shader, SurfacePoint};
 
+use crate::relighter::Lights;
 use crate::scene::RelightScene;
 
 /// Keeps the random numbers apart from those of pixels, vertices and baked colors.
@@ -13,7 +13,7 @@ const FIRST_ITEM: u64 = 1 << 52;
 /// Radiance of a white Lambert surface at `position` with `normal`, for every Gaussian; direct light with shadows.
 pub(super) fn received(
     scene: &RelightScene,
-    light: &Environment,
+    light: &Lights<'_>,
     places: &[(Vec3, Vec3)],
     samples: u32,
     seed: u64,
@@ -34,6 +34,7 @@ pub(super) fn received(
         seed,
         ..IntegrationOptions::default()
     };
-    let shader = Shader::new(light, &scene.tracer, None, options);
+    let shader =
+        Shader::new(light.environment, &scene.tracer, None, options).with_emitters(light.lamps);
     shader.shade(&points, FIRST_ITEM).iter().map(|s| s.total()).collect()
 }

@@ -3,6 +3,7 @@
 
 mod baked;
 mod caution;
+mod lamps;
 mod residual;
 mod turntable;
 

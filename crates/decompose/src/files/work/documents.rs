@@ -104,12 +104,26 @@ pub(super) struct LightDocument {
     pub cells: Vec<CellDocument>,
     /// Per capture and cell: linear RGB radiance, photo units.
     pub radiance: Vec<Vec<[f32; 3]>>,
+    /// Pieces of the surface that shine.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub lamps: Vec<LampDocument>,
+}
+
+/// A piece of the surface that shines.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub(super) struct LampDocument {
+    /// Linear RGB radiance, photo units.
+    pub radiance: [f32; 3],
+    /// What the photos show of it before they clip, photo units.
+    pub seen: [f32; 3],
+    /// Its vertices, as rows of `surface.ply`.
+    pub vertices: Vec<u32>,
 }
 
 impl Document for LightDocument {
     const FORMAT: &'static str = "motes/decompose-light";
     const MAJOR: u32 = 1;
-    const MINOR: u32 = 0;
+    const MINOR: u32 = 1;
 }
 
 /// A rectangle of the map in `u` and `v`, 0 to 1 from its upper left corner.

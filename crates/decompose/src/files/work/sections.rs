@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::pipeline::STEPS;
-use crate::{BaseColored, Cell, CellLight, Illumination, Observed, State, TracedSurface};
+use crate::{BaseColored, Cell, CellLight, Illumination, Lamp, Observed, State, TracedSurface};
 use motes_formats::FormatError;
 use motes_formats::documents::{Document as _, read_document, write_document};
 use motes_formats::ply::{
@@ -11,7 +11,7 @@ use motes_formats::ply::{
 };
 use motes_scene::{ColumnValues, ExtraColumn, Gaussians, Materials, Residual};
 
-use super::documents::{LightDocument, StepDocument};
+use super::documents::{LampDocument, LightDocument, StepDocument};
 use super::{materials, shading};
 use crate::files::errors::explained;
 
@@ -133,7 +133,47 @@ fn light_document(state: &State<'_>, made_by: &str) -> LightDocument {
             .iter()
             .map(|l| l.radiance.iter().map(|e| e.to_array()).collect())
             .collect(),
+        lamps: lamp_documents(light),
     }
+}
+
+fn lamp_documents(light: &Illumination) -> Vec<LampDocument> {
+    let lamps = light.cells.first().map_or(&[][..], |cells| &cells.lamps);
+    let of = |(k, lamp): (usize, &Lamp)| LampDocument {
+        radiance: lamp.radiance.to_array(),
+        seen: lamp.seen.to_array(),
+        vertices: (0..light.lamp_of_vertex.len() as u32)
+            .filter(|&v| light.lamp_of_vertex[v as usize] as usize == k + 1)
+            .collect(),
+    };
+    lamps.iter().enumerate().map(of).collect()
+}
+
+/// Which vertices are part of which lamp, from 1.
+fn lamp_of_vertex(
+    lamps: &[LampDocument],
+    vertices: usize,
+    path: &Path,
+) -> anyhow::Result<Vec<u32>> {
+    if lamps.is_empty() {
+        return Ok(Vec::new());
+    }
+    let mut of_vertex = vec![0; vertices];
+    for (k, lamp) in lamps.iter().enumerate() {
+        let finite = |c: &[f32; 3]| c.iter().all(|v| v.is_finite() && *v >= 0.0);
+        if !(finite(&lamp.radiance) && finite(&lamp.seen)) {
+            let (place, cause) = (format!("lamps/{k}"), "a radiance is below 0 or not a number");
+            return Err(FormatError::invalid(path, place, cause).into());
+        }
+        for &v in &lamp.vertices {
+            let Some(slot) = of_vertex.get_mut(v as usize) else {
+                let cause = format!("vertex {v}, but the surface has {vertices}");
+                return Err(FormatError::invalid(path, format!("lamps/{k}/vertices"), cause).into());
+            };
+            *slot = k as u32 + 1;
+        }
+    }
+    Ok(of_vertex)
 }
 
 /// The state after the step of `last`; `latest` names the folder that holds the latest of a part.
@@ -238,8 +278,14 @@ fn restore_light(state: &mut State<'_>, path: &Path) -> anyhow::Result<()> {
     let of = |radiance: &Vec<[f32; 3]>| CellLight {
         cells: cells.clone(),
         radiance: radiance.iter().map(|e| (*e).into()).collect(),
+        lamps: light
+            .lamps
+            .iter()
+            .map(|lamp| Lamp { radiance: lamp.radiance.into(), seen: lamp.seen.into() })
+            .collect(),
         orientation,
     };
+    let lamp_of_vertex = lamp_of_vertex(&light.lamps, state.surface().vertices.len(), path)?;
     let found = if known.is_empty() {
         Illumination::of_cells(light.radiance.iter().map(of).collect())
     } else {
@@ -248,6 +294,7 @@ fn restore_light(state: &mut State<'_>, path: &Path) -> anyhow::Result<()> {
     state.illumination = Illumination {
         anchor: light.anchor,
         base_color_factor: light.base_color_factor.into(),
+        lamp_of_vertex,
         ..found
     };
     Ok(())

@@ -45,7 +45,7 @@ pub(super) fn pictures<'a>(
     let inputs = state.inputs;
     let failed = |error: &dyn std::error::Error| DecomposeError::Relight(error.to_string());
     let lobes = if state.is_specular() { inputs.model.lobes } else { Lobes::Lambert };
-    let (surface, up) = (state.surface().clone(), state.up_in_world);
+    let (surface, up) = (state.shining_surface(), state.up_in_world);
     let mut scene = RelightScene::new(gaussians.clone(), surface, lobes, state.has_indirect(), up)
         .map_err(|e| failed(&e))?;
     scene.antialias = inputs.render.antialias;

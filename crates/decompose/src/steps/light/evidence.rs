@@ -21,7 +21,9 @@ pub(crate) fn share_of_bounce(state: &State<'_>) -> f32 {
         seed,
         ..IntegrationOptions::default()
     };
-    let basis = BasisScene { scene, lights, vertex_radiance, lobes: Lobes::Lambert, options };
+    let emitters = state.illumination.emitters(scene);
+    let (emitters, lobes) = (emitters.as_ref(), Lobes::Lambert);
+    let basis = BasisScene { scene, lights, vertex_radiance, emitters, lobes, options };
     let points: Vec<SurfacePoint> = samples
         .iter()
         .map(|s| SurfacePoint {

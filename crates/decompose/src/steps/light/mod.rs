@@ -3,6 +3,7 @@
 pub(crate) mod cost;
 mod evidence;
 pub(crate) mod glossy;
+pub(crate) mod lamps;
 mod options;
 pub(crate) mod pairs;
 mod priors;
@@ -12,6 +13,7 @@ pub(crate) mod transport;
 
 use crate::report::{Term, numbers};
 use crate::state::{Illumination, State};
+use motes_math::luminance::luminance;
 use motes_scene::Switch;
 
 pub use cost::SolveOptions;
@@ -23,12 +25,17 @@ const LEAST_INDIRECT: f32 = 0.005;
 
 /// Finds the light of every capture, unless it is known, and whether light from the surface itself counts.
 pub fn run(state: &mut State<'_>, options: &Options) -> Vec<Term> {
-    let mut sharp = None;
+    let (mut sharp, mut lamps) = (None, None);
     if state.inputs.known.lights.is_empty() {
-        let found = problem::LightProblem::of(state, options).solve();
+        let problem = problem::LightProblem::of(state, options);
+        let found = problem.with_candidates(&state.observed.views).solve();
         sharp = sharp_light(&found);
+        lamps = lamps_term(&found);
         state.light_cells = found.cells;
-        state.illumination = Illumination::of_cells(found.lights);
+        state.illumination = Illumination {
+            lamp_of_vertex: found.lamp_of_vertex,
+            ..Illumination::of_cells(found.lights)
+        };
     }
     let mut share = 0.0;
     if state.has_indirect() {
@@ -37,7 +44,34 @@ pub fn run(state: &mut State<'_>, options: &Options) -> Vec<Term> {
             state.observed.vertex_radiance.clear();
         }
     }
-    std::iter::once(indirect(state, share)).chain(sharp).collect()
+    std::iter::once(indirect(state, share)).chain(sharp).chain(lamps).collect()
+}
+
+/// What lamps give; none where no photo shows a surface clipped.
+fn lamps_term(found: &problem::FoundLight) -> Option<Term> {
+    let (without, with) = found.lamp_costs?;
+    let lamps = &found.lights.first()?.lamps;
+    let (count, percent) = (lamps.len(), 100.0 * found.lamp_share);
+    let excess = lamps.iter().map(|l| luminance(l.radiance) / luminance(l.seen).max(1e-4));
+    let excess = excess.fold(0.0, f32::max);
+    let change = 100.0 * (with / without.max(f64::MIN_POSITIVE) - 1.0);
+    Some(Term {
+        name: "lamps".into(),
+        kept: count > 0,
+        evidence: if count > 0 {
+            format!(
+                "{count} clipped pieces of the surface give {percent:.0} % of the light, the brightest {excess:.0} times what is seen of it"
+            )
+        } else {
+            format!("light from clipped pieces of the surface changes the cost by {change:+.1} %")
+        },
+        numbers: numbers([
+            ("lamps", Some(count as f64)),
+            ("share_of_irradiance", Some(f64::from(found.lamp_share))),
+            ("cost_without", Some(without)),
+            ("cost", Some(with)),
+        ]),
+    })
 }
 
 fn indirect(state: &State<'_>, share: f32) -> Term {

@@ -1,6 +1,7 @@
 //! Options of the light.
 
 use clap::Args;
+use motes_scene::Switch;
 use serde::{Deserialize, Serialize};
 
 use super::priors::WeightedPrior;
@@ -18,6 +19,11 @@ pub struct Options {
     /// degrees), 3 resolves a sun (1.4 degrees)
     #[arg(long, default_value_t = 3, value_name = "LEVELS", help_heading = "Fit (expert)")]
     pub light_levels: u32,
+
+    /// Lamps: pieces of the surface that the photos show clipped and that light what is around them;
+    /// auto keeps those that do, off takes all light from infinity
+    #[arg(long, value_enum, default_value_t = Switch::Auto, value_name = "SWITCH", help_heading = "Model")]
+    pub lamps: Switch,
 
     /// Weight of the prior that neighboring points of similar chromaticity share a base color
     #[arg(long, default_value_t = 1.0, value_name = "WEIGHT", help_heading = "Priors (expert)")]

@@ -1,17 +1,19 @@
 //! Rounds of tracing, solving and dividing cells.
 
 use glam::Vec3;
+use motes_scene::Switch;
 use motes_shading::environment::Orientation;
 
 use super::cost::SolveOptions;
 use super::evidence::prior_log_base;
+use super::lamps::Lamps;
 use super::options::Options;
 use super::pairs::{Pair, PairOptions, choose_pairs};
 use super::solve::{LitPoints, solve};
 use super::transport::{Transport, TransportOptions, bounce};
 use crate::appearance::ModelOptions;
 use crate::illumination::{Cell, CellLight};
-use crate::observation::{Observed, Sample, TracedSurface};
+use crate::observation::{Observed, Sample, SeenView, TracedSurface};
 use crate::state::State;
 
 /// Cells of level 0: 11.25 degrees wide.
@@ -27,6 +29,12 @@ const AMONG: usize = 200;
 const CHROMA: f32 = 0.4;
 /// Weight of pairs that are not both on a flat piece: their normals err by degrees, which flattens the light.
 const UNSURE: f32 = 0.2;
+/// How much smoother the sky is that lamps are first found beside.
+const STIFF: f32 = 100.0;
+/// Share of the cost that lamps have to save.
+const LEAST_SAVING: f32 = 0.01;
+/// Rays to every lamp from every point.
+const LAMP_RAYS: u32 = 32;
 /// Weight of a pair of one point under two lights against a full pair.
 const SAME_POINT: f32 = 4.0;
 
@@ -45,6 +53,8 @@ pub(crate) struct LightProblem<'a> {
     pub distance: f32,
     /// Axes of the maps.
     pub orientation: Orientation,
+    /// Pieces of the surface that may shine.
+    pub lamps: Lamps,
     /// Per sample: logarithm of a base color that was predicted elsewhere, up to one factor per photo.
     pub prior_log_base: Option<Vec<Vec3>>,
     /// Rays and weights.
@@ -58,7 +68,7 @@ pub(crate) struct LightProblem<'a> {
 }
 
 /// The light found and what was measured on the way.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct FoundLight {
     /// One per capture, with common cells.
     pub lights: Vec<CellLight>,
@@ -66,16 +76,24 @@ pub(crate) struct FoundLight {
     pub cells: Vec<usize>,
     /// Cost of every round, before and after.
     pub costs: Vec<(f64, f64)>,
+    /// The lamp of every vertex of the surface, from 1; 0 for none. Empty where there are none.
+    pub lamp_of_vertex: Vec<u32>,
+    /// Share of all light on the points that lamps give.
+    pub lamp_share: f32,
+    /// Costs of a smooth light without and with lamps, where there may be any.
+    pub lamp_costs: Option<(f64, f64)>,
 }
 
 impl<'a> LightProblem<'a> {
     /// What is known of the light of this state.
     pub(crate) fn of(state: &'a State<'_>, options: &'a Options) -> Self {
         let Observed { scene, samples, vertex_radiance, views, .. } = &state.observed;
+        let light = &state.illumination;
         Self {
             scene,
             samples,
             vertex_radiance,
+            lamps: Lamps::known(scene, &light.lamp_of_vertex, light.cells.first()),
             lights: state.inputs.light_count(),
             distance: state.camera_distance,
             orientation: state.orientation(),
@@ -87,12 +105,22 @@ impl<'a> LightProblem<'a> {
         }
     }
 
+    /// With the pieces of the surface that photos show clipped; without where there are several lights, since a lamp may be
+    /// dark in one and bright in the other.
+    pub(crate) fn with_candidates(self, views: &[SeenView<'_>]) -> Self {
+        if self.lights != 1 || self.options.lamps == Switch::Off {
+            return self;
+        }
+        let sent = self.vertex_radiance.first().map_or(&[][..], Vec::as_slice);
+        Self { lamps: Lamps::candidates(self.scene, views, sent), ..self }
+    }
+
     /// Finds the light of every capture, starting from an even white one.
-    pub(crate) fn solve(&self) -> FoundLight {
-        let even = CellLight::uniform(COLUMNS, COLUMNS / 2, Vec3::ONE, self.orientation);
-        let mut lights = vec![even; self.lights];
+    pub(crate) fn solve(&mut self) -> FoundLight {
+        let lamp_costs = self.weigh_lamps();
         let bounces = self.bounces();
-        let mut found = FoundLight { lights: Vec::new(), cells: Vec::new(), costs: Vec::new() };
+        let mut lights = vec![self.start(&bounces); self.lights];
+        let mut found = FoundLight { lamp_costs, ..FoundLight::default() };
         let mut base: Vec<Vec<Vec3>> = Vec::new();
         let levels = self.options.light_levels;
         for round in 0..=levels {
@@ -105,6 +133,7 @@ impl<'a> LightProblem<'a> {
                 found.costs.push(cost);
             }
             base = lit.iter().zip(&lights).map(|(l, light)| base_colors(l, light)).collect();
+            found.lamp_share = lamp_share(&lights[0], &lit[0]);
             found.cells.push(lights[0].cells.len());
             if round < levels {
                 let hot = hot_cells(&lights, &lit);
@@ -112,14 +141,58 @@ impl<'a> LightProblem<'a> {
                 lights.iter_mut().for_each(|light| light.divide(&which));
             }
         }
+        found.lamp_of_vertex.clone_from(&self.lamps.of_vertex);
         found.lights = lights;
         found
+    }
+
+    /// Leaves out pieces that light nothing, and all of them unless base colors are more alike with them; costs of a smooth
+    /// light without and with, where there were any.
+    fn weigh_lamps(&mut self) -> Option<(f64, f64)> {
+        if self.lamps.seen.is_empty() {
+            return None;
+        }
+        let (with, mut light, lit) = self.smooth();
+        self.lamps.keep_lamps(&mut light, &lit);
+        let lamps = std::mem::take(&mut self.lamps);
+        let (without, ..) = self.smooth();
+        if !lamps.seen.is_empty() && with < f64::from(1.0 - LEAST_SAVING) * without {
+            self.lamps = lamps;
+        }
+        Some((without, with))
+    }
+
+    /// Cost of a light of large cells, with that light and what it lights.
+    fn smooth(&self) -> (f64, CellLight, LitPoints) {
+        let bounces = self.bounces();
+        let mut lights = vec![self.start(&bounces)];
+        let (rows, mut lit) = self.lit_points(&lights[0], &bounces);
+        let pairs = self.pairs(&rows, &lit, &[], self.seed);
+        let (_, cost) = solve(&mut lights, &lit, &pairs, &mut [], &self.solve_options());
+        (cost, lights.swap_remove(0), lit.swap_remove(0))
+    }
+
+    /// An even white light, and lamps as bright as they have to be beside an even one: a sky that is free before them takes their
+    /// place, with a sun for each.
+    fn start(&self, bounces: &[Vec<Vec3>]) -> CellLight {
+        let even = CellLight::uniform(COLUMNS, COLUMNS / 2, Vec3::ONE, self.orientation);
+        if self.lamps.seen.is_empty() {
+            return even;
+        }
+        let mut lights = vec![CellLight { lamps: self.lamps.start(), ..even }];
+        let (rows, lit) = self.lit_points(&lights[0], bounces);
+        let pairs = self.pairs(&rows, &lit, &[], self.seed);
+        let by_shading = self.solve_options();
+        let options = SolveOptions { smooth: STIFF * by_shading.smooth, ..by_shading };
+        solve(&mut lights, &lit, &pairs, &mut [], &options);
+        lights.swap_remove(0)
     }
 
     fn transport_options(&self) -> TransportOptions {
         TransportOptions {
             rays_per_side: self.options.light_rays,
             bounce_rays: 64,
+            lamp_rays: LAMP_RAYS,
             bias: self.ray_bias,
             visibility: self.model.visibility,
             seed: self.seed,
@@ -148,7 +221,9 @@ impl<'a> LightProblem<'a> {
         let options = self.transport_options();
         (0..self.lights)
             .map(|l| match self.vertex_radiance.get(l) {
-                Some(radiance) => bounce(self.scene, self.samples, radiance, &options),
+                Some(radiance) => {
+                    bounce(self.scene, self.samples, radiance, &self.lamps.emitters, &options)
+                }
                 None => vec![Vec3::ZERO; self.samples.len()],
             })
             .collect()
@@ -161,7 +236,13 @@ impl<'a> LightProblem<'a> {
         bounces: &[Vec<Vec3>],
     ) -> (Vec<Vec<u32>>, Vec<LitPoints>) {
         let transport =
-            Transport::trace(self.scene, self.samples, light, &self.transport_options());
+            Transport::trace(self.scene, self.samples, light, &self.transport_options())
+                .with_lamps(
+                    self.scene,
+                    self.samples,
+                    &self.lamps.emitters,
+                    &self.transport_options(),
+                );
         (0..self.lights)
             .map(|l| {
                 let seen = self.samples.iter().enumerate();
@@ -223,7 +304,7 @@ impl<'a> LightProblem<'a> {
 
 /// Radiance over irradiance, per lit point.
 pub(crate) fn base_colors(lit: &LitPoints, light: &CellLight) -> Vec<Vec3> {
-    lit.radiance.iter().zip(lit.shading(&light.radiance)).map(|(l, s)| *l / s).collect()
+    lit.radiance.iter().zip(lit.shading(&light.sources())).map(|(l, s)| *l / s).collect()
 }
 
 /// Whether more than [`SHARE`] of what all points receive comes from a cell, under any light.
@@ -232,11 +313,20 @@ fn hot_cells(lights: &[CellLight], lit: &[LitPoints]) -> Vec<bool> {
     for (light, lit) in lights.iter().zip(lit) {
         let received = lit.transport.transposed(&vec![Vec3::ONE; lit.radiance.len()]);
         let flux: Vec<f32> =
-            received.iter().zip(&light.radiance).map(|(t, e)| (*t * *e).element_sum()).collect();
+            received.iter().zip(light.sources()).map(|(t, e)| (*t * e).element_sum()).collect();
         let total: f32 = flux.iter().sum();
         hot.iter_mut().zip(&flux).for_each(|(hot, f)| *hot |= *f > SHARE * total);
     }
     hot
+}
+
+/// Share of what all points receive that lamps give.
+fn lamp_share(light: &CellLight, lit: &LitPoints) -> f32 {
+    let received = lit.transport.transposed(&vec![Vec3::ONE; lit.radiance.len()]);
+    let flux = received.iter().zip(light.sources()).map(|(t, e)| (*t * e).element_sum());
+    let flux: Vec<f32> = flux.collect();
+    let of_lamps: f32 = flux[light.cells.len().min(flux.len())..].iter().sum();
+    of_lamps / flux.iter().sum::<f32>().max(f32::MIN_POSITIVE)
 }
 
 /// Hot cells and those that touch one and are not finer: a bright spot may turn out to lie next door.

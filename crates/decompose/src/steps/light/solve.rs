@@ -21,6 +21,8 @@
 //! With several captures the points of each are rows of their own under a light of their own, and pairs join
 //! a point with itself under another light, which tells base color and light apart.
 //!
+//! Lamps of the scene are columns of `T` like cells; they have no neighbors, and send at least what the photos show of them.
+//!
 //! All is per channel, with `ρ(x) = sqrt(x² + σ²) - σ`. Minimized by Adam (Kingma & Ba 2015).
 
 use glam::Vec3;
@@ -36,6 +38,10 @@ use crate::illumination::CellLight;
 
 /// Smallest irradiance over π that a logarithm is taken of, photo units.
 const FLOOR: f32 = 1e-4;
+/// A lamp sends at most this many times what is seen of it: one that hardly lights anything could be of any brightness.
+const MOST_EXCESS: f32 = 300.0;
+/// Logarithms of radiances stay within this.
+const LOG_RANGE: f32 = 14.0;
 
 /// Steps after which base colors of what reflects are found anew.
 const REFRESH: u32 = 5;
@@ -71,12 +77,14 @@ fn weighted(options: &SolveOptions) -> Weighted {
     all.filter(|(_, weight)| *weight != 0.0).collect()
 }
 
-/// Cost and gradient by `θ`, channels interleaved, one light after the other.
+/// Cost and gradient by `θ`, channels interleaved, one light after the other; the last `lamps` columns of each are lamps.
+#[expect(clippy::too_many_arguments, reason = "each is another part of the cost")]
 pub(crate) fn cost_and_gradient(
     theta: &[f32],
     lit: &[LitPoints],
     pairs: &[Pair],
     neighbors: &[(u32, u32)],
+    lamps: usize,
     glossy: &[Glossy],
     options: &SolveOptions,
     priors: &[(&dyn LightPrior, f32)],
@@ -96,6 +104,7 @@ pub(crate) fn cost_and_gradient(
     let lighting = Lighting {
         theta,
         lights: lit.len(),
+        lamps,
         neighbors,
         shading: &shading,
         log_base: &log_base,
@@ -168,9 +177,11 @@ pub(crate) fn solve(
     let Some(first_light) = lights.first() else {
         return (0.0, 0.0);
     };
-    let columns = first_light.cells.len().max(1);
+    let lamps = first_light.lamps.len();
+    let columns = (first_light.cells.len() + lamps).max(1);
     let neighbors = first_light.neighbors();
-    let all = lights.iter().flat_map(|l| &l.radiance);
+    let ranges = ranges(lights);
+    let all = lights.iter().flat_map(CellLight::sources);
     let mut theta: Vec<f32> = all.flat_map(|e| e.to_array().map(|v| v.max(1e-5).ln())).collect();
     let (mut first, mut second) = (vec![0.0; theta.len()], vec![0.0; theta.len()]);
     let priors = weighted(options);
@@ -184,7 +195,7 @@ pub(crate) fn solve(
             }
         }
         let (cost, gradient) =
-            cost_and_gradient(&theta, lit, pairs, &neighbors, glossy, options, &priors);
+            cost_and_gradient(&theta, lit, pairs, &neighbors, lamps, glossy, options, &priors);
         if step == 0 {
             start = cost;
         }
@@ -200,15 +211,29 @@ pub(crate) fn solve(
             u64::from(step) + 1,
             &adam,
         );
-        for value in &mut theta {
-            *value = value.clamp(-14.0, 14.0);
+        for (value, [least, most]) in theta.iter_mut().zip(&ranges) {
+            *value = value.clamp(*least, *most);
         }
     }
     let mut values = radiances(&theta).into_iter();
     for light in lights {
         light.radiance = values.by_ref().take(light.cells.len()).collect();
+        for (lamp, radiance) in light.lamps.iter_mut().zip(&mut values) {
+            lamp.radiance = radiance;
+        }
     }
     (start, end)
+}
+
+/// Least and largest logarithm of every source, channels interleaved.
+fn ranges(lights: &[CellLight]) -> Vec<[f32; 2]> {
+    let of = |light: &CellLight| -> Vec<[f32; 2]> {
+        let seen = light.lamps.iter().flat_map(|lamp| lamp.seen.to_array());
+        let of_lamp = |seen: f32| [1.0, MOST_EXCESS].map(|excess| (excess * seen.max(FLOOR)).ln());
+        let of_cells = vec![[-LOG_RANGE, LOG_RANGE]; 3 * light.cells.len()];
+        of_cells.into_iter().chain(seen.map(of_lamp)).collect()
+    };
+    lights.iter().flat_map(of).collect()
 }
 
 #[cfg(test)]
@@ -288,7 +313,7 @@ mod tests {
         let (lit, options) = (lit_points(), options());
         for prior in LIGHT_PRIORS {
             let at = |theta: &[f32]| {
-                cost_and_gradient(theta, &lit, &[], &NEIGHBORS, &[], &options, &[(*prior, 0.7)])
+                cost_and_gradient(theta, &lit, &[], &NEIGHBORS, 1, &[], &options, &[(*prior, 0.7)])
             };
             check(at).unwrap_or_else(|error| panic!("{}: {error}", prior.name()));
         }
@@ -332,7 +357,7 @@ mod tests {
             .collect();
         let priors = weighted(&options);
         let at = |theta: &[f32]| {
-            cost_and_gradient(theta, &lit, &pairs, &NEIGHBORS, &glossy, &options, &priors)
+            cost_and_gradient(theta, &lit, &pairs, &NEIGHBORS, 1, &glossy, &options, &priors)
         };
         check(at).unwrap();
     }

@@ -1,7 +1,9 @@
 //! How much of every cell of the light a point of the surface receives.
 
 use glam::Vec3;
+use motes_shading::emitters::Emitters;
 use motes_shading::frame::Frame;
+use motes_shading::integrate::IntegrationOptions;
 use motes_shading::sampling::{PointSet, unit_f32};
 use motes_shading::tracing::{Ray, Tracer, offset_origin};
 use rayon::prelude::*;
@@ -13,15 +15,16 @@ use crate::observation::{Sample, TracedSurface};
 const CHUNK: usize = 256;
 const CELL_PURPOSE: u32 = 41;
 const BOUNCE_PURPOSE: u32 = 42;
+const LAMP_PURPOSE: u32 = 43;
 
-/// Diffuse transport of `P` points and `J` cells.
+/// Diffuse transport of `P` points and `J` cells and lamps.
 #[derive(Clone, Debug)]
 pub(crate) struct Transport {
-    /// `[P, J]`: `1/π ∫_cell V (n · w)⁺ dw`.
+    /// `[P, J]`: `1/π ∫_cell V (n · w)⁺ dw`, the cells first, then the lamps.
     pub cells: Vec<f32>,
     /// `[P]`: `1/π ∫ (1 - V) L_surface (n · w)⁺ dw`: light that comes from the surface itself, photo units.
     pub bounce: Vec<Vec3>,
-    /// Number of cells.
+    /// Number of cells and lamps.
     pub columns: usize,
 }
 
@@ -32,6 +35,8 @@ pub(crate) struct TransportOptions {
     pub rays_per_side: u32,
     /// Rays for the light from the surface itself.
     pub bounce_rays: u32,
+    /// Rays to every lamp.
+    pub lamp_rays: u32,
     /// Distance at which rays start, world units.
     pub bias: f32,
     /// Ignore what is in the way (for measuring what visibility is worth).
@@ -119,14 +124,66 @@ impl Transport {
     }
 }
 
-/// `[P]`: `1/π ∫ (1 - V) L_surface (n · w)⁺ dw` with the radiance of the surface at its vertices.
+impl Transport {
+    /// With a column per lamp: `1/π ∫_lamp V (n · w)⁺ dw`, by `options.lamp_rays` points on each.
+    pub(crate) fn with_lamps(
+        self,
+        scene: &TracedSurface,
+        samples: &[Sample],
+        lamps: &[Emitters],
+        options: &TransportOptions,
+    ) -> Self {
+        if lamps.is_empty() {
+            return self;
+        }
+        let columns = self.columns + lamps.len();
+        let row = |p: usize| {
+            let of_lamps = lamps.iter().enumerate().map(move |(k, lamp)| {
+                from_lamp(scene, &samples[p], (p as u64) << 16 | k as u64, lamp, options)
+            });
+            let of_cells = self.cells[p * self.columns..(p + 1) * self.columns].iter().copied();
+            of_cells.chain(of_lamps).collect::<Vec<f32>>()
+        };
+        let rows: Vec<Vec<f32>> = (0..samples.len()).into_par_iter().map(row).collect();
+        Self { cells: rows.concat(), columns, bounce: self.bounce }
+    }
+}
+
+fn from_lamp(
+    scene: &TracedSurface,
+    sample: &Sample,
+    item: u64,
+    lamp: &Emitters,
+    options: &TransportOptions,
+) -> f32 {
+    let points = PointSet::new(options.seed, item, LAMP_PURPOSE, options.lamp_rays);
+    let mut sum = 0.0;
+    for k in 0..options.lamp_rays {
+        let Some(toward) = lamp.sample(sample.position, points.point(k)) else { continue };
+        let (w, cosine) = (toward.to_light, sample.normal.dot(toward.to_light));
+        if !(cosine > 0.0 && sample.geometric_normal.dot(w) > 0.0) {
+            continue;
+        }
+        let origin = offset_origin(sample.position, sample.geometric_normal, w, options.bias);
+        let until = IntegrationOptions { ray_bias: options.bias, ..Default::default() }
+            .until(toward.distance);
+        let shadow = Ray { t_max: until, ..Ray::new(origin, w) };
+        if !options.visibility || !scene.tracer.occluded(&shadow) {
+            sum += cosine / toward.pdf;
+        }
+    }
+    sum / (std::f32::consts::PI * options.lamp_rays.max(1) as f32)
+}
+
+/// `[P]`: `1/π ∫ (1 - V) L_surface (n · w)⁺ dw` with the radiance of the surface at its vertices, lamps left out.
 pub(crate) fn bounce(
     scene: &TracedSurface,
     samples: &[Sample],
     vertex_radiance: &[Vec3],
+    lamps: &[Emitters],
     options: &TransportOptions,
 ) -> Vec<Vec3> {
-    let of = |(p, sample)| bounce_at(scene, sample, p as u64, vertex_radiance, options);
+    let of = |(p, sample)| bounce_at(scene, sample, p as u64, vertex_radiance, lamps, options);
     samples.par_iter().enumerate().map(of).collect()
 }
 
@@ -135,6 +192,7 @@ fn bounce_at(
     sample: &Sample,
     item: u64,
     vertex_radiance: &[Vec3],
+    lamps: &[Emitters],
     options: &TransportOptions,
 ) -> Vec3 {
     let bias = options.bias;
@@ -152,7 +210,9 @@ fn bounce_at(
             frame.world_from_local(Vec3::new(r * phi.cos(), r * phi.sin(), (1.0 - u[1]).sqrt()));
         if sample.geometric_normal.dot(w) > 0.0 {
             let origin = offset_origin(sample.position, sample.geometric_normal, w, bias);
-            if let Some(hit) = scene.tracer.closest_hit(&Ray::new(origin, w)) {
+            if let Some(hit) = scene.tracer.closest_hit(&Ray::new(origin, w))
+                && !lamps.iter().any(|lamp| lamp.shines(hit.primitive))
+            {
                 sum += scene.interpolate(hit.primitive, hit.barycentrics, vertex_radiance);
             }
         }

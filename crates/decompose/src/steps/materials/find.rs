@@ -2,7 +2,6 @@
 
 use glam::Vec3;
 use motes_scene::Switch;
-use motes_shading::environment::Environment;
 use motes_shading::integrate::IntegrationOptions;
 
 use super::contrast::contrast_roughness;
@@ -16,23 +15,25 @@ use crate::appearance::{
 };
 use crate::observation::{Observed, Sample};
 use crate::parabola::least_of_parabola;
-use crate::state::State;
+use crate::state::{Illumination, State};
 
 /// Values of roughness that are compared; between them a parabola decides.
 pub(super) const ROUGHNESS: [f32; 10] = [0.05, 0.1, 0.15, 0.2, 0.28, 0.36, 0.45, 0.6, 0.75, 0.9];
 
-/// Finds parts and their materials under these lights, which need not be those of the state.
+/// Finds parts and their materials under this light, which need not be that of the state.
 pub(crate) fn find_materials(
     state: &State<'_>,
-    lights: &[Environment],
+    light: &Illumination,
     options: &Options,
 ) -> FoundMaterials {
     let Observed { scene, samples, vertex_radiance, .. } = &state.observed;
     let model = state.inputs.model;
     let brdf_samples = (options.material_rays / 3).max(1);
+    let emitters = light.emitters(scene);
     let basis_scene = BasisScene {
         scene,
-        lights,
+        lights: &light.lights,
+        emitters: emitters.as_ref(),
         vertex_radiance,
         lobes: model.lobes,
         options: IntegrationOptions {

@@ -47,7 +47,7 @@ pub fn run(
 
 /// Finds the materials on the surface as it is, under the light as it is.
 pub(crate) fn find_again(state: &mut State<'_>, options: &Options) {
-    let found = find_materials(state, &state.illumination.lights, options);
+    let found = find_materials(state, &state.illumination, options);
     state.illumination.materials = found;
 }
 

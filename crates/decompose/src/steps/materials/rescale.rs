@@ -38,11 +38,9 @@ pub(crate) fn rescale(
     };
     let on_light = by_base.unwrap_or_else(|| scale.factor(systematic));
     light.base_color_factor /= on_light;
-    for cells in &mut light.cells {
-        cells.radiance.iter_mut().for_each(|e| *e *= on_light);
-    }
+    light.cells.iter_mut().for_each(|cells| cells.scale(on_light));
     light.lights = light.cells.iter().map(environment).collect();
-    light.materials = find_materials(state, &light.lights, options);
+    light.materials = find_materials(state, light, options);
     Ok(())
 }
 

@@ -3,6 +3,7 @@
 mod fit;
 mod options;
 
+use crate::appearance::FoundMaterials;
 use crate::error::DecomposeError;
 use crate::illumination::environment;
 use crate::report::{Term, numbers};
@@ -45,12 +46,14 @@ pub fn run(
         fit_to_reflections(&problem, &mut cells, &now.materials, weight);
         let lights: Vec<_> = cells.iter().map(environment).collect();
         let mut next = Illumination {
-            materials: materials::find_materials(state, &lights, of_materials),
+            materials: FoundMaterials::default(),
             base_color_factor: now.base_color_factor,
             anchor: now.anchor,
+            lamp_of_vertex: now.lamp_of_vertex.clone(),
             cells,
             lights,
         };
+        next.materials = materials::find_materials(state, &next, of_materials);
         materials::rescale(state, &mut next, SYSTEMATIC, of_materials)?;
         fitted = Some(next);
     }

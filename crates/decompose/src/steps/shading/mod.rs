@@ -27,10 +27,12 @@ pub fn run(
     let Observed { scene, views, samples, vertex_radiance, .. } = &state.observed;
     let light = &state.illumination;
     let materials = vertex_materials(scene, samples, &light.materials);
+    let emitters = light.emitters(scene);
     let basis_scene = BasisScene {
         scene,
         lights: &light.lights,
         vertex_radiance,
+        emitters: emitters.as_ref(),
         lobes: inputs.model.lobes,
         options: IntegrationOptions {
             ray_bias: state.ray_bias(),

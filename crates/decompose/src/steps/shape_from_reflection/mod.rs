@@ -53,11 +53,12 @@ pub fn run(
 
 fn reshaped(state: &State<'_>, options: &Options, round: u32) -> Option<Reshaped> {
     let (seen, light) = (&state.observed, &state.illumination);
+    let sent = state.sent_radiance();
     let mirrors = Mirrors {
         scene: &seen.scene,
         views: &seen.views,
         lights: &light.lights,
-        vertex_radiance: &seen.vertex_radiance,
+        vertex_radiance: &sent,
         materials: &vertex_materials(&seen.scene, &seen.samples, &light.materials),
         smoothness: options.weight_smooth_normals,
         ray_bias: state.ray_bias(),

@@ -40,6 +40,7 @@ fn photo(index: usize, exposure: f32) -> Photo {
         camera_from_world: Pose::look_at(eye, DVec3::ZERO, DVec3::Z).unwrap(),
         radiance_linear: ImageF32::filled(size, size, 3, 0.0),
         weight: ImageF32::filled(size, size, 1, 1.0),
+        clipped: Vec::new(),
     };
     let rays = ViewRays::new(&out);
     for k in 0..size * size {

@@ -33,11 +33,12 @@ pub fn run(
         return Ok(None);
     }
     let (seen, light) = (&state.observed, &state.illumination);
+    let sent = state.sent_radiance();
     let shaded = Shaded {
         scene: &seen.scene,
         views: &seen.views,
         lights: &light.lights,
-        vertex_radiance: &seen.vertex_radiance,
+        vertex_radiance: &sent,
         materials: &vertex_materials(&seen.scene, &seen.samples, &light.materials),
         smoothness: options.weight_smooth_displacement,
         ray_bias: state.ray_bias(),

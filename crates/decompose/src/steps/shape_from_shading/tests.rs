@@ -54,6 +54,7 @@ fn photo(index: usize, truth: &TracedSurface, exposure: f32, contrast: f32) -> P
         camera_from_world: Pose::look_at(eye, DVec3::ZERO, DVec3::Z).unwrap(),
         radiance_linear: ImageF32::filled(size, size, 3, 0.0),
         weight: ImageF32::filled(size, size, 1, 1.0),
+        clipped: Vec::new(),
     };
     let (rays, lamps) = (ViewRays::new(&out), lamps());
     for (k, hit) in rays.hits(truth).iter().enumerate().filter(|(_, hit)| hit.is_hit()) {

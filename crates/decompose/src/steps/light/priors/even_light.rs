@@ -15,10 +15,11 @@ impl LightPrior for EvenLight {
     }
 
     fn add_cells(&self, light: &Lighting<'_>, weight: f32, sum: &mut CellSum) {
-        let per_light = (light.theta.len() / light.lights.max(1)).max(1);
-        let share = weight / light.theta.len().max(1) as f32;
+        let (per_light, cells) = (light.per_light(), light.of_cells());
+        let share = weight / (cells * light.lights).max(1) as f32;
         let lights = light.theta.chunks(per_light).zip(sum.gradient.chunks_mut(per_light));
         for (theta, gradient) in lights {
+            let (theta, gradient) = (&theta[..cells], &mut gradient[..cells]);
             for c in 0..3 {
                 let of = |values: &[f32]| values.iter().skip(c).step_by(3).sum::<f32>();
                 let mean = of(theta) / (theta.len() / 3).max(1) as f32;

@@ -37,6 +37,8 @@ pub struct Lighting<'a> {
     pub theta: &'a [f32],
     /// Number of lights, which have the same cells.
     pub lights: usize,
+    /// Number of lamps, whose radiances follow those of the cells of each light.
+    pub lamps: usize,
     /// Cells of one light that touch.
     pub neighbors: &'a [(u32, u32)],
     /// Irradiance over π of every point, photo units.
@@ -45,6 +47,18 @@ pub struct Lighting<'a> {
     pub log_base: &'a [Vec3],
     /// Weights and schedule.
     pub options: &'a SolveOptions,
+}
+
+impl Lighting<'_> {
+    /// Values of [`Self::theta`] that belong to one light.
+    pub(in crate::steps::light) fn per_light(&self) -> usize {
+        (self.theta.len() / self.lights.max(1)).max(1)
+    }
+
+    /// The first of them that are cells.
+    pub(in crate::steps::light) fn of_cells(&self) -> usize {
+        self.per_light() - (3 * self.lamps).min(self.per_light())
+    }
 }
 
 /// Slopes by a logarithm, of every point.

@@ -37,8 +37,13 @@ impl LightPrior for WhiteLight {
     }
 
     fn add_cells(&self, light: &Lighting<'_>, weight: f32, sum: &mut CellSum) {
-        let share = OF_CELLS * weight / (light.theta.len() / 3).max(1) as f32;
-        for (t, g) in light.theta.chunks_exact(3).zip(sum.gradient.chunks_exact_mut(3)) {
+        let (per_light, cells) = (light.per_light(), light.of_cells());
+        let share = OF_CELLS * weight / (cells * light.lights / 3).max(1) as f32;
+        let lights = light.theta.chunks(per_light).zip(sum.gradient.chunks_mut(per_light));
+        let triples = lights.flat_map(|(theta, gradient)| {
+            theta[..cells].chunks_exact(3).zip(gradient[..cells].chunks_exact_mut(3))
+        });
+        for (t, g) in triples {
             let mean = (t[0] + t[1] + t[2]) / 3.0;
             for c in 0..3 {
                 let d = t[c] - mean;

@@ -35,6 +35,7 @@ pub(in super::super) fn photos(n: usize, scale: f64, shift: DVec3) -> Vec<Photo>
             radiance_linear: ImageF32::filled(width, height, 3, 0.5),
             light: 0,
             weight: ImageF32::filled(width, height, 1, 1.0),
+            clipped: Vec::new(),
         }
     };
     (0..n).map(photo).collect()

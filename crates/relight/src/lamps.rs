@@ -1,0 +1,80 @@
+//! Lamps of a scene: whether they shine, and how much of its own light is theirs.
+
+use clap::ValueEnum;
+use glam::Vec3;
+use motes_math::luminance::luminance;
+use motes_shading::brdf::Material;
+use motes_shading::emitters::Emitters;
+use motes_shading::environment::Environment;
+use motes_shading::integrate::{IntegrationOptions, Shader, SurfacePoint};
+use serde::{Deserialize, Serialize};
+
+use crate::scene::RelightScene;
+
+/// Keeps the random numbers apart from those of pixels, vertices and baked colors.
+const FIRST_ITEM: u64 = 1 << 54;
+/// Vertices that light is compared at.
+const PLACES: usize = 512;
+/// A light this like that of the photos is that of the photos.
+const OWN: f32 = 0.999;
+
+/// Whether lamps that shine in the photos shine.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum LampSwitch {
+    /// Under the light of the photos, not under another
+    #[default]
+    Auto,
+    /// As in the photos
+    On,
+    /// Dark
+    Off,
+}
+
+/// The lamps that shine under a light which is so much like that of the photos; a light that is not known is taken for theirs.
+pub(crate) fn shining(
+    scene: &RelightScene,
+    switch: LampSwitch,
+    likeness: Option<f32>,
+) -> Option<&Emitters> {
+    let shine = match switch {
+        LampSwitch::On => true,
+        LampSwitch::Off => false,
+        LampSwitch::Auto => likeness.is_none_or(|likeness| likeness > OWN),
+    };
+    scene.lamps.as_ref().filter(|_| shine)
+}
+
+/// Share of the light on the scene's vertices that its lamps give in the photos, 0 to 1.
+pub(crate) fn share_of_lamps(scene: &RelightScene, seed: u64) -> f32 {
+    let (Some(lamps), Some(own)) = (&scene.lamps, &scene.own_environment) else { return 0.0 };
+    let surface = &scene.surface;
+    let stride = surface.vertices.len().div_ceil(PLACES).max(1);
+    let points: Vec<SurfacePoint> = (0..surface.vertices.len())
+        .step_by(stride)
+        .map(|v| {
+            let normal = Vec3::from(surface.normals[v]).normalize_or(Vec3::Z);
+            SurfacePoint {
+                position: Vec3::from(surface.vertices[v]),
+                geometric_normal: normal,
+                shading_normal: normal,
+                to_viewer: normal,
+                material: Material::lambert(Vec3::ONE),
+            }
+        })
+        .collect();
+    let options = IntegrationOptions {
+        light_samples: 16,
+        brdf_samples: 0,
+        ray_bias: scene.ray_bias,
+        seed,
+        ..IntegrationOptions::default()
+    };
+    let received = |light: &Environment, lamps: Option<&Emitters>| -> f32 {
+        let shader = Shader::new(light, &scene.tracer, None, options).with_emitters(lamps);
+        shader.shade(&points, FIRST_ITEM).iter().map(|s| luminance(s.total())).sum()
+    };
+    let of_lamps = received(&Environment::default(), Some(lamps));
+    let share = of_lamps / (of_lamps + received(own, None));
+    if share.is_finite() { share } else { 0.0 }
+}
