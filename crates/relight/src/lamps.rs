@@ -1,13 +1,12 @@
 //! Lamps of a scene: whether they shine, and how much of its own light is theirs.
 
-use clap::ValueEnum;
 use glam::Vec3;
 use motes_math::luminance::luminance;
+use motes_scene::Switch;
 use motes_shading::brdf::Material;
 use motes_shading::emitters::Emitters;
 use motes_shading::environment::Environment;
 use motes_shading::integrate::{IntegrationOptions, Shader, SurfacePoint};
-use serde::{Deserialize, Serialize};
 
 use crate::scene::RelightScene;
 
@@ -18,29 +17,23 @@ const PLACES: usize = 512;
 /// A light this like that of the photos is that of the photos.
 const OWN: f32 = 0.999;
 
-/// Whether lamps that shine in the photos shine.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum LampSwitch {
-    /// Under the light of the photos, not under another
-    #[default]
-    Auto,
-    /// As in the photos
-    On,
-    /// Dark
-    Off,
+/// Light of an environment and of lamps.
+#[derive(Clone, Copy)]
+pub(crate) struct Lights<'a> {
+    pub(crate) environment: &'a Environment,
+    pub(crate) lamps: Option<&'a Emitters>,
 }
 
 /// The lamps that shine under a light which is so much like that of the photos; a light that is not known is taken for theirs.
 pub(crate) fn shining(
     scene: &RelightScene,
-    switch: LampSwitch,
+    switch: Switch,
     likeness: Option<f32>,
 ) -> Option<&Emitters> {
     let shine = match switch {
-        LampSwitch::On => true,
-        LampSwitch::Off => false,
-        LampSwitch::Auto => likeness.is_none_or(|likeness| likeness > OWN),
+        Switch::On => true,
+        Switch::Off => false,
+        Switch::Auto => likeness.is_none_or(|likeness| likeness > OWN),
     };
     scene.lamps.as_ref().filter(|_| shine)
 }

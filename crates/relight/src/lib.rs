@@ -34,7 +34,6 @@ mod upsample;
 mod view_transform;
 
 pub use compose::{Background, Components, Picture, PictureStats};
-pub use lamps::LampSwitch;
 pub use light::{Light, LightError, LightSource, Place, environment_image};
 pub use options::{
     BakeOptions, EnvUp, Exposure, LightOptions, Quality, QualityOptions, ViewTransform,

@@ -5,11 +5,10 @@ use std::str::FromStr;
 
 use clap::{Args, ValueEnum};
 use glam::DVec3;
-use motes_scene::Convention;
+use motes_scene::{Convention, Switch};
 use motes_shading::environment::MapAxes;
 use serde::Serialize;
 
-use crate::lamps::LampSwitch;
 use crate::residual_share::ResidualShare;
 use crate::sun::SunOption;
 
@@ -232,9 +231,9 @@ pub struct QualityOptions {
     #[arg(long, value_name = "SHARE", default_value_t = DEFAULT_CAUTION, value_parser = parse_caution)]
     pub caution: f32,
 
-    /// Whether lamps that shine in the photos shine
-    #[arg(long, value_enum, default_value_t, value_name = "SWITCH")]
-    pub lamps: LampSwitch,
+    /// Whether lamps that shine in the photos shine; auto: under the capture illumination
+    #[arg(long, value_enum, default_value_t = Switch::Auto, value_name = "SWITCH")]
+    pub lamps: Switch,
 
     /// Shade every Nth pixel in both directions and interpolate, 1 to 8
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=8), help_heading = "Sampling (expert)")]
@@ -252,7 +251,7 @@ impl Default for QualityOptions {
             denoise: None,
             residual: ResidualShare::default(),
             caution: DEFAULT_CAUTION,
-            lamps: LampSwitch::default(),
+            lamps: Switch::Auto,
             shade_every: None,
         }
     }

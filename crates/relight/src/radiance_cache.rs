@@ -21,7 +21,7 @@ use motes_shading::integrate::{IntegrationOptions, Shader, SurfacePoint};
 use motes_shading::tracing::{Hit, Ray};
 use rayon::prelude::*;
 
-use crate::relighter::Lights;
+use crate::lamps::Lights;
 use crate::scene::RelightScene;
 
 /// Keeps the random numbers of the passes apart from those of pixels.

@@ -12,7 +12,7 @@ use crate::compose::{Background, Composition, Picture, compose};
 use crate::deferred::{Lit, Parts, Samples, Shading};
 use crate::denoise::{Grid, denoise, luminances};
 use crate::g_buffer::{GBuffer, LEAST_ALPHA, Layers};
-use crate::lamps::{share_of_lamps, shining};
+use crate::lamps::{Lights, share_of_lamps, shining};
 use crate::options::{QualityOptions, ViewTransform};
 use crate::radiance_cache::RadianceCache;
 use crate::ratio::Ratio;
@@ -198,13 +198,6 @@ impl<'a> Relighter<'a> {
         }
         lit
     }
-}
-
-/// Light of an environment and of lamps.
-#[derive(Clone, Copy)]
-pub(crate) struct Lights<'a> {
-    pub(crate) environment: &'a Environment,
-    pub(crate) lamps: Option<&'a Emitters>,
 }
 
 /// Adds what lamps that shine send to the camera; it is no light on matter, and no filter touches it.

@@ -23,7 +23,7 @@ use motes_math::srgb;
 use motes_scene::{Gaussians, Residual};
 use rayon::prelude::*;
 
-use crate::relighter::Lights;
+use crate::lamps::Lights;
 use crate::scene::RelightScene;
 use crate::surface_point::surface_point;
 use graph::Graph;

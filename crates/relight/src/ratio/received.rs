@@ -4,7 +4,7 @@ use glam::Vec3;
 use motes_shading::brdf::Material;
 use motes_shading::integrate::{IntegrationOptions, Shader, SurfacePoint};
 
-use crate::relighter::Lights;
+use crate::lamps::Lights;
 use crate::scene::RelightScene;
 
 /// Keeps the random numbers apart from those of pixels, vertices and baked colors.

@@ -184,27 +184,7 @@ impl<'a, T: Tracer> Shader<'a, T> {
         }
 
         if let Some(emitters) = self.emitters {
-            let points = PointSet::new(o.seed, item, EMITTER_PURPOSE, o.emitter_samples);
-            let n_e = o.emitter_samples as f32;
-            for i in 0..o.emitter_samples {
-                let Some(sample) = emitters.sample(point.position, points.point(i)) else {
-                    continue;
-                };
-                let w = sample.to_light;
-                let (f, p_b) = brdf.eval_pdf(w);
-                if !(p_b > 0.0) {
-                    continue;
-                }
-                let unblocked = sample.radiance * self.scale(n_e * sample.pdf, n_b * p_b);
-                let shadow = Ray { t_max: o.until(sample.distance), ..ray(w) };
-                let lit = leaves(w) && !self.tracer.occluded(&shadow);
-                let weighted_radiance = if lit { unblocked } else { Vec3::ZERO };
-                let (is_indirect, from_brdf) = (false, false);
-                add(
-                    Incident { to_light: w, weighted_radiance, unblocked, is_indirect, from_brdf },
-                    &f,
-                );
-            }
+            self.visit_emitters(emitters, point, item, &brdf, &mut add);
         }
 
         let points = PointSet::new(o.seed, item, BRDF_PURPOSE, o.brdf_samples);
@@ -231,6 +211,37 @@ impl<'a, T: Tracer> Shader<'a, T> {
             if let Some(emitted) = emitted {
                 add(emitted, &f);
             }
+        }
+    }
+
+    /// Points on emitters.
+    fn visit_emitters<M: Model>(
+        &self,
+        emitters: &Emitters,
+        point: &SurfacePoint,
+        item: u64,
+        brdf: &M,
+        add: &mut impl FnMut(Incident, &BrdfValue),
+    ) {
+        let o = &self.options;
+        let (n_e, n_b) = (o.emitter_samples as f32, o.brdf_samples as f32);
+        let points = PointSet::new(o.seed, item, EMITTER_PURPOSE, o.emitter_samples);
+        for i in 0..o.emitter_samples {
+            let Some(sample) = emitters.sample(point.position, points.point(i)) else {
+                continue;
+            };
+            let w = sample.to_light;
+            let (f, p_b) = brdf.eval_pdf(w);
+            if !(p_b > 0.0) {
+                continue;
+            }
+            let unblocked = sample.radiance * self.scale(n_e * sample.pdf, n_b * p_b);
+            let origin = offset_origin(point.position, point.geometric_normal, w, o.ray_bias);
+            let shadow = Ray { t_max: o.until(sample.distance), ..Ray::new(origin, w) };
+            let lit = point.geometric_normal.dot(w) > 0.0 && !self.tracer.occluded(&shadow);
+            let weighted_radiance = if lit { unblocked } else { Vec3::ZERO };
+            let (is_indirect, from_brdf) = (false, false);
+            add(Incident { to_light: w, weighted_radiance, unblocked, is_indirect, from_brdf }, &f);
         }
     }
 

@@ -190,7 +190,10 @@ fn take_unseen(triangles: &[[u32; 3]], unseen: &[bool], of_vertex: &mut [u32]) {
     let count = of_vertex.iter().copied().max().unwrap_or(0) as usize;
     let mut room = vec![0usize; count + 1];
     of_vertex.iter().for_each(|&piece| room[piece as usize] += 1);
-    while count > 0 {
+    if count == 0 {
+        return;
+    }
+    loop {
         let mut taken: Vec<(u32, u32)> = Vec::new();
         for triangle in triangles {
             let piece = triangle.iter().map(|&v| of_vertex[v as usize]).max().unwrap_or(0);
@@ -199,14 +202,13 @@ fn take_unseen(triangles: &[[u32; 3]], unseen: &[bool], of_vertex: &mut [u32]) {
         }
         taken.sort_unstable();
         taken.dedup_by_key(|(v, _)| *v);
-        let before = taken.len();
         taken.retain(|(_, piece)| {
             let left = &mut room[*piece as usize];
             *left = left.saturating_sub(1);
             *left > 0
         });
         taken.iter().for_each(|&(v, piece)| of_vertex[v as usize] = piece);
-        if taken.is_empty() || before == 0 {
+        if taken.is_empty() {
             return;
         }
     }
@@ -236,7 +238,7 @@ fn around(
             values[piece as usize - 1].push(f64::from(luminance(*sent)));
         }
     }
-    values.into_iter().map(|of| median(of.into_iter()).map(|m| m as f32)).collect()
+    values.into_iter().map(|of| median(of).map(|m| m as f32)).collect()
 }
 
 /// Connected pieces of triangles with three clipped corners, from 1, the largest first; small ones and what is beyond
@@ -299,7 +301,7 @@ mod tests {
         let of = |sent: &[Vec3]| around(&triangles, &of_vertex, sent, 1)[0];
         assert!(of(&fading).is_some_and(|v| (v - 0.84).abs() < 1e-5), "{:?}", of(&fading));
         assert!(of(&ending).is_some_and(|v| (v - 0.2).abs() < 1e-5));
-        assert_eq!(around(&triangles, &vec![1; 42], &fading, 1), [None]);
+        assert_eq!(around(&triangles, &[1; 42], &fading, 1), [None]);
     }
 
     #[test]
