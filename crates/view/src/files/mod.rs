@@ -3,6 +3,8 @@
 mod browser;
 mod command;
 mod inputs;
+mod maps;
+mod reopen;
 mod report;
 mod snapshots;
 
