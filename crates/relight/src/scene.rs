@@ -121,6 +121,16 @@ impl RelightScene {
         })
     }
 
+    /// With the edge length of another scene, where that has a surface: rays start as far off this one. A scene that something was
+    /// put into stays as rough as it was, however fine the mesh of that is.
+    #[must_use]
+    pub fn as_rough_as(self, other: &Self) -> Self {
+        match other.median_edge > 0.0 {
+            true => Self { ray_bias: other.ray_bias, median_edge: other.median_edge, ..self },
+            false => self,
+        }
+    }
+
     /// Gaussians whose material is a guess.
     pub fn unobserved(&self) -> usize {
         self.materials.observations.iter().filter(|n| **n == 0).count()

@@ -14,16 +14,25 @@ use crate::photo::{PhotoView, photo_after};
 use crate::run::Preview;
 
 /// The photos that were asked for.
-pub(super) struct Photos(Vec<TrainingImage>);
+pub(super) struct Photos {
+    photos: Vec<TrainingImage>,
+    /// Before the first operation; empty where no photo was asked for.
+    before: Gaussians,
+}
 
 impl Photos {
-    /// Reads the photos of the views that the job names.
+    /// Reads the photos of the views that the job names, and keeps the Gaussians before the first operation.
     ///
     /// # Errors
     /// There is no such view, or its photo cannot be read.
-    pub(super) fn load(job: &EditJob<'_>, capture: Option<&Capture>) -> anyhow::Result<Self> {
-        let (Some(capture), Some(document)) = (capture, job.capture) else {
-            return Ok(Self(Vec::new()));
+    pub(super) fn load(
+        job: &EditJob<'_>,
+        capture: Option<&Capture>,
+        before: &Gaussians,
+    ) -> anyhow::Result<Self> {
+        let asked = job.capture.filter(|_| !job.photos.is_empty());
+        let (Some(capture), Some(document)) = (capture, asked) else {
+            return Ok(Self { photos: Vec::new(), before: Gaussians::empty(0) });
         };
         let mut views = Vec::new();
         for name in job.photos {
@@ -36,28 +45,19 @@ impl Photos {
             };
             views.push(view);
         }
-        Ok(Self(load_training_images(document, capture, &views)?))
-    }
-
-    /// Whether none was asked for.
-    pub(super) fn is_empty(&self) -> bool {
-        self.0.is_empty()
+        let photos = load_training_images(document, capture, &views)?;
+        Ok(Self { photos, before: before.clone() })
     }
 
     /// Each with the edit in it.
-    pub(super) fn after(
-        &self,
-        before: &Gaussians,
-        after: &EditState,
-        antialias: Antialias,
-    ) -> Vec<Preview> {
+    pub(super) fn after(&self, after: &EditState, antialias: Antialias) -> Vec<Preview> {
         let edited = |photo: &TrainingImage| {
             let camera_from_world = &photo.camera_from_world;
             let view = PhotoView { camera: &photo.camera, camera_from_world, antialias };
             let stem = Path::new(&photo.name).file_stem().unwrap_or_default().to_string_lossy();
             let file = format!("photo-{stem}.png");
-            Preview { file, image: photo_after(&photo.image, before, after, view) }
+            Preview { file, image: photo_after(&photo.image, &self.before, after, view) }
         };
-        self.0.iter().map(edited).collect()
+        self.photos.iter().map(edited).collect()
     }
 }

@@ -127,12 +127,10 @@ pub fn run_edit(job: &EditJob<'_>, context: &Context) -> anyhow::Result<EditAnsw
     let provider = open_provider(job, context)?;
     let by_provider = provider.as_ref().map(|provider| provider as &dyn PictureEditor);
     let editors = Editors { named: &editors, provider: by_provider, start: !context.dry_run() };
-    let written = outputs.paths();
-    let prepared = prepare(&plan, &job.reach(folder, &written, editors)).map_err(failed)?;
+    let prepared = prepare(&plan, &job.reach(folder, &outputs.paths(), editors)).map_err(failed)?;
     let capture = job.capture.map(|path| load_capture(path, context)).transpose()?;
-    let photos = Photos::load(job, capture.as_ref())?;
     let mut input = load_input(job, capture.as_ref(), context)?;
-    let unedited = (!photos.is_empty()).then(|| input.state.gaussians.clone());
+    let photos = Photos::load(job, capture.as_ref(), &input.state.gaussians)?;
     let count = input.state.len();
     let sha256 = context.sha256_of_input(&input.gaussians);
     let source = Source::new(input.decomposition.as_ref(), &input.gaussians, count, sha256);
@@ -166,9 +164,7 @@ pub fn run_edit(job: &EditJob<'_>, context: &Context) -> anyhow::Result<EditAnsw
         None => None,
     };
     previews.extend(before.into_iter().chain(snap(&input.state, "after.png")));
-    if let Some(unedited) = &unedited {
-        previews.extend(photos.after(unedited, &input.state, resources.antialias));
-    }
+    previews.extend(photos.after(&input.state, resources.antialias));
     if thumbnails.is_none() && !previews.is_empty() {
         context.warn("pictures were not written: give --thumbnails");
     }
