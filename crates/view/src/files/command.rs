@@ -16,7 +16,8 @@ use serde_json::json;
 
 use super::ViewReport;
 use super::browser;
-use super::inputs::{Loaded, Named, command, reload};
+use super::inputs::{Loaded, command, reload};
+use super::named::Named;
 use super::snapshots::{Version, newest};
 use crate::api::Api;
 use crate::http::{Gate, Server, Stop, Token};

@@ -14,6 +14,7 @@ use motes_stage::{Context, StageError};
 use segment_select::files::usual_folder;
 
 use super::maps::maps;
+use super::named::{Named, absolute};
 use super::reopen::reopened;
 use super::snapshots::{Version, is_checkpoint, newest};
 use crate::session::{OwnLight, Scene};
@@ -22,24 +23,6 @@ use crate::session::{OwnLight, Scene};
 const WAIT_STEP: Duration = Duration::from_millis(500);
 /// A view that is prepared for clicks: its planes, and what covers each pixel.
 const VIEW_BYTES_PER_PIXEL: u64 = 72;
-
-/// What the command line names.
-#[derive(Clone, Copy)]
-pub(super) struct Named<'a> {
-    pub(super) scene: Option<&'a Path>,
-    pub(super) gaussians: Option<&'a Path>,
-    pub(super) capture: Option<&'a Path>,
-    /// Seed of a new plan.
-    pub(super) seed: Option<u64>,
-    /// A plan to go on with.
-    pub(super) plan: Option<&'a Path>,
-    /// Folders of environment maps, and of what the plan may read.
-    pub(super) assets: &'a [PathBuf],
-    /// Whether a file of Gaussians that is not there yet is waited for.
-    pub(super) wait: bool,
-    /// Whether prepared views are kept.
-    pub(super) cache: bool,
-}
 
 /// What was read.
 pub(super) struct Loaded {
@@ -176,9 +159,4 @@ pub(super) fn command(named: &Named<'_>, version: Option<&Version>) -> Vec<Strin
     words.extend(["--plan".into(), "edit-plan.json".into(), "-o".into()]);
     words.push(if named.scene.is_some() { "edited".into() } else { "edited.ply".into() });
     words
-}
-
-pub(super) fn absolute(path: &Path) -> String {
-    let full = std::fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
-    full.to_string_lossy().into_owned()
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use motes_stage::{Context, StageError};
 
-use super::inputs::absolute;
+use super::named::absolute;
 use crate::session::OfferedMap;
 
 /// Maps that the page offers at most.

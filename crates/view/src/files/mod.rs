@@ -4,6 +4,7 @@ mod browser;
 mod command;
 mod inputs;
 mod maps;
+mod named;
 mod reopen;
 mod report;
 mod snapshots;

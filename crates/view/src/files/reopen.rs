@@ -9,7 +9,7 @@ use edit::run::{EditError, Editors};
 use motes_formats::FormatError;
 use motes_stage::Context;
 
-use super::inputs::{Named, absolute};
+use super::named::{Named, absolute};
 
 /// A plan without its operations, and the operations that an `undo` does not take back, with files by absolute path. Nothing is
 /// started, and nothing is read outside of the folders of the plan, the scene and the assets.
