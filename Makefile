@@ -24,7 +24,7 @@ revision = revision=$$(git describe --always --dirty --abbrev=10 --exclude '*' 2
     echo "$$revision" >'$(BIN)/motes-revision.txt' || rm -f '$(BIN)/motes-revision.txt'
 
 .DELETE_ON_ERROR:
-.PHONY: build setup setup-consumers docs test fmt tidy licenses clippy doc unit fuzz lab lab-relit lab-ci relight relight-ci edit edit-ci truth schemas install dist uninstall clean help
+.PHONY: build setup setup-consumers docs test fmt tidy licenses clippy doc unit fuzz lab lab-relit lab-ci relight relight-ci edit edit-ci kitchen kitchen-ci truth schemas install dist uninstall clean help
 
 build: ## build the stages and the dispatcher into target/release (the default)
 	$(CARGO) build --release $(LOCKED) -p motes $(addprefix -p ,$(STAGES) $(PROVIDERS))
@@ -105,6 +105,13 @@ edit-ci: build truth
 	$(MAKE) -C pipelines/edit BIN='$(BIN)' OUT='$(or $(OUT),$(CURDIR)/out/edit-ci)' WIDTH=160 VIEWS=12 PRESET=draft \
 	    QUALITY=preview DECOMPOSE='--samples 2000'
 
+kitchen: build truth ## a made kitchen by one sentence: matte black cabinets with brass handles under three lights, beside the truth
+	$(MAKE) -C pipelines/kitchen BIN='$(BIN)' PRESET='$(PRESET)'
+
+kitchen-ci: build truth
+	$(MAKE) -C pipelines/kitchen BIN='$(BIN)' OUT='$(or $(OUT),$(CURDIR)/out/kitchen-ci)' WIDTH=240 VIEWS=12 PRESET=draft \
+	    QUALITY=preview DECOMPOSE='--samples 2000'
+
 truth: ## build the maker and the judge of ground-truth scenes
 	$(CARGO) build --release $(LOCKED) -p motes-truth
 
@@ -151,6 +158,7 @@ clean: ## remove build products and the Python environment
 	$(MAKE) -C pipelines/lab clean
 	$(MAKE) -C pipelines/relight clean
 	$(MAKE) -C pipelines/edit clean
+	$(MAKE) -C pipelines/kitchen clean
 	rm -rf '$(VENV)' '$(CONSUMERS)' '$(MDBOOK)' build dist
 
 help: ## print this list

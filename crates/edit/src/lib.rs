@@ -6,12 +6,14 @@
 //! - [`ops`] has a file per operation: its keys, their ranges, its flags, and what it does with `changes`.
 //! - [`plan`] reads, checks and applies `edit-plan.json`.
 //! - [`reshade`] makes the light follow and fills holes; [`refit`] fits the filling to photos.
+//! - [`photo`] shows an edit in a photo of the capture.
 //! - [`stylize`] fits the scene to pictures that a program edited.
 
 pub mod changes;
 pub mod compose;
 pub mod files;
 pub mod ops;
+pub mod photo;
 pub mod plan;
 pub mod refit;
 pub mod reshade;

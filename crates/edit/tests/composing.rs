@@ -143,3 +143,49 @@ fn a_plain_splat_gets_light_and_shadow_from_its_views() {
     assert!(found["shadowed"].as_f64().unwrap() > 5.0, "{found}");
     assert!(found["deepest_shadow"].as_f64().unwrap() < 0.9, "{found}");
 }
+
+/// A level square of many more triangles than the toy scene has, as OBJ.
+fn fine_tile() -> String {
+    const CELLS: usize = 130;
+    let mut text = String::new();
+    for j in 0..=CELLS {
+        for i in 0..=CELLS {
+            let at = |k: usize| k as f64 / CELLS as f64 - 0.5;
+            text += &format!("v {} {} {}\n", at(i), 0.02 * at(i).cos(), at(j));
+        }
+    }
+    for j in 0..CELLS {
+        for i in 0..CELLS {
+            let a = 1 + j * (CELLS + 1) + i;
+            text += &format!("f {} {} {} {}\n", a, a + CELLS + 1, a + CELLS + 2, a + 1);
+        }
+    }
+    text
+}
+
+#[test]
+fn a_fine_mesh_leaves_what_is_far_from_it_as_it_was() {
+    let toy = toy_scene();
+    let file = toy.path("scene/gaussians.ply");
+    // Gaussians of a fit lie below the surface as often as above: by less than the surface of a Gaussian is looked for.
+    let mut before = motes_formats::ply::read_gaussians(&file).unwrap();
+    let below = 0.03;
+    before.means.iter_mut().for_each(|mean| mean[2] -= below);
+    let options = motes_formats::ply::PlyWriteOptions::default();
+    motes_formats::ply::write_gaussians(&file, &before, &options).unwrap();
+    std::fs::write(toy.path("tile.obj"), fine_tile()).unwrap();
+    let op =
+        "{\"file\": \"tile.obj\", \"at\": [1.2, 1.2, 0], \"height\": 0.0004, \"gaussians\": 500}";
+    let done = edit(&toy, &["--scene", "scene", "--compose", op, "-o", "out"]);
+    assert_eq!(done.status.code(), Some(0), "{}", String::from_utf8_lossy(&done.stderr));
+    let after = motes_formats::ply::read_gaussians(&toy.path("out/gaussians.ply")).unwrap();
+    let k = 3 * before.sh_coefficients();
+    let far = (0..before.len()).filter(|&i| {
+        let [x, y, _] = before.means[i];
+        (x - 1.2).hypot(y - 1.2) > 1.0
+    });
+    let shown = |of: &Gaussians, i: usize| 0.5 + 0.282_094_8 * of.sh[k * i + 1];
+    let changed = far.clone().filter(|&i| (shown(&after, i) - shown(&before, i)).abs() > 0.02);
+    let (changed, all) = (changed.count(), far.count());
+    assert!(all > 500 && changed * 50 < all, "{changed} of {all} far Gaussians changed");
+}

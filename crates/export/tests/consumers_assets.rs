@@ -289,15 +289,21 @@ fn blender_lights_the_mesh_as_relight_lights_the_scene() {
             [0.25, 0.3, 0.4]
         }
     });
+    assert_blender_agrees(&blender, &scene, "blender");
+}
+
+/// Blender path-traces the mesh of the scene folder `scene` under its light as `relight` lights its Gaussians.
+#[track_caller]
+fn assert_blender_agrees(blender: &Path, scene: &ToyScene, what: &str) {
     // Larger than the other tests' pictures, or edges would be all there is.
     let mut capture = scene.capture.clone();
-    capture.cameras[0] = motes_scene::Camera::from_pinhole(camera(&scene).resized(240, 180));
+    capture.cameras[0] = motes_scene::Camera::from_pinhole(camera(scene).resized(240, 180));
     write_capture(&scene.path("capture.json"), &capture).unwrap();
     let folder = scene.folder.path();
     stage(
         EXPORT,
         folder,
-        &["--scene", "scene", "--format", "mesh", "--texture-size", "512", "-o", "m.glb"],
+        &["--scene", "scene", "--format", "mesh", "--texture-size", "512", "-o", "m.glb", "-w"],
     );
     let name = scene.capture.views[0].name.as_str();
     let line = ["--scene", "scene", "--capture", "capture.json", "--view", name];
@@ -321,5 +327,50 @@ fn blender_lights_the_mesh_as_relight_lights_the_scene() {
         .collect();
     let encoded = ImageU8::from_data(ours.width, ours.height, 3, data);
     write_png(&scene.path("blender.png"), &encoded).unwrap();
-    assert_agree("blender", &scene.path("blender.png"), &ours.to_f32(), LEAST_RENDERER_DB);
+    assert_agree(what, &scene.path("blender.png"), &ours.to_f32(), LEAST_RENDERER_DB);
+}
+
+/// The scene folder of the toy scene with a mesh composed into it.
+fn composed() -> ToyScene {
+    let scene = scene_with_photos();
+    let cone = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../testdata/meshes/cone.ply");
+    let asset = serde_json::json!({
+        "file": cone, "at": [0.9, 0.5, 0.0], "height": 0.7, "gaussians": 4000, "material": "terracotta",
+    });
+    let folder = scene.folder.path();
+    let line = ["--scene", "scene", "--capture", "capture.json", "--compose", &asset.to_string()];
+    stage(motes_testkit::program("edit"), folder, &[&line[..], &["-o", "composed"]].concat());
+    std::fs::rename(scene.path("scene"), scene.path("bare")).unwrap();
+    std::fs::rename(scene.path("composed"), scene.path("scene")).unwrap();
+    let gaussians = |of: &str| read_gaussians(&scene.path(of).join("gaussians.ply")).unwrap().len();
+    assert!(gaussians("scene") > gaussians("bare") + 3000);
+    scene
+}
+
+#[test]
+fn what_was_composed_opens_in_a_browser_in_the_validator_and_in_blender() {
+    let (Some(browser), Some(_)) = (consumer("chromium"), consumer("node_modules/playwright-core"))
+    else {
+        return;
+    };
+    let (Some(_), Some(blender)) =
+        (consumer("node_modules/gltf-validator"), consumer("blender/bin/python"))
+    else {
+        return;
+    };
+    let scene = composed();
+    let (folder, packages) = (scene.folder.path(), browser.parent().unwrap());
+    stage(EXPORT, folder, &["--scene", "scene", "--capture", "capture.json", "-o", "page.html"]);
+    let view = &scene.capture.views[VIEW];
+    let pictures = scene.path("pictures");
+    std::fs::create_dir(&pictures).unwrap();
+    let files = [scene.path("page.html"), pictures.clone()];
+    script(packages, "page-pictures.mjs", &[&files[0], &files[1]], &[&view.name, "appearance"]);
+    let gaussians = read_gaussians(&scene.path("scene/gaussians.ply")).unwrap();
+    let ours = picture(&gaussians, &scene, view);
+    assert_agree("composed", &pictures.join("appearance.png"), &ours, LEAST_DB);
+    let mesh = ["--scene", "scene", "--format", "mesh", "--texture-size", "256", "-o", "valid.glb"];
+    stage(EXPORT, folder, &mesh);
+    script(packages, "validate-gltf.mjs", &[&scene.path("valid.glb")], &[]);
+    assert_blender_agrees(&blender, &scene, "composed-blender");
 }

@@ -127,16 +127,21 @@ impl RelightScene {
         })
     }
 
-    /// Whether parts of the surface shine in the photos.
-    pub fn has_lamps(&self) -> bool {
-        self.lamps.is_some()
-    }
-
     /// What a point of the surface sends out on its own; 0 where it is dark.
     #[inline]
     pub(crate) fn emitted(&self, hit: &Hit) -> Vec3 {
         let Some(lamps) = &self.lamps else { return Vec3::ZERO };
         lamps.radiance(hit.primitive)
+    }
+
+    /// With the edge length of another scene, where that has a surface: rays start as far off this one. A scene that something was
+    /// put into stays as rough as it was, however fine the mesh of that is.
+    #[must_use]
+    pub fn as_rough_as(self, other: &Self) -> Self {
+        match other.median_edge > 0.0 {
+            true => Self { ray_bias: other.ray_bias, median_edge: other.median_edge, ..self },
+            false => self,
+        }
     }
 
     /// Gaussians whose material is a guess.

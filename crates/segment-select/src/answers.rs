@@ -4,10 +4,11 @@
 //! pieces; a search anew with all clicks as seeds, likewise. They are many because a click says little about how
 //! much is wrong; `corrections` chooses.
 
-use crate::diffusion::{Mark, Step, probabilities, sweep};
+use crate::diffusion::{Step, sweep};
 use crate::index::SceneIndex;
 use crate::region::{INSIDE, Region, completed, nested, next_larger, whole};
 use crate::seeds::{Seeds, holds, marks, membership};
+use crate::walks::{Mark, probabilities, probabilities_of};
 
 /// Sets of each size that a search anew gives, and that a click gives by itself.
 const SIZES_ANEW: usize = 4;
@@ -21,8 +22,19 @@ pub(crate) fn answers(
     found: &Region,
     least: f32,
 ) -> Vec<Vec<u32>> {
-    let free = probabilities(&index.graph, all);
-    let opposed = opposed(index, seeds, all, &free);
+    let is_in = membership(index, &found.nodes);
+    let alone = alone(index, seeds, &is_in);
+    let has_negative = !seeds.negative.is_empty();
+    let swapped = has_negative.then(|| swapped(seeds, all));
+    let walks: Vec<&[Mark]> = [all]
+        .into_iter()
+        .chain(swapped.as_deref())
+        .chain(alone.iter().map(|(_, marks)| marks.as_slice()))
+        .collect();
+    let mut found_by = probabilities_of(&index.graph, &walks).into_iter();
+    let mut next = || found_by.next().unwrap_or_default();
+    let free = next();
+    let opposed = if has_negative { opposed(all, &free, &next()) } else { all.to_vec() };
     // Without the negative clicks themselves, that is: the smallest change.
     let mut out = vec![found.nodes.clone(), trimmed_and_grown(index, seeds, &opposed, found)];
     let mut anew = |chain: &[Step], marks: &[Mark]| {
@@ -30,33 +42,37 @@ pub(crate) fn answers(
         out.extend(nested(chain, least, f32::INFINITY).map(|set| set.0).take(SIZES_ANEW));
     };
     anew(&sweep(index, &free, all), all);
-    if !seeds.negative.is_empty() {
+    if has_negative {
         anew(&sweep(index, &probabilities(&index.graph, &opposed), &opposed), &opposed);
     }
-    let is_in = membership(index, &found.nodes);
     let mut apart = is_in.clone();
-    for (clicks, others, is_positive) in
-        [(&seeds.positive, &seeds.negative, true), (&seeds.negative, &seeds.positive, false)]
-    {
-        for click in clicks.iter().filter(|click| holds(&is_in, click) != is_positive) {
-            let alone = Seeds {
-                positive: vec![click.clone()],
-                negative: others.clone(),
-                ..Seeds::default()
-            };
-            let marks = marks(index, &alone);
-            let chain = sweep(index, &probabilities(&index.graph, &marks), &marks);
-            for (piece, _) in nested(&chain, 0.0, f32::INFINITY).take(SIZES_OF_CLICK) {
-                let mut is_in = is_in.clone();
-                piece.iter().for_each(|&n| is_in[n as usize] = is_positive);
-                out.push(nodes(&is_in));
-            }
-            if !is_positive && let Some(object) = whole(index, &chain, &marks, least) {
-                object.nodes.iter().for_each(|&n| apart[n as usize] = false);
-            }
+    for (is_positive, marks, likely) in alone.iter().map(|(p, marks)| (*p, marks, next())) {
+        let chain = sweep(index, &likely, marks);
+        for (piece, _) in nested(&chain, 0.0, f32::INFINITY).take(SIZES_OF_CLICK) {
+            let mut is_in = is_in.clone();
+            piece.iter().for_each(|&n| is_in[n as usize] = is_positive);
+            out.push(nodes(&is_in));
+        }
+        if !is_positive && let Some(object) = whole(index, &chain, marks, least) {
+            object.nodes.iter().for_each(|&n| apart[n as usize] = false);
         }
     }
     out.push(nodes(&apart));
+    out
+}
+
+/// Clicks that contradict a set, each as if it was the only one of its kind: whether it is positive, and its marks.
+fn alone(index: &SceneIndex, seeds: &Seeds, is_in: &[bool]) -> Vec<(bool, Vec<Mark>)> {
+    let kinds =
+        [(&seeds.positive, &seeds.negative, true), (&seeds.negative, &seeds.positive, false)];
+    let mut out = Vec::new();
+    for (clicks, others, is_positive) in kinds {
+        for click in clicks.iter().filter(|click| holds(is_in, click) != is_positive) {
+            let positive = vec![click.clone()];
+            let alone = Seeds { positive, negative: others.clone(), ..Seeds::default() };
+            out.push((is_positive, marks(index, &alone)));
+        }
+    }
     out
 }
 
@@ -64,23 +80,18 @@ fn nodes(is_in: &[bool]) -> Vec<u32> {
     (0..is_in.len() as u32).filter(|&n| is_in[n as usize]).collect()
 }
 
-/// The marks, and negative what a walk from the negative clicks meets before one from the positive ones.
-/// `likely` is the walk from the positive ones.
-pub(crate) fn opposed(
-    index: &SceneIndex,
-    seeds: &Seeds,
-    marks: &[Mark],
-    likely: &[f32],
-) -> Vec<Mark> {
-    let mut marks = marks.to_vec();
-    if seeds.negative.is_empty() {
-        return marks;
-    }
-    let mut swapped = marks.clone();
+/// The marks of a walk from the negative clicks to the positive ones.
+pub(crate) fn swapped(seeds: &Seeds, marks: &[Mark]) -> Vec<Mark> {
+    let mut swapped = marks.to_vec();
     swapped.iter_mut().filter(|m| **m == Mark::Positive).for_each(|m| *m = Mark::Negative);
     seeds.negative.iter().flatten().for_each(|&n| swapped[n as usize] = Mark::Positive);
-    let other = probabilities(&index.graph, &swapped);
-    for (mark, (mine, other)) in marks.iter_mut().zip(likely.iter().zip(&other)) {
+    swapped
+}
+
+/// The marks, and negative what a walk from the negative clicks, `other`, meets before one from the positive ones, `likely`.
+pub(crate) fn opposed(marks: &[Mark], likely: &[f32], other: &[f32]) -> Vec<Mark> {
+    let mut marks = marks.to_vec();
+    for (mark, (mine, other)) in marks.iter_mut().zip(likely.iter().zip(other)) {
         if *mark == Mark::Free && other > mine {
             *mark = Mark::Negative;
         }

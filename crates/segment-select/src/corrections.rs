@@ -80,8 +80,8 @@ impl Error {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diffusion::Mark;
     use crate::view_data::{Border, Segment, ViewData};
+    use crate::walks::Mark;
     use motes_raster::LabelVotes;
     use motes_scene::{Pinhole, Pose};
 

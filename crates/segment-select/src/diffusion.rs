@@ -6,88 +6,8 @@
 //! form a chain of sets; the sets with the least conductance (cut over volume; Andersen, Chung and Lang
 //! 2006, "Local graph partitioning using PageRank vectors") are what a prompt can mean, from part to whole.
 
-use rayon::prelude::*;
-
-use crate::graph::Graph;
 use crate::index::SceneIndex;
-
-/// What a walk meets.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Mark {
-    Free,
-    Positive,
-    Negative,
-}
-
-/// A walk tires with this probability per step: it reaches some 30 superpixels.
-const TIRING: f32 = 1e-3;
-/// Steps of the solver; the residual falls below a thousandth long before on all scenes that were tried.
-const STEPS: usize = 150;
-
-/// Probability of meeting a positive mark first, `[nodes]`.
-pub(crate) fn probabilities(graph: &Graph, marks: &[Mark]) -> Vec<f32> {
-    let n = marks.len();
-    let mut of_free = vec![u32::MAX; n];
-    let free: Vec<u32> = (0..n as u32).filter(|&i| marks[i as usize] == Mark::Free).collect();
-    free.iter().zip(0..).for_each(|(&i, k)| of_free[i as usize] = k);
-    // Rows among the free ones, in one piece, so that a product reads memory once.
-    let mut rows: Vec<(u32, f32)> = Vec::new();
-    let mut offsets = vec![0usize];
-    let (mut right, mut diagonal) = (Vec::new(), Vec::new());
-    for &i in &free {
-        let mut seen = 0.0;
-        for (j, c) in graph.row(i as usize) {
-            match marks[j] {
-                Mark::Free => rows.push((of_free[j], c)),
-                Mark::Positive => seen += c,
-                Mark::Negative => {}
-            }
-        }
-        offsets.push(rows.len());
-        right.push(seen);
-        diagonal.push((graph.degrees[i as usize] * (1.0 + TIRING)).max(1e-12));
-    }
-    let product = |x: &[f32], out: &mut [f32]| {
-        out.par_chunks_mut(2048).enumerate().for_each(|(chunk, out)| {
-            for (k, value) in out.iter_mut().enumerate() {
-                let i = chunk * 2048 + k;
-                let off: f32 =
-                    rows[offsets[i]..offsets[i + 1]].iter().map(|&(j, c)| c * x[j as usize]).sum();
-                *value = diagonal[i] * x[i] - off;
-            }
-        });
-    };
-    let dot = |a: &[f32], b: &[f32]| -> f64 {
-        a.iter().zip(b).map(|(a, b)| f64::from(*a) * f64::from(*b)).sum()
-    };
-    // Conjugate gradients with the diagonal as preconditioner.
-    let m = free.len();
-    let (mut x, mut r, mut q) = (vec![0.0f32; m], right, vec![0.0f32; m]);
-    let mut z: Vec<f32> = r.iter().zip(&diagonal).map(|(r, d)| r / d).collect();
-    let mut p = z.clone();
-    let mut rz = dot(&r, &z);
-    let start = rz;
-    for _ in 0..STEPS {
-        if !(rz > 1e-9 * start) {
-            break;
-        }
-        product(&p, &mut q);
-        let alpha = (rz / dot(&p, &q)) as f32;
-        for i in 0..m {
-            x[i] += alpha * p[i];
-            r[i] -= alpha * q[i];
-            z[i] = r[i] / diagonal[i];
-        }
-        let next = dot(&r, &z);
-        let beta = (next / rz) as f32;
-        rz = next;
-        (0..m).for_each(|i| p[i] = z[i] + beta * p[i]);
-    }
-    let mut out: Vec<f32> =
-        marks.iter().map(|m| if *m == Mark::Positive { 1.0 } else { 0.0 }).collect();
-    free.iter().zip(&x).for_each(|(&i, &v)| out[i as usize] = v);
-    out
-}
+use crate::walks::Mark;
 
 /// Sets that leave less than this share of everything are everything.
 const LEAST_REST: f64 = 0.15;

@@ -8,9 +8,9 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use crate::diffusion::Mark;
 use crate::index::SceneIndex;
 use crate::seeds::membership;
+use crate::walks::Mark;
 
 /// Slabs. They bound a ball to 2 % of its radius.
 const SLABS: usize = 49;

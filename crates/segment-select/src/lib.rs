@@ -41,6 +41,7 @@ mod strength;
 mod superpixels;
 mod view_data;
 mod view_votes;
+mod walks;
 
 pub use color::{difference, lab_from_srgb};
 pub use error::SelectError;

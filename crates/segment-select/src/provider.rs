@@ -2,12 +2,12 @@
 
 use motes_formats::selectors::ObjectPrompt;
 
-use crate::diffusion::{Mark, probabilities};
 use crate::error::SelectError;
 use crate::index::SceneIndex;
 use crate::seeds::{Seeds, marks};
 use crate::segment::{SegmentOptions, nested_regions, rounds};
 use crate::source::SelectSource;
+use crate::walks::{Mark, probabilities};
 
 /// A prompt, and what it is about.
 pub struct Asked<'a> {

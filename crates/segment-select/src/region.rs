@@ -1,9 +1,10 @@
 //! Sets of superpixels that a prompt can mean, and what each costs.
 
-use crate::diffusion::{Mark, Step, probabilities, sweep};
+use crate::diffusion::{Step, sweep};
 use crate::enclosed::enclosed;
 use crate::index::SceneIndex;
 use crate::seeds::membership;
+use crate::walks::{Mark, probabilities};
 
 /// A part is at most this share of its whole.
 pub(crate) const PART_SHARE: f32 = 0.6;

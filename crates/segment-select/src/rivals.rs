@@ -6,11 +6,12 @@
 
 use rayon::prelude::*;
 
-use crate::answers::opposed;
-use crate::diffusion::{Mark, probabilities, sweep};
+use crate::answers::{opposed, swapped};
+use crate::diffusion::sweep;
 use crate::index::SceneIndex;
 use crate::region::{Region, measured, price, whole};
 use crate::seeds::{Seeds, contradictions, marks};
+use crate::walks::{Mark, probabilities_of};
 
 /// Places that are tried: in the order of the walk, where these shares of the area come before.
 const PLACES: [f32; 2] = [0.5, 0.9];
@@ -31,22 +32,16 @@ pub(crate) fn alone(
     for _ in 0..ROUNDS {
         let Some(now) = measured(index, &found.nodes, marks_of_first) else { break };
         let limit = CLEARLY * price(&now);
-        let places = places(index, &found.nodes);
-        let without = |&place: &u32| {
-            let mut click = index.nodes_at(index.segment(place).point.into());
-            click.push(place);
-            if seeds.positive.iter().flatten().any(|n| click.contains(n)) {
-                return None;
-            }
-            let against = Seeds { negative: vec![click], ..seeds.clone() };
-            let all = marks(index, &against);
-            let likely = probabilities(&index.graph, &all);
-            let opposed = opposed(index, &against, &all, &likely);
-            let chain = sweep(index, &probabilities(&index.graph, &opposed), &opposed);
-            let nodes = whole(index, &chain, &opposed, least)?.nodes;
+        let against: Vec<Seeds> =
+            places(index, &found.nodes).iter().filter_map(|p| without(index, seeds, *p)).collect();
+        let opposed = opposed_by_each(index, &against);
+        let walks: Vec<&[Mark]> = opposed.iter().map(Vec::as_slice).collect();
+        let likely = probabilities_of(&index.graph, &walks);
+        let answer = |(marks, likely): (&Vec<Mark>, &Vec<f32>)| {
+            let nodes = whole(index, &sweep(index, likely, marks), marks, least)?.nodes;
             measured(index, &nodes, marks_of_first)
         };
-        let answers: Vec<Region> = places.par_iter().filter_map(without).collect();
+        let answers: Vec<Region> = opposed.par_iter().zip(&likely).filter_map(answer).collect();
         let better = answers
             .into_iter()
             .filter(|region| contradictions(index, seeds, &region.nodes) == 0)
@@ -59,6 +54,28 @@ pub(crate) fn alone(
         }
     }
     found
+}
+
+/// The first click, and a place that does not belong to it; none where the click itself is.
+fn without(index: &SceneIndex, seeds: &Seeds, place: u32) -> Option<Seeds> {
+    let mut click = index.nodes_at(index.segment(place).point.into());
+    click.push(place);
+    let is_clicked = seeds.positive.iter().flatten().any(|n| click.contains(n));
+    (!is_clicked).then(|| Seeds { negative: vec![click], ..seeds.clone() })
+}
+
+/// The marks of clicks, each set with what is nearer to its negative ones taken away.
+fn opposed_by_each(index: &SceneIndex, clicks: &[Seeds]) -> Vec<Vec<Mark>> {
+    let all: Vec<Vec<Mark>> = clicks.iter().map(|seeds| marks(index, seeds)).collect();
+    let swapped = clicks.iter().zip(&all).map(|(seeds, all)| swapped(seeds, all));
+    let swapped: Vec<Vec<Mark>> = swapped.collect();
+    let walks: Vec<&[Mark]> = all.iter().chain(&swapped).map(Vec::as_slice).collect();
+    let found = probabilities_of(&index.graph, &walks);
+    let (mine, others) = found.split_at(clicks.len());
+    all.iter()
+        .zip(mine.iter().zip(others))
+        .map(|(all, (mine, other))| opposed(all, mine, other))
+        .collect()
 }
 
 /// Superpixels at shares of the area of a set that is in the order of a walk.

@@ -1,7 +1,7 @@
 //! What clicks, strokes and rectangles say about superpixels.
 
-use crate::diffusion::Mark;
 use crate::index::SceneIndex;
+use crate::walks::Mark;
 
 /// Superpixels in the middle of a box that a walk starts from.
 const BOX_SEEDS: usize = 5;

@@ -3,12 +3,13 @@
 use std::sync::{Arc, PoisonError};
 
 use crate::corrections::corrected;
-use crate::diffusion::{Step, probabilities, sweep};
+use crate::diffusion::{Step, sweep};
 use crate::index::SceneIndex;
 use crate::max_flow::MaxFlow;
 use crate::region::{PART_SHARE, Region, nested, whole};
 use crate::rivals::alone;
 use crate::seeds::{Seeds, contradictions, marks};
+use crate::walks::probabilities;
 
 /// Rounds of lifting, rendering and cutting, and the weight of smoothness.
 #[derive(Clone, Copy, Debug, PartialEq)]

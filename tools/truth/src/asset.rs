@@ -14,7 +14,7 @@ use crate::variant::{find_object, recipe_of};
 use crate::world::World;
 
 /// Writes the mesh of an object with its materials at the vertices, +z up, standing on the origin, and beside it a JSON document that says
-/// where its base stands in the scene and how tall it is, world units.
+/// where its base stands in the scene and how tall it is, world units. The mesh has about `2 steps` by `steps` vertices.
 ///
 /// # Errors
 /// When the scene has no such object, or a file cannot be written.
@@ -22,6 +22,7 @@ pub fn write_asset(
     name: SceneName,
     options: &MakeOptions,
     object: &str,
+    steps: u32,
     output: &Path,
 ) -> anyhow::Result<()> {
     let recipe = recipe_of(name, options)?;
@@ -30,7 +31,7 @@ pub fn write_asset(
     alone.things = vec![recipe.things[thing].clone()];
     alone.lamps.clear();
     alone.walls.clear();
-    let world = World::new(&alone, options.lobes)?;
+    let world = World::with_steps(&alone, options.lobes, steps)?;
     // The ground is the first object, this the second.
     let (low, high) = world.bounds[1];
     let base = Vec3::new(0.5 * (low.x + high.x), 0.5 * (low.y + high.y), low.z);

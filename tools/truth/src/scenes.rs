@@ -2,6 +2,7 @@
 
 mod bedroom;
 mod garden;
+mod kitchen;
 
 use glam::{DVec3, EulerRot, Mat3, Vec2, Vec3};
 use motes_math::srgb;
@@ -26,6 +27,8 @@ pub enum SceneName {
     Bedroom,
     /// Shrubs, stems and pots on a lawn under the sky, which the photos show; photographed by a phone.
     Garden,
+    /// Cabinets with doors and handles along a wall, a counter with a few things, under an overcast sky.
+    Kitchen,
 }
 
 /// A thing on the ground.
@@ -181,6 +184,7 @@ impl SceneName {
             Self::Hillside => hillside(),
             Self::Bedroom => bedroom::recipe(),
             Self::Garden => garden::recipe(),
+            Self::Kitchen => kitchen::recipe(),
         }
     }
 }

@@ -16,6 +16,8 @@ pub enum Pattern {
     Clouds,
     /// Boards along x with grain.
     Boards,
+    /// The first color everywhere.
+    Plain,
 }
 
 /// What a surface is made of, everywhere.
@@ -43,6 +45,7 @@ impl Paint {
             self.palette[((h * n as f32) as usize).min(n - 1)]
         };
         let color = match self.pattern {
+            Pattern::Plain => self.palette[0],
             Pattern::Patches => {
                 let (nearest, second, cell) = worley(q);
                 let joint = smooth_step(0.02, 0.07, second - nearest);

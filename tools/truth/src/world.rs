@@ -11,7 +11,7 @@ use crate::shapes::{SmoothMesh, vertex_normals};
 use crate::texture::{Paint, Pattern, fractal};
 
 /// Steps of the shapes' meshes.
-const STEPS: u32 = 112;
+pub const STEPS: u32 = 112;
 /// Half the side of the ground, in units of the scene: it fills every picture.
 const GROUND: f32 = 14.0;
 /// Half the side of its finely meshed middle.
@@ -62,6 +62,14 @@ impl World {
     /// # Errors
     /// When a mesh is damaged, which no recipe's is.
     pub fn new(recipe: &SceneRecipe, lobes: Lobes) -> Result<Self, MeshError> {
+        Self::with_steps(recipe, lobes, STEPS)
+    }
+
+    /// [`Self::new`] with shapes of other meshes: `2 steps` by `steps`.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn with_steps(recipe: &SceneRecipe, lobes: Lobes, steps: u32) -> Result<Self, MeshError> {
         let unit = recipe.unit;
         let mut world = Self {
             tracer: MeshTracer::new(&TriangleMesh::default(), BuildQuality::Fast)?,
@@ -79,7 +87,7 @@ impl World {
         let still = |paint: &Paint, id| Object { paint: paint.clone(), to_paint, id, lamp: None };
         world.add(ground, normals, still(&recipe.ground, 1));
         for thing in &recipe.things {
-            let smooth = thing.shape.mesh(STEPS);
+            let smooth = thing.shape.mesh(steps);
             let (rotation, scale) = (thing.rotation(), unit * thing.size);
             let turned: Vec<Vec3> =
                 smooth.mesh.vertices.iter().map(|&p| rotation * p * scale).collect();

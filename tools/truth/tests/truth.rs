@@ -7,6 +7,7 @@ use std::path::Path;
 
 use glam::{DVec3, Vec3};
 use motes_formats::colmap::read_model;
+use motes_formats::environment::{read_environment, write_environment};
 use motes_formats::exr_aov::{AovChannel, open_exr, write_exr};
 use motes_formats::images::{read_image, write_png};
 use motes_scene::ImageF32;
@@ -18,6 +19,7 @@ use motes_truth::lamps::LampShape;
 use motes_truth::lights::environment;
 use motes_truth::path::PathTracer;
 use motes_truth::render::{buffers, radiance};
+use motes_truth::repainted::{Repaint, make_repainted};
 use motes_truth::scenes::SceneName;
 use motes_truth::score::align::Align;
 use motes_truth::score::pictures::PSNR_CAP_DB;
@@ -57,6 +59,8 @@ fn the_files_are_the_same_at_any_thread_count() {
     let (one, three) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
     made(SceneName::Bedroom, 1, one.path());
     made(SceneName::Bedroom, 3, three.path());
+    made(SceneName::Kitchen, 1, &one.path().join("kitchen"));
+    made(SceneName::Kitchen, 3, &three.path().join("kitchen"));
     let (one, three) = (files(one.path()), files(three.path()));
     // 4 photos, 4 lights with previews, 2 test views under 4 lights as PNG and EXR, ...
     assert!(one.len() > 40, "{} files", one.len());
@@ -248,4 +252,45 @@ fn the_truth_scores_best_and_what_is_wrong_with_a_result_is_named() {
     write_png(&empty.path().join("test_000.png"), &white).unwrap();
     let error = format!("{:#}", score(&truth, &missing).unwrap_err());
     assert!(error.contains("8 x 8"), "{error}");
+}
+
+#[test]
+fn what_is_repainted_differs_where_it_is_and_the_same_paint_under_the_same_light_is_the_same() {
+    let folder = tempfile::tempdir().unwrap();
+    let options = MakeOptions { no_relights: true, samples: 16, ..tiny() };
+    make(SceneName::Kitchen, &options, folder.path(), &mut |_| {}).unwrap();
+    let truth = TruthFolder::open(folder.path()).unwrap();
+    // The light of the photos, in photo values.
+    let map = read_environment(&folder.path().join("env/overcast.exr")).unwrap();
+    let file = folder.path().join("light.exr");
+    write_environment(&file, &map.scaled(truth.exposure as f32), &[]).unwrap();
+    let black: Repaint = "cabinet=0.03,0.03,0.03,0.9,0".parse().unwrap();
+    for (name, repaints) in [("same", &[][..]), ("black", &[black][..])] {
+        let lights = [(name.to_owned(), file.clone())];
+        make_repainted(SceneName::Kitchen, repaints, &lights, folder.path()).unwrap();
+    }
+    let mean = |place: &str, is_meant: bool| {
+        let (mut sum, mut n) = (0.0, 0.0);
+        for view in &truth.views {
+            let picture = truth.picture(&folder.path().join("test").join(place), view).unwrap();
+            let ids = truth.buffers(view).unwrap().ids;
+            for (id, pixel) in ids.data.iter().zip(picture.data.chunks_exact(3)) {
+                let object = truth.objects.iter().find(|o| o.id == *id);
+                if object.is_some_and(|o| o.name.starts_with("cabinet")) == is_meant {
+                    sum += pixel.iter().map(|v| f64::from(*v)).sum::<f64>() / 3.0;
+                    n += 1.0;
+                }
+            }
+        }
+        sum / n
+    };
+    for is_meant in [true, false] {
+        let (own, same) = (mean("capture", is_meant), mean("relight_same", is_meant));
+        assert!((own - same).abs() < 2.0, "{own} {same}");
+    }
+    assert!(mean("relight_black", true) < 0.5 * mean("capture", true));
+    assert!(mean("relight_black", false) > 0.85 * mean("capture", false));
+    // A folder of another scene is refused.
+    let error = make_repainted(SceneName::Studio, &[], &[("x".into(), file)], folder.path());
+    assert!(error.unwrap_err().to_string().contains("kitchen"));
 }

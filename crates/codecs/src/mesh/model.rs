@@ -70,7 +70,7 @@ pub fn barycentrics(i: usize) -> [f64; 2] {
 }
 
 /// What a point is made of.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PointMaterial {
     /// Linear, 0 to 1.
     pub base_color_linear: [f32; 3],

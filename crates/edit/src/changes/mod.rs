@@ -16,5 +16,6 @@ pub mod measure;
 pub mod mesh;
 pub mod order;
 pub mod ratio_shadow;
+mod spread_points;
 pub mod surroundings;
 pub mod transform;

@@ -58,6 +58,10 @@ pub struct Args {
     #[arg(long, value_name = "DIR")]
     thumbnails: Option<PathBuf>,
 
+    /// View of the capture whose photo gets the edit, as photo-VIEW.png beside the thumbnails; repeatable
+    #[arg(long, value_name = "VIEW", requires_all = ["capture", "thumbnails"])]
+    photo: Vec<String>,
+
     /// Seed of the random numbers [default: the plan's]
     #[arg(long, value_name = "SEED")]
     seed: Option<u64>,
@@ -119,6 +123,7 @@ pub fn run(args: &Args, context: &Context) -> anyhow::Result<EditAnswer> {
         seed: args.seed,
         provider: &args.provider,
         thumbnails: args.thumbnails.as_deref(),
+        photos: &args.photo,
         output: &args.output,
     };
     run_edit(&job, context)

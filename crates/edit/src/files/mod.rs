@@ -8,6 +8,7 @@ mod flags;
 mod input;
 mod output;
 mod outputs;
+mod photos;
 mod plan_file;
 mod prepare;
 mod provider_editor;

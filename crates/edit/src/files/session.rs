@@ -29,6 +29,7 @@ use super::flags::OpFlags;
 use super::input::Input;
 use super::output::write_previews;
 use super::outputs::Outputs;
+use super::photos::Photos;
 use super::provider_editor::ProviderEditor;
 use super::source::Source;
 use train_splat::files::load_training_images;
@@ -84,6 +85,8 @@ pub struct EditJob<'a> {
     pub provider: &'a ProviderFlags,
     /// Folder of pictures.
     pub thumbnails: Option<&'a Path>,
+    /// Views of the capture whose photos get the edit, into that folder.
+    pub photos: &'a [String],
     /// The splat or scene folder to write.
     pub output: &'a Path,
 }
@@ -124,10 +127,10 @@ pub fn run_edit(job: &EditJob<'_>, context: &Context) -> anyhow::Result<EditAnsw
     let provider = open_provider(job, context)?;
     let by_provider = provider.as_ref().map(|provider| provider as &dyn PictureEditor);
     let editors = Editors { named: &editors, provider: by_provider, start: !context.dry_run() };
-    let written = outputs.paths();
-    let prepared = prepare(&plan, &job.reach(folder, &written, editors)).map_err(failed)?;
+    let prepared = prepare(&plan, &job.reach(folder, &outputs.paths(), editors)).map_err(failed)?;
     let capture = job.capture.map(|path| load_capture(path, context)).transpose()?;
     let mut input = load_input(job, capture.as_ref(), context)?;
+    let photos = Photos::load(job, capture.as_ref(), &input.state.gaussians)?;
     let count = input.state.len();
     let sha256 = context.sha256_of_input(&input.gaussians);
     let source = Source::new(input.decomposition.as_ref(), &input.gaussians, count, sha256);
@@ -161,6 +164,7 @@ pub fn run_edit(job: &EditJob<'_>, context: &Context) -> anyhow::Result<EditAnsw
         None => None,
     };
     previews.extend(before.into_iter().chain(snap(&input.state, "after.png")));
+    previews.extend(photos.after(&input.state, resources.antialias));
     if thumbnails.is_none() && !previews.is_empty() {
         context.warn("pictures were not written: give --thumbnails");
     }

@@ -47,7 +47,7 @@ pub(super) fn reshade(
     // Rays must meet the new materials, or the bounce light of an object keeps its old color.
     mesh = ratio::with_materials_of(state, &materials_of(state)?, &mesh);
 
-    let after = scene_after(state, mesh, before.up_in_world)?;
+    let after = scene_after(state, mesh, before.up_in_world)?.as_rough_as(before);
     let lit_after = Relighter::new(&after, &light, &quality, options.seed);
     let change = Change {
         before: (before, &lit_before),

@@ -42,6 +42,7 @@ pub(super) fn apply(
         seed: Some(plan.seed),
         provider: &provider,
         thumbnails,
+        photos: &[],
         output,
     };
     run_edit(&job, context)

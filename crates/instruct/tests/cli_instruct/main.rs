@@ -50,7 +50,10 @@ fn labeled() -> ToyScene {
     std::fs::create_dir(toy.path("labels")).unwrap();
     let document = SelectionDocument::new(&selection, bound, SelectionNotes::default());
     write_selection(&toy.path("labels/box.json"), &document).unwrap();
-    put_labels(&toy, &json!([{ "name": "box", "selection": "box.json", "also": ["crate"] }]));
+    put_labels(
+        &toy,
+        &json!([{ "name": "box", "selection": "box.json", "also": ["crate", "chair"] }]),
+    );
     toy
 }
 
@@ -59,13 +62,13 @@ fn put_labels(toy: &ToyScene, objects: &Value) {
     std::fs::write(toy.path("labels/labels.json"), document.to_string()).unwrap();
 }
 
+const TEXTBOOK: &str = "relight this scene as a sunset and move the chair to the right";
 const SCENE: [&str; 5] = ["--scene", "scene", "--labels", "labels/labels.json", "--no-provenance"];
 
 #[test]
 fn the_textbook_sentence_is_a_plan_that_edit_would_run_and_apply_runs_it() {
     let toy = labeled();
-    let sentence = "relight this scene as a sunset and move the box to the right";
-    let line = [&[sentence], &SCENE[..], &["-o", "plans/plan.json", "--explain"]].concat();
+    let line = [&[TEXTBOOK], &SCENE[..], &["-o", "plans/plan.json", "--explain"]].concat();
     std::fs::create_dir(toy.path("plans")).unwrap();
     let done = instruct(&toy, &line);
     assert_eq!(done.status.code(), Some(0), "{}", said(&done));
@@ -76,7 +79,7 @@ fn the_textbook_sentence_is_a_plan_that_edit_would_run_and_apply_runs_it() {
     let select = serde_json::to_value(&plan.ops[0]).unwrap();
     assert_eq!(select["steps"][0]["path"], "../labels/box.json");
 
-    let line = [&[sentence], &SCENE[..], &["--apply", "-o", "edited", "--json", "-q"]].concat();
+    let line = [&[TEXTBOOK], &SCENE[..], &["--apply", "-o", "edited", "--json", "-q"]].concat();
     let answer = report(&instruct(&toy, &line));
     assert_eq!(answer["plans"][0]["edited"]["applied"].as_array().unwrap().len(), 3);
     let before = read_gaussians(&toy.path("scene/gaussians.ply")).unwrap();

@@ -8,15 +8,18 @@ use std::thread::JoinHandle;
 use motes_testkit::toy_scene::ToyScene;
 use serde_json::{Value, json};
 
-use super::{SCENE, instruct, labeled, report, said};
+use super::{SCENE, TEXTBOOK, instruct, labeled, report, said};
 
 fn ask(toy: &ToyScene, answers: &Value) -> Output {
+    ask_to(toy, "make the box chrome", answers, &["-o", "plan.json"])
+}
+
+fn ask_to(toy: &ToyScene, sentence: &str, answers: &Value, output: &[&str]) -> Output {
     std::fs::write(toy.path("answers.json"), answers.to_string()).unwrap();
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/../../testdata/providers/scripted_chat.py");
     let command = format!("python3 '{script}' --answers answers.json");
-    let more =
-        ["--provider", &command, "--provider-cache", "none", "-o", "plan.json", "--json", "-w"];
-    instruct(toy, &[&["make the box chrome"], &SCENE[..], &more].concat())
+    let more = ["--provider", &command, "--provider-cache", "none", "--json", "-w"];
+    instruct(toy, &[&[sentence], &SCENE[..], &more, output].concat())
 }
 
 fn plan(ops: Value) -> Value {
@@ -38,6 +41,17 @@ fn a_valid_answer_is_the_plan() {
     let written: Value =
         serde_json::from_slice(&std::fs::read(toy.path("plan.json")).unwrap()).unwrap();
     assert_eq!(written["ops"][0]["steps"][0]["path"], "labels/box.json");
+}
+
+#[test]
+fn the_textbook_sentence_is_one_command_with_a_language_model_too() {
+    let toy = labeled();
+    let moved = json!({ "op": "transform", "target": "box", "translate": [0.5, 0.0, 0.0] });
+    let light = json!({ "op": "set_environment", "sun": "sunset" });
+    let answers = json!([plan(json!([select("box.json"), moved, light]))]);
+    let answer = report(&ask_to(&toy, TEXTBOOK, &answers, &["--apply", "-o", "edited", "-q"]));
+    assert_eq!(answer["plans"][0]["edited"]["applied"].as_array().unwrap().len(), 3);
+    assert!(toy.path("edited/environment.exr").exists());
 }
 
 #[test]

@@ -24,6 +24,7 @@ pub(super) fn manifest(session: &Session<'_>) -> Value {
     manifest["session"] = json!({
         "materials": materials(),
         "light": scene.own_light.is_some(),
+        "maps": scene.maps.iter().map(|m| json!({"name": m.name, "file": m.file})).collect::<Vec<_>>(),
         "views": scene.capture.is_some(),
         "before": splat_entry(session, &original),
     });

@@ -16,7 +16,8 @@ use serde_json::json;
 
 use super::ViewReport;
 use super::browser;
-use super::inputs::{Loaded, Named, command, reload};
+use super::inputs::{Loaded, command, reload};
+use super::named::Named;
 use super::snapshots::{Version, newest};
 use crate::api::Api;
 use crate::http::{Gate, Server, Stop, Token};
@@ -27,8 +28,10 @@ const EXAMPLES: &str = "\
 Examples:
   A decomposed scene with its photos; what is done on the page becomes plan.json:
     view --scene scene/ --capture capture/ -o plan.json
+  Go on with it, with environment maps to choose from:
+    view --scene scene/ --capture capture/ --plan plan.json --assets maps/
   A training run as it goes, with train-splat --export-every 500:
-    view --gaussians model.ply
+    view --gaussians model.ply --wait
   The address of the page for another program:
     view --scene scene/ --no-browser --json";
 
@@ -58,6 +61,14 @@ pub struct Args {
     #[arg(long, value_name = "FILE")]
     capture: Option<PathBuf>,
 
+    /// Edit plan to go on with (JSON)
+    #[arg(long, value_name = "FILE")]
+    plan: Option<PathBuf>,
+
+    /// Folder whose environment maps the page offers, and that the plan may read from; repeatable
+    #[arg(long, value_name = "DIR")]
+    assets: Vec<PathBuf>,
+
     /// Edit plan to write, after every act on the page (JSON)
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
@@ -74,9 +85,13 @@ pub struct Args {
     #[arg(long)]
     no_cache: bool,
 
-    /// Seed of the plan
-    #[arg(long, value_name = "SEED", default_value_t = 0)]
-    seed: u64,
+    /// Wait for Gaussians that are not there yet, such as the first snapshot of a training run
+    #[arg(long, requires = "gaussians")]
+    wait: bool,
+
+    /// Seed of the plan [default: that of --plan, else 0]
+    #[arg(long, value_name = "SEED")]
+    seed: Option<u64>,
 
     #[command(flatten)]
     #[serde(flatten)]
@@ -89,7 +104,7 @@ pub struct Args {
 
 impl HasCommon for Args {
     const BASIC: &'static [&'static str] =
-        &["scene", "gaussians", "capture", "output", "port", "no-browser"];
+        &["scene", "gaussians", "capture", "plan", "assets", "output", "port", "no-browser"];
 
     fn common(&self) -> &CommonArgs {
         &self.common
@@ -107,9 +122,12 @@ pub fn run(args: &Args, context: &Context) -> anyhow::Result<ViewReport> {
         gaussians: args.gaussians.as_deref(),
         capture: args.capture.as_deref(),
         seed: args.seed,
+        plan: args.plan.as_deref(),
+        assets: &args.assets,
+        wait: args.wait,
         cache: args.capture.is_some() && !args.no_cache,
     };
-    let Loaded { scene, state, version, command } = Loaded::load(&named, context)?;
+    let Loaded { scene, state, version, command, ops } = Loaded::load(&named, context)?;
     let segmenter = args.segmenter.command(context)?;
     context.stop_if_dry_run()?;
     let segmenter = args.segmenter.open(segmenter, context)?;
@@ -120,6 +138,10 @@ pub fn run(args: &Args, context: &Context) -> anyhow::Result<ViewReport> {
     })?;
     let gate = Gate::new(server.address()?, Token::random());
     let session = Session::new(scene, state, command, segmenter);
+    if let Some(path) = &args.plan {
+        let misfit = |cause| StageError::bad_input(format!("{cause}: {}", path.display()));
+        session.reopen(ops).map_err(misfit)?;
+    }
     let watch = Watch { version, named };
     serve(args, &session, &server, &gate, output.as_deref(), watch, context)?;
     context.check_interrupted()?;

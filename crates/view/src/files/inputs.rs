@@ -1,31 +1,28 @@
 //! What is looked at, read.
 
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use edit::EditState;
 use edit::files::Input;
+use edit::ops::OpDocument;
+use edit::plan::EditPlanDocument;
 use motes_formats::capture::read_capture;
 use motes_formats::selection::BoundGaussians;
 use motes_scene::{Capture, View};
 use motes_stage::{Context, StageError};
 use segment_select::files::usual_folder;
 
-use super::snapshots::{Version, newest};
+use super::maps::maps;
+use super::named::{Named, absolute};
+use super::reopen::reopened;
+use super::snapshots::{Version, is_checkpoint, newest};
 use crate::session::{OwnLight, Scene};
 
+/// Between looks for a file that is waited for.
+const WAIT_STEP: Duration = Duration::from_millis(500);
 /// A view that is prepared for clicks: its planes, and what covers each pixel.
 const VIEW_BYTES_PER_PIXEL: u64 = 72;
-
-/// What the command line names.
-#[derive(Clone, Copy)]
-pub(super) struct Named<'a> {
-    pub(super) scene: Option<&'a Path>,
-    pub(super) gaussians: Option<&'a Path>,
-    pub(super) capture: Option<&'a Path>,
-    pub(super) seed: u64,
-    /// Whether prepared views are kept.
-    pub(super) cache: bool,
-}
 
 /// What was read.
 pub(super) struct Loaded {
@@ -35,6 +32,8 @@ pub(super) struct Loaded {
     pub(super) version: Option<Version>,
     /// Words of the command line that makes the same edit.
     pub(super) command: Vec<String>,
+    /// Operations of the plan to go on with.
+    pub(super) ops: Vec<OpDocument>,
 }
 
 impl Loaded {
@@ -48,7 +47,7 @@ impl Loaded {
         let (input, version) = match (named.scene, named.gaussians) {
             (Some(folder), _) => (Input::scene(folder, context)?, None),
             (None, Some(path)) => {
-                let version = newest(path);
+                let version = first_version(path, named.wait, context)?;
                 let path = version.as_ref().map_or(path, |version| version.path.as_path());
                 (Input::splat(path, views, context)?, version)
             }
@@ -71,20 +70,45 @@ impl Loaded {
         let shown = named.scene.or(named.gaussians).unwrap_or(Path::new(""));
         let title = shown.file_stem().or(shown.file_name());
         let title = title.map_or_else(|| "scene".into(), |name| name.to_string_lossy().into());
+        let (mut template, ops) = match named.plan {
+            Some(path) => reopened(path, named, context)?,
+            None => (EditPlanDocument::new(0, Vec::new()), Vec::new()),
+        };
+        template.seed = named.seed.unwrap_or(template.seed);
         let scene = Scene {
             title,
+            maps: maps(named.assets, context)?,
+            template,
             antialias: input.antialias,
             own_light: own_light(&input),
             write_options: input.write_options,
-            seed: named.seed,
             plan_name: PathBuf::from("the page"),
             cache: named.cache.then(usual_folder).flatten(),
             bound,
             capture,
         };
         let command = command(named, version.as_ref());
-        Ok(Self { scene, state: input.state, version, command })
+        Ok(Self { scene, state: input.state, version, command, ops })
     }
+}
+
+/// What is shown first of a splat; `None` for standard input and what is no file, which reading it tells.
+fn first_version(path: &Path, wait: bool, context: &Context) -> anyhow::Result<Option<Version>> {
+    let mut version = newest(path);
+    if version.is_none() && wait {
+        tracing::info!("waiting for {} or a snapshot of it", path.display());
+    }
+    while version.is_none() && wait {
+        std::thread::sleep(WAIT_STEP);
+        context.check_interrupted()?;
+        version = newest(path);
+    }
+    if version.is_none() && is_checkpoint(path) {
+        let text = format!("there is no snapshot beside the checkpoint: {}", path.display());
+        let help = "train-splat --export-every 500 writes snapshots; --wait waits for the first";
+        return Err(StageError::bad_input(text).help(help).into());
+    }
+    Ok(version)
 }
 
 /// Gaussians of a file that was written anew.
@@ -131,12 +155,8 @@ pub(super) fn command(named: &Named<'_>, version: Option<&Version>) -> Vec<Strin
     add("--scene", named.scene);
     add("--gaussians", gaussians.filter(|_| named.scene.is_none()));
     add("--capture", named.capture);
+    named.assets.iter().for_each(|folder| add("--assets", Some(folder)));
     words.extend(["--plan".into(), "edit-plan.json".into(), "-o".into()]);
     words.push(if named.scene.is_some() { "edited".into() } else { "edited.ply".into() });
     words
-}
-
-fn absolute(path: &Path) -> String {
-    let full = std::fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
-    full.to_string_lossy().into_owned()
 }

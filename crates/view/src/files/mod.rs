@@ -3,6 +3,9 @@
 mod browser;
 mod command;
 mod inputs;
+mod maps;
+mod named;
+mod reopen;
 mod report;
 mod snapshots;
 

@@ -1,5 +1,5 @@
 //! A file of Gaussians that grows while somebody looks at it: a training run writes `NAME.step-000500.ply` beside the
-//! `NAME.ply` that it ends with.
+//! `NAME.ply` that it ends with. Its checkpoint, `NAME.checkpoint.safetensors`, stands for the run.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -7,6 +7,8 @@ use std::time::SystemTime;
 
 /// What stands between the name of a product and the step of a snapshot.
 const STEP: &str = ".step-";
+/// What stands after the name of a product in that of the checkpoint of its run.
+const CHECKPOINT: &str = ".checkpoint.safetensors";
 
 /// A file, as it was when it was looked at.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -17,10 +19,16 @@ pub(super) struct Version {
     bytes: u64,
 }
 
-/// The newest of a product and its snapshots; none when none is there.
+/// Whether a file is the checkpoint of a run, which holds no model that can be shown: it has the lengths of the fit.
+pub(super) fn is_checkpoint(path: &Path) -> bool {
+    path.file_name().and_then(|name| name.to_str()).is_some_and(|name| name.ends_with(CHECKPOINT))
+}
+
+/// The newest of a product and its snapshots, found by the name of any of them or of the checkpoint of their run; none when none
+/// is there.
 pub(super) fn newest(path: &Path) -> Option<Version> {
     let name = path.file_name()?.to_str()?;
-    let stem = name.strip_suffix(".ply").unwrap_or(name);
+    let stem = name.strip_suffix(".ply").or_else(|| name.strip_suffix(CHECKPOINT)).unwrap_or(name);
     let product = stem.split_once(STEP).map_or(stem, |(product, _)| product);
     let (prefix, whole) = (format!("{product}{STEP}"), format!("{product}.ply"));
     let folder = path.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
@@ -29,7 +37,8 @@ pub(super) fn newest(path: &Path) -> Option<Version> {
     let beside = fs::read_dir(folder).into_iter().flatten().flatten();
     let versions = beside.filter(|entry| entry.file_name().to_str().is_some_and(is_one));
     let versions = versions.filter_map(|entry| version(&entry.path()));
-    versions.chain(version(path)).max_by(|a, b| {
+    let named = version(path).filter(|_| !is_checkpoint(path));
+    versions.chain(named).max_by(|a, b| {
         // Written within the same tick of the clock: the later step.
         a.modified.cmp(&b.modified).then_with(|| a.path.cmp(&b.path))
     })
@@ -61,6 +70,9 @@ mod tests {
         let found = |name: &str| newest(&path(name)).unwrap().path;
         assert_eq!(found("m.ply"), path(names[1]));
         assert_eq!(found(names[0]), path(names[1]));
+        fs::write(path("m.checkpoint.safetensors"), "x").unwrap();
+        assert_eq!(found("m.checkpoint.safetensors"), path(names[1]));
+        assert_eq!(newest(&path("n.checkpoint.safetensors")), None);
         fs::write(path("m.ply"), "xx").unwrap();
         assert_eq!(found(names[1]), path("m.ply"));
     }

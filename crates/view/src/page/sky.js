@@ -14,6 +14,8 @@ class Sky {
     const shown = Boolean(live.viewer.manifest.session.light);
     $("light-part").hidden = !shown;
     if (!shown) return;
+    this.maps = live.viewer.manifest.session.maps;
+    $("preset").append(...this.maps.map(({ name }, i) => new Option(name, `map:${i}`)));
     this.dome($("sky"));
     for (const key of ["azimuth", "elevation"]) {
       $(key).oninput = () => {
@@ -60,11 +62,11 @@ class Sky {
   }
 
   body() {
-    const sun = {
-      sun: `azimuth=${this.sun.azimuth},elevation=${this.sun.elevation}`,
-      preset: $("preset").value || null, captured: null,
-    }[this.kind];
-    return { sun, rotate_deg: Number($("heading").value), exposure: Number((2 ** Number($("brightness").value)).toPrecision(5)) };
+    const preset = this.kind === "preset" ? $("preset").value : "";
+    const map = preset.startsWith("map:") ? Number(preset.slice(4)) : null;
+    const named = map === null && preset ? preset : null;
+    const sun = this.kind === "sun" ? `azimuth=${this.sun.azimuth},elevation=${this.sun.elevation}` : named;
+    return { sun, map, rotate_deg: Number($("heading").value), exposure: Number((2 ** Number($("brightness").value)).toPrecision(5)) };
   }
 
   // A light that somebody wishes; while one is computed only the last wish is kept.
@@ -95,8 +97,10 @@ class Sky {
     const last = steps.findLast(({ op }) => op === "set_environment");
     const angles = /^azimuth=([\d.]+),elevation=([\d.]+)$/.exec(last?.sun ?? "");
     if (angles) [this.sun.azimuth, this.sun.elevation] = [Number(angles[1]), Number(angles[2])];
-    this.kind = angles ? "sun" : last?.sun ? "preset" : "captured";
-    if (!angles) $("preset").value = last?.sun ?? "";
+    const map = this.maps.findIndex(({ file }) => file === last?.file);
+    const preset = map < 0 ? last?.sun ?? "" : `map:${map}`;
+    this.kind = angles ? "sun" : preset ? "preset" : "captured";
+    if (!angles) $("preset").value = preset;
     $("heading").value = last?.rotate_deg ?? 0;
     $("brightness").value = Math.log2(last?.exposure ?? 1);
     this.refresh();

@@ -72,6 +72,23 @@ impl Session<'_> {
         Ok(())
     }
 
+    /// Does the operations of a plan that was saved before.
+    ///
+    /// # Errors
+    /// One does not fit; nothing is done then.
+    pub fn reopen(&self, ops: Vec<OpDocument>) -> Result<(), String> {
+        let mut inner = self.lock();
+        let changes = ops.iter().filter(|op| !matches!(op, OpDocument::Select(_)));
+        let moves = changes.clone().any(|op| !matches!(op, OpDocument::SetEnvironment(_)));
+        let changed = changes.count() > 0;
+        let steps = ops.into_iter().map(|op| Step { op, found: None }).collect();
+        inner.history.act(steps, 0, &self.scene)?;
+        inner.revision += u64::from(changed);
+        inner.geometry += u64::from(moves);
+        self.tell(&mut inner);
+        Ok(())
+    }
+
     /// Puts the selection in the making into the plan, under a name.
     ///
     /// # Errors

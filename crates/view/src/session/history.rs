@@ -27,14 +27,15 @@ pub struct History {
     state: Arc<EditState>,
     steps: Vec<Step>,
     undone: Vec<Step>,
-    seed: u64,
+    /// The plan without operations: what holds for all of them.
+    template: EditPlanDocument,
 }
 
 impl History {
-    /// Before the first act.
-    pub fn new(state: EditState, seed: u64) -> Self {
+    /// Before the first act of a plan, of which all but the operations is known.
+    pub fn new(state: EditState, template: EditPlanDocument) -> Self {
         let base = Arc::new(state);
-        Self { state: Arc::clone(&base), base, steps: Vec::new(), undone: Vec::new(), seed }
+        Self { state: Arc::clone(&base), base, steps: Vec::new(), undone: Vec::new(), template }
     }
 
     /// After the last act, before light followed.
@@ -64,7 +65,7 @@ impl History {
 
     /// The plan of the acts.
     pub fn plan(&self) -> EditPlanDocument {
-        EditPlanDocument::new(self.seed, self.steps.iter().map(|step| step.op.clone()).collect())
+        plan_of(&self.template, &self.steps)
     }
 
     /// Adds acts, all or none; the last `instead` acts of the plan are replaced by them.
@@ -76,11 +77,11 @@ impl History {
         let mut steps = self.steps[..kept].to_vec();
         let mut state = match instead {
             0 => (*self.state).clone(),
-            _ => self.replayed(&steps, scene)?,
+            _ => self.replayed(&mut steps, scene)?,
         };
         let first = steps.len();
         steps.extend(added);
-        apply(&steps, first, &mut state, self.seed, scene)?;
+        apply(&mut steps, first, &mut state, &self.template, scene)?;
         (self.steps, self.state) = (steps, Arc::new(state));
         self.undone.clear();
         Ok(())
@@ -94,10 +95,10 @@ impl History {
         let Some((last, rest)) = self.steps.split_last() else {
             return Err("there is nothing to undo".into());
         };
-        let (last, rest) = (last.clone(), rest.to_vec());
+        let (last, mut rest) = (last.clone(), rest.to_vec());
         self.state = match rest.is_empty() {
             true => Arc::clone(&self.base),
-            false => Arc::new(self.replayed(&rest, scene)?),
+            false => Arc::new(self.replayed(&mut rest, scene)?),
         };
         self.steps = rest;
         let op = last.op.clone();
@@ -117,25 +118,29 @@ impl History {
         done.map(|()| op)
     }
 
-    fn replayed(&self, steps: &[Step], scene: &Scene) -> Result<EditState, String> {
+    fn replayed(&self, steps: &mut [Step], scene: &Scene) -> Result<EditState, String> {
         let mut state = (*self.base).clone();
-        apply(steps, 0, &mut state, self.seed, scene)?;
+        apply(steps, 0, &mut state, &self.template, scene)?;
         Ok(state)
     }
 }
 
-/// Applies the steps from `first` on, as a plan of all of them does.
+fn plan_of(template: &EditPlanDocument, steps: &[Step]) -> EditPlanDocument {
+    let ops = steps.iter().map(|step| step.op.clone()).collect();
+    EditPlanDocument { ops, ..template.clone() }
+}
+
+/// Applies the steps from `first` on, as a plan of all of them does. Selections note what they found.
 fn apply(
-    steps: &[Step],
+    steps: &mut [Step],
     first: usize,
     state: &mut EditState,
-    seed: u64,
+    template: &EditPlanDocument,
     scene: &Scene,
 ) -> Result<(), String> {
-    let ops = steps.iter().map(|step| step.op.clone()).collect();
-    let plan = EditPlanDocument::new(seed, ops);
+    let plan = plan_of(template, steps);
     check_plan(&plan, &scene.plan_name).map_err(|error| error.to_string())?;
-    for (at, step) in steps.iter().enumerate().skip(first) {
+    for (at, step) in steps.iter_mut().enumerate().skip(first) {
         if let (OpDocument::Select(op), Some(found)) = (&step.op, &step.found) {
             if found.count() == 0 {
                 return Err("the selection is empty".into());
@@ -149,6 +154,10 @@ fn apply(
         // What an act of a plan only notes, somebody at a page is told.
         if let Some(skipped) = record.skipped.first() {
             return Err(skipped.why.clone());
+        }
+        if matches!(step.op, OpDocument::Select(_)) {
+            let current = state.current.as_ref();
+            step.found = current.and_then(|name| state.selections.get(name)).cloned();
         }
     }
     Ok(())

@@ -11,8 +11,10 @@ use super::{Session, scene::OwnLight};
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LightWish {
-    /// As `relight --sun` takes it; the light of the capture when it is not there.
+    /// As `relight --sun` takes it.
     pub sun: Option<String>,
+    /// Number of a map that the page offers; the light of the capture without either.
+    pub map: Option<usize>,
     /// Degrees about up, counter-clockwise seen from above.
     #[serde(default)]
     pub rotate_deg: f64,
@@ -38,26 +40,24 @@ impl Session<'_> {
             let text = "a plain splat has its light in its colors: decompose it first";
             return Err(ActError::Unfit(text.into()));
         };
-        let LightWish { sun, rotate_deg, exposure, replace } = wish;
-        let OwnLight { file, convention, zenith } = own.clone();
-        let op = match sun {
-            Some(_) => SetEnvironmentOp {
-                file: None,
-                sun,
-                convention: Convention::default(),
-                up: None,
-                rotate_deg,
-                exposure,
-            },
-            None => SetEnvironmentOp {
-                file: Some(file),
-                sun: None,
-                convention,
-                up: Some(zenith),
-                rotate_deg,
-                exposure,
-            },
+        let LightWish { sun, map, rotate_deg, exposure, replace } = wish;
+        let (file, convention, up) = match (&sun, map) {
+            (Some(_), Some(_)) => {
+                return Err(ActError::Unfit("a light is a sun or a map, not both".into()));
+            }
+            (Some(_), None) => (None, Convention::default(), None),
+            (None, Some(map)) => {
+                let offered = self.scene.maps.get(map);
+                let known = || ActError::Unfit("no such map is offered".into());
+                let file = offered.ok_or_else(known)?.file.clone();
+                (Some(file), Convention::default(), None)
+            }
+            (None, None) => {
+                let OwnLight { file, convention, zenith } = own.clone();
+                (Some(file), convention, Some(zenith))
+            }
         };
+        let op = SetEnvironmentOp { file, sun, convention, up, rotate_deg, exposure };
         self.act(Act { op: OpDocument::SetEnvironment(op), replace })
     }
 }

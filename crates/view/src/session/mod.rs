@@ -24,7 +24,7 @@ pub use history::History;
 pub use light::LightWish;
 pub use mask::bits;
 pub use prompt::{Gesture, Pending, Where};
-pub use scene::{OwnLight, Scene};
+pub use scene::{OfferedMap, OwnLight, Scene};
 pub use shown::{Quality, Shown};
 
 /// The views that clicks are answered on.
@@ -85,7 +85,7 @@ impl<'s> Session<'s> {
     ) -> Self {
         let original = Arc::new(Shown::new(&state, &state, Quality::Standard, 0, 0));
         let inner = Inner {
-            history: History::new(state, scene.seed),
+            history: History::new(state, scene.template.clone()),
             serial: 0,
             revision: 0,
             geometry: 0,
@@ -174,7 +174,7 @@ impl<'s> Session<'s> {
         inner.shown = Arc::new(shown);
         inner.original = Arc::clone(&inner.shown);
         inner.views = Views::default();
-        inner.history = History::new(state, self.scene.seed);
+        inner.history = History::new(state, self.scene.template.clone());
         (inner.pending, inner.chosen, inner.notice) = (None, None, None);
         self.tell(&mut inner);
         true

@@ -110,7 +110,7 @@ impl Session<'_> {
         // A plan has `edit` ask the graph cut: what another segmenter found is told by its rows.
         let (steps, found) = match self.segmenter {
             None => (steps, found),
-            Some(_) => (steps, Selection::where_true(found.len(), |i| found.confidence[i] > 0.5)),
+            Some(_) => (steps, Selection::where_true(found.len(), |i| found.contains(i))),
         };
         let mut inner = self.lock();
         if inner.geometry != geometry {

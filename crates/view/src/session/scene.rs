@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use edit::plan::EditPlanDocument;
 use edit::run::{EditError, Editors, Resources};
 use motes_formats::ply::PlyWriteOptions;
 use motes_formats::selection::BoundGaussians;
@@ -20,6 +21,15 @@ pub struct OwnLight {
     pub zenith: [f64; 3],
 }
 
+/// An environment map that may be chosen.
+#[derive(Clone, Debug)]
+pub struct OfferedMap {
+    /// Of its file.
+    pub name: String,
+    /// Absolute path.
+    pub file: String,
+}
+
 /// What a session has that no act changes.
 pub struct Scene {
     /// For people.
@@ -32,8 +42,10 @@ pub struct Scene {
     pub capture: Option<(Capture, PathBuf)>,
     /// Of a decomposed scene.
     pub own_light: Option<OwnLight>,
-    /// Seed of the plan.
-    pub seed: u64,
+    /// Environment maps that the page offers.
+    pub maps: Vec<OfferedMap>,
+    /// The plan without operations: its seed, and what holds for all of them.
+    pub template: EditPlanDocument,
     /// Names plans in errors.
     pub plan_name: PathBuf,
     /// Keeps the views of the Gaussians as they were read.

@@ -73,15 +73,16 @@ impl Session<'_> {
     }
 
     fn lit(&self, state: &EditState, quality: Quality) -> Result<(EditState, Vec<String>), String> {
-        let seed = self.scene.seed;
+        let seed = self.scene.template.seed;
+        let usual = ReshadeOptions { seed, ..Default::default() };
+        let samples = self.scene.template.reshade_samples.unwrap_or(usual.samples);
         let options = match quality {
-            Quality::Standard => ReshadeOptions { seed, ..Default::default() },
+            Quality::Standard => ReshadeOptions { samples, ..usual },
             Quality::Preview => ReshadeOptions {
-                samples: PREVIEW_SAMPLES,
+                samples: PREVIEW_SAMPLES.min(samples),
                 bake_directions: PREVIEW_DIRECTIONS,
                 quality: relight::Quality::Preview,
-                seed,
-                ..Default::default()
+                ..usual
             },
         };
         let mut lit = state.clone();

@@ -5,7 +5,7 @@ use serde_json::json;
 
 use super::*;
 
-const SCENE: [&str; 4] = ["--scene", "scene", "--capture", "capture.json"];
+pub(crate) const SCENE: [&str; 4] = ["--scene", "scene", "--capture", "capture.json"];
 
 /// Runs `edit` in the folder of the scene.
 #[track_caller]
@@ -17,7 +17,7 @@ pub(crate) fn edit(toy: &ToyScene, arguments: &[&str]) {
 }
 
 /// The name of the first view, and a pixel of it that shows the box.
-fn on_the_box(toy: &ToyScene) -> (String, [f64; 2]) {
+pub(crate) fn on_the_box(toy: &ToyScene) -> (String, [f64; 2]) {
     shown_at(toy, [0.1, 0.0, 0.6])
 }
 

@@ -6,6 +6,8 @@ mod acts;
 mod browser;
 mod gate;
 mod page;
+mod reopen;
+mod segmenters;
 mod watch;
 
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};

@@ -49,3 +49,30 @@ fn newer_snapshots_are_shown_until_somebody_acts() {
     let state = served.wait("reloaded", |state| state["notice"].is_null());
     assert!(command(&state).contains("model.ply"), "{state}");
 }
+
+#[test]
+fn a_run_that_has_just_begun_is_waited_for_and_found_by_its_checkpoint() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    fs::write(folder.join("model.checkpoint.safetensors"), "not a model").unwrap();
+    let line = ["--gaussians", "model.checkpoint.safetensors"];
+    let refused = run(folder, &line);
+    assert_eq!(refused.status.code(), Some(3));
+    let said = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert!(
+        said.contains("no snapshot beside the checkpoint") && said.contains("--wait"),
+        "{said}"
+    );
+    let late = std::thread::scope(|scope| {
+        scope.spawn(|| {
+            std::thread::sleep(Duration::from_millis(700));
+            write(folder, "model.step-000100.ply", 40);
+        });
+        Served::start(folder, &[&line[..], &["--wait"]].concat())
+    });
+    let first = drawn(&late.state());
+    assert!(first > 0);
+    std::thread::sleep(Duration::from_millis(50));
+    write(folder, "model.ply", 80);
+    late.wait("reloaded", |state| drawn(state) > first);
+}

@@ -52,7 +52,7 @@ fn main() -> anyhow::Result<()> {
     let args = Args::parse();
     let truth = TruthFolder::open(&args.truth)?;
     for (light, _) in &args.relit {
-        let known = truth.lights.contains(light);
+        let known = truth.root.join(format!("test/relight_{light}")).is_dir();
         anyhow::ensure!(known, "there is no light {light}, but {}", truth.lights.join(", "));
     }
     let results = Results {

@@ -12,7 +12,9 @@ use motes_truth::asset::write_asset;
 use motes_truth::faults::Fault;
 use motes_truth::oracle::write_oracle;
 use motes_truth::probe::make_probe;
+use motes_truth::repainted::{Repaint, make_repainted};
 use motes_truth::scenes::SceneName;
+use motes_truth::world::STEPS;
 use motes_truth::{MakeOptions, make, make_removed};
 
 /// Make a ground-truth scene: photos, cameras, lights, relit pictures and buffers
@@ -39,6 +41,15 @@ struct Args {
     /// Write an object as a mesh OUTPUT (PLY), with a JSON document that says where it stands, instead
     #[arg(long, value_name = "OBJECT", conflicts_with_all = ["oracle", "without", "probe"])]
     asset: Option<String>,
+    /// Steps of the mesh of --asset from pole to pole; its colors are as fine as its vertices
+    #[arg(long, value_name = "COUNT", default_value_t = STEPS, requires = "asset")]
+    asset_steps: u32,
+    /// Write the test views under a map in Blender's axes, in photo values, into the folder OUTPUT of this scene instead; repeatable
+    #[arg(long, value_name = "LIGHT=FILE", value_parser = light, conflicts_with_all = ["oracle", "without", "probe", "asset"])]
+    relit: Vec<(String, PathBuf)>,
+    /// Paint of objects for --relit: `handle` means `handle_1`, too; repeatable
+    #[arg(long, value_name = "OBJECT=R,G,B,ROUGHNESS,METALLIC", requires = "relit")]
+    repaint: Vec<Repaint>,
     /// Leave an object out
     #[arg(long, value_name = "OBJECT")]
     omit: Option<String>,
@@ -105,6 +116,11 @@ fn point(text: &str) -> Result<Vec3, String> {
     }
 }
 
+fn light(text: &str) -> Result<(String, PathBuf), String> {
+    let (name, file) = text.split_once('=').ok_or("expected LIGHT=FILE")?;
+    Ok((name.into(), file.into()))
+}
+
 fn main() -> anyhow::Result<()> {
     let args = Args::parse();
     let options = MakeOptions {
@@ -129,11 +145,20 @@ fn main() -> anyhow::Result<()> {
         if let Some(object) = &args.without {
             return make_removed(args.scene, object, &args.output);
         }
+        if !args.relit.is_empty() {
+            return make_repainted(args.scene, &args.repaint, &args.relit, &args.output);
+        }
         if let Some(at) = args.probe {
             return make_probe(args.scene, &options, at, &args.output);
         }
         if let Some(object) = &args.asset {
-            return write_asset(args.scene, &options, object, &args.output);
+            return write_asset(
+                args.scene,
+                &options,
+                object,
+                args.asset_steps.max(8),
+                &args.output,
+            );
         }
         make(args.scene, &options, &args.output, &mut |what| eprintln!("truth-scene: {what}"))
     })
