@@ -11,6 +11,9 @@ SCENE  ?=
 STAGES := import-colmap train-splat render evaluate decompose relight estimate-environment segment-select edit instruct export view report info provider
 # Programs that run learned models for stages, called motes-NAME.
 PROVIDERS := provider-sam
+# One that compiles candle: outside of every other target. FEATURES=cuda or FEATURES=metal builds it for a GPU.
+DIFFUSION := provider-diffusion
+FEATURES ?=
 BIN  := $(CURDIR)/target/release
 VENV := $(CURDIR)/.venv
 MDBOOK := $(CURDIR)/.mdbook
@@ -24,11 +27,19 @@ revision = revision=$$(git describe --always --dirty --abbrev=10 --exclude '*' 2
     echo "$$revision" >'$(BIN)/motes-revision.txt' || rm -f '$(BIN)/motes-revision.txt'
 
 .DELETE_ON_ERROR:
-.PHONY: build setup setup-consumers docs test fmt tidy licenses clippy doc unit fuzz lab lab-relit lab-ci relight relight-ci edit edit-ci kitchen kitchen-ci truth schemas install dist uninstall clean help
+.PHONY: build provider-diffusion provider-diffusion-ci setup setup-consumers docs test fmt tidy licenses clippy doc unit fuzz lab lab-relit lab-ci relight relight-ci edit edit-ci kitchen kitchen-ci truth schemas install dist uninstall clean help
 
 build: ## build the stages and the dispatcher into target/release (the default)
 	$(CARGO) build --release $(LOCKED) -p motes $(addprefix -p ,$(STAGES) $(PROVIDERS))
 	@$(revision)
+
+provider-diffusion: build ## build the provider of IC-Light and InstructPix2Pix, too; FEATURES=cuda or metal for a GPU
+	$(CARGO) build --release $(LOCKED) -p $(DIFFUSION) $(if $(FEATURES),--features '$(FEATURES)')
+
+provider-diffusion-ci:
+	$(CARGO) clippy -p $(DIFFUSION) --all-targets --release $(LOCKED) -- -D warnings
+	RUSTDOCFLAGS='-D warnings' $(CARGO) doc -p $(DIFFUSION) --no-deps --release $(LOCKED)
+	$(CARGO) test -p $(DIFFUSION) --release $(LOCKED)
 
 setup: $(VENV)/.ready ## make the private Python environment .venv for COLMAP (pycolmap)
 
@@ -51,13 +62,13 @@ licenses:
 	$(CARGO) run --quiet --release $(LOCKED) -p xtask -- licenses features
 
 clippy:
-	$(CARGO) clippy --workspace --all-targets --release $(LOCKED) -- -D warnings
+	$(CARGO) clippy --workspace --exclude $(DIFFUSION) --all-targets --release $(LOCKED) -- -D warnings
 
 doc:
-	RUSTDOCFLAGS='-D warnings' $(CARGO) doc --workspace --no-deps --release $(LOCKED)
+	RUSTDOCFLAGS='-D warnings' $(CARGO) doc --workspace --exclude $(DIFFUSION) --no-deps --release $(LOCKED)
 
 unit: setup-consumers
-	$(CARGO) test --workspace --release $(LOCKED)
+	$(CARGO) test --workspace --exclude $(DIFFUSION) --release $(LOCKED)
 	$(CARGO) run --quiet --release $(LOCKED) -p xtask -- manuals help-words
 
 fuzz: build ## hostile files, kills and rivals for the stages, two minutes long

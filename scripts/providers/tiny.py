@@ -18,15 +18,15 @@ WIDTH = 32
 """Channels; networks of Stable Diffusion normalize in groups of 32."""
 
 
-def tokenizer(folder, padding="<|endoftext|>"):
-    """A CLIP tokenizer whose words are letters."""
+def tokenizer(folder, padding="<|endoftext|>", merges=()):
+    """A CLIP tokenizer whose words are letters, and what `merges` joins: pairs, the most frequent first."""
     folder.mkdir(parents=True, exist_ok=True)
     printable = [*range(ord("!"), ord("~") + 1), *range(ord("¡"), ord("¬") + 1), *range(ord("®"), ord("ÿ") + 1)]
     others = [256 + i for i in range(256 - len(printable))]
     letters = [chr(c) for c in printable + others]
-    words = letters + [letter + "</w>" for letter in letters] + ["<|startoftext|>", "<|endoftext|>"]
+    words = letters + [letter + "</w>" for letter in letters] + [a + b for a, b in merges] + ["<|startoftext|>", "<|endoftext|>"]
     (folder / "vocab.json").write_text(json.dumps({word: i for i, word in enumerate(words)}), encoding="utf-8")
-    (folder / "merges.txt").write_text("#version: 0.2\n", encoding="utf-8")
+    (folder / "merges.txt").write_text("\n".join(["#version: 0.2", *(f"{a} {b}" for a, b in merges), ""]), encoding="utf-8")
     config = {"tokenizer_class": "CLIPTokenizer", "model_max_length": 77, "pad_token": padding}
     config.update({"bos_token": "<|startoftext|>", "eos_token": "<|endoftext|>", "unk_token": "<|endoftext|>"})
     (folder / "tokenizer_config.json").write_text(json.dumps(config), encoding="utf-8")
@@ -61,12 +61,12 @@ def unet(in_channels, out_channels=4, **more):
     return UNet2DConditionModel(in_channels=in_channels, out_channels=out_channels, **{**config, **more})
 
 
-def vae(scaling=0.18215):
+def vae(scaling=0.18215, widths=(WIDTH, 2 * WIDTH)):
     """An autoencoder that halves the sides once."""
     from diffusers import AutoencoderKL
 
     return AutoencoderKL(
-        block_out_channels=(WIDTH, 2 * WIDTH), in_channels=3, out_channels=3, latent_channels=4, norm_num_groups=32, scaling_factor=scaling,
+        block_out_channels=widths, in_channels=3, out_channels=3, latent_channels=4, norm_num_groups=32, scaling_factor=scaling,
         down_block_types=("DownEncoderBlock2D",) * 2, up_block_types=("UpDecoderBlock2D",) * 2)
 
 

@@ -53,6 +53,18 @@ def located(given, name, flag):
     return path
 
 
+def other_kind(first, path):
+    """The error about a file that begins so, and is no safetensors file."""
+    if first.startswith((b"PK\x03\x04", b"\x80\x02")):
+        return BadInput(
+            f"a pickled checkpoint, which could run code: {path}",
+            "take the .safetensors file of the same weights, or convert it with safetensors.torch.save_file",
+        )
+    if first.startswith(b"version "):
+        return BadInput(f"a pointer of Git LFS, not the weights: {path}", "git lfs pull in its folder")
+    return BadInput(f"no safetensors file, or one that is cut short: {path}", "get the file again; compare its size")
+
+
 def header(path):
     """Names of the tensors of a safetensors file, with type and shape. Only the beginning is read, and the length compared."""
     path = Path(path)
@@ -62,16 +74,9 @@ def header(path):
         size = path.stat().st_size
         with open(path, "rb") as file:
             first = file.read(8)
-            if first[:2] == b"PK" or first[:1] == b"\x80":
-                raise BadInput(
-                    f"a pickled checkpoint, which could run code: {path}",
-                    "take the .safetensors file of the same weights, or convert it with safetensors.torch.save_file",
-                )
-            if first.startswith(b"version "):
-                raise BadInput(f"a pointer of Git LFS, not the weights: {path}", "git lfs pull in its folder")
             length = struct.unpack("<Q", first)[0] if len(first) == 8 else -1
             if not 2 <= length <= min(LARGEST_HEADER, size - 8):
-                raise BadInput(f"no safetensors file, or one that is cut short: {path}", "get the file again; compare its size")
+                raise other_kind(first, path)
             document = json.loads(file.read(length))
             tensors = {name: entry for name, entry in document.items() if name != "__metadata__"}
             end = max((entry["data_offsets"][1] for entry in tensors.values()), default=0)

@@ -58,6 +58,11 @@ class Weights(unittest.TestCase):
         path = self.file(safetensors({"a": ("F16", [2, 3]), "b": ("BF16", [4])}))
         self.assertEqual(weights.header(path), {"a": ("F16", (2, 3)), "b": ("BF16", (4,))})
 
+    def test_a_header_of_any_length_is_no_pickle(self):
+        text = json.dumps({"a": {"dtype": "U8", "shape": [1], "data_offsets": [0, 1]}}).ljust(0x280).encode()
+        path = self.file(struct.pack("<Q", len(text)) + text + b"0")
+        self.assertEqual(weights.header(path), {"a": ("U8", (1,))})
+
     def test_files_that_are_cut_short_or_no_safetensors_are_said(self):
         whole = safetensors({"a": ("F32", [64])})
         for cut in (0, 4, 8, 20, len(whole) - 1):

@@ -1,0 +1,107 @@
+//! The command line of `motes-provider-diffusion`.
+
+use std::fmt;
+use std::io::{Write as _, stdin};
+use std::path::PathBuf;
+
+use clap::{ArgGroup, Parser};
+use motes_formats::documents::to_pretty_json;
+use motes_protocol::serve::{answer, serve};
+use motes_stage::{CommonArgs, Context, HasCommon};
+use serde::Serialize;
+
+use crate::Diffusion;
+use crate::answer::told;
+use crate::options::Options;
+
+const EXAMPLES: &str = "\
+Examples:
+  What it is, and with which weights:
+    motes-provider-diffusion --describe --model stable-diffusion-v1-5/ --weights ic-light/
+  A quick preview under another light:
+    relight ... --provider 'diffusion --model stable-diffusion-v1-5/ --weights ic-light/ --size 256 --second-scale 1' --prompt 'sunset'
+  Pictures edited as a text says:
+    edit ... --stylize 'make it autumn' --provider 'diffusion --model instruct-pix2pix/'";
+
+/// Relit pictures by IC-Light, edited pictures by InstructPix2Pix, on your safetensors files
+#[derive(Parser, Debug, Serialize)]
+#[command(
+    name = "provider-diffusion",
+    after_help = EXAMPLES,
+    group = ArgGroup::new("what").required(true).args(["describe", "request", "serve"])
+)]
+pub struct Args {
+    /// Folder of Stable Diffusion 1.5 (with --weights), or of InstructPix2Pix, in the layout of diffusers
+    #[arg(long, value_name = "DIR")]
+    model: PathBuf,
+
+    /// IC-Light: iclight_sd15_fc.safetensors (by prompt), iclight_sd15_fbc.safetensors (by background), or their folder
+    #[arg(long, value_name = "PATH")]
+    weights: Option<PathBuf>,
+
+    /// Print what this provider is and stop
+    #[arg(long)]
+    describe: bool,
+
+    /// Answer a request and stop
+    #[arg(long, value_name = "FILE")]
+    request: Option<PathBuf>,
+
+    /// Answer requests, a line each, until the input ends
+    #[arg(long)]
+    serve: bool,
+
+    /// License of the weights, for run records [default: that of the published weights]
+    #[arg(long, value_name = "NAME", hide_short_help = true)]
+    license: Option<String>,
+
+    #[command(flatten)]
+    #[serde(flatten)]
+    options: Options,
+
+    #[command(flatten)]
+    #[serde(flatten)]
+    common: CommonArgs,
+}
+
+impl HasCommon for Args {
+    fn common(&self) -> &CommonArgs {
+        &self.common
+    }
+}
+
+/// Nothing: what it says is in the reply.
+#[derive(Debug, Serialize)]
+pub struct Report {}
+
+impl fmt::Display for Report {
+    fn fmt(&self, _: &mut fmt::Formatter<'_>) -> fmt::Result {
+        Ok(())
+    }
+}
+
+/// Describes itself or answers.
+///
+/// # Errors
+/// The weights or the request are bad.
+pub fn run(args: &Args, context: &Context) -> anyhow::Result<Report> {
+    let mut diffusion =
+        Diffusion::open(&args.model, args.weights.as_deref(), &args.options).map_err(told)?;
+    if args.describe {
+        let description = diffusion.description(args.license.as_deref()).map_err(told)?;
+        context.stdout().write_all(to_pretty_json(&description).as_bytes())?;
+        return Ok(Report {});
+    }
+    let watch = |evaluations: u64| -> Box<dyn Fn()> {
+        let progress = context.progress("denoising", evaluations);
+        Box::new(move || progress.inc(1))
+    };
+    let work = &mut |request: &_, folder: &_| diffusion.answer(request, folder, &watch);
+    match &args.request {
+        Some(request) => {
+            answer(request, work)?;
+        }
+        None => serve(stdin().lock(), context.stdout(), work)?,
+    }
+    Ok(Report {})
+}
