@@ -147,6 +147,14 @@ install: ## install to PREFIX (default /usr/local); DESTDIR stages a package
 	for provider in $(PROVIDERS); do \
 	    install -m 755 "$(BIN)/motes-$$provider" '$(DESTDIR)$(PREFIX)/libexec/motes/' || exit 1; \
 	done
+	[ ! -x '$(BIN)/motes-$(DIFFUSION)' ] || install -m 755 '$(BIN)/motes-$(DIFFUSION)' '$(DESTDIR)$(PREFIX)/libexec/motes/'
+	install -d '$(DESTDIR)$(PREFIX)/libexec/motes/providers/provider_kit'
+	install -m 755 scripts/providers/bin/motes-provider-* '$(DESTDIR)$(PREFIX)/libexec/motes/'
+	for program in scripts/providers/bin/motes-provider-*; do \
+	    install -m 644 "scripts/providers/$${program#*/bin/motes-provider-}.py" '$(DESTDIR)$(PREFIX)/libexec/motes/providers/' || exit 1; \
+	done
+	install -m 644 scripts/providers/requirements-providers.txt '$(DESTDIR)$(PREFIX)/libexec/motes/providers/'
+	install -m 644 scripts/providers/provider_kit/*.py '$(DESTDIR)$(PREFIX)/libexec/motes/providers/provider_kit/'
 	[ ! -f '$(BIN)/motes-revision.txt' ] || install -m 644 '$(BIN)/motes-revision.txt' '$(DESTDIR)$(PREFIX)/libexec/motes/'
 	install -m 644 target/man/*.1 '$(DESTDIR)$(PREFIX)/share/man/man1/'
 	@for place in bash:bash-completion/completions/motes zsh:zsh/site-functions/_motes fish:fish/vendor_completions.d/motes.fish; do \
