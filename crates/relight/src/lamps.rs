@@ -1,14 +1,13 @@
 //! Lamps of a scene: whether they shine, and how much of its own light is theirs.
 
-use glam::Vec3;
 use motes_math::luminance::luminance;
 use motes_scene::Switch;
-use motes_shading::brdf::Material;
 use motes_shading::emitters::Emitters;
 use motes_shading::environment::Environment;
 use motes_shading::integrate::{IntegrationOptions, Shader, SurfacePoint};
 
 use crate::scene::RelightScene;
+use crate::surface_point::white_vertex;
 
 /// Keeps the random numbers apart from those of pixels, vertices and baked colors.
 const FIRST_ITEM: u64 = 1 << 54;
@@ -43,19 +42,8 @@ pub(crate) fn share_of_lamps(scene: &RelightScene, seed: u64) -> f32 {
     let (Some(lamps), Some(own)) = (&scene.lamps, &scene.own_environment) else { return 0.0 };
     let surface = &scene.surface;
     let stride = surface.vertices.len().div_ceil(PLACES).max(1);
-    let points: Vec<SurfacePoint> = (0..surface.vertices.len())
-        .step_by(stride)
-        .map(|v| {
-            let normal = Vec3::from(surface.normals[v]).normalize_or(Vec3::Z);
-            SurfacePoint {
-                position: Vec3::from(surface.vertices[v]),
-                geometric_normal: normal,
-                shading_normal: normal,
-                to_viewer: normal,
-                material: Material::lambert(Vec3::ONE),
-            }
-        })
-        .collect();
+    let points: Vec<SurfacePoint> =
+        (0..surface.vertices.len()).step_by(stride).map(|v| white_vertex(surface, v)).collect();
     let options = IntegrationOptions {
         light_samples: 16,
         brdf_samples: 0,

@@ -1,14 +1,13 @@
 //! Light at single points: what an edit compares before and after.
 
 use glam::Vec3;
-use motes_shading::brdf::Material;
 use motes_shading::integrate::{IntegrationOptions, Shader, SurfacePoint};
 use motes_shading::tracing::{Hit, MeshTracer, Ray};
 use rayon::prelude::*;
 
 use crate::relighter::Relighter;
 use crate::scene::RelightScene;
-use crate::surface_point::surface_point;
+use crate::surface_point::{surface_point, white_matte};
 
 /// Keeps these random numbers apart from those of pixels, vertices and baked colors.
 const FIRST_ITEM: u64 = 1 << 52;
@@ -52,13 +51,7 @@ impl Relighter<'_> {
         let l_hit = |_: &Ray, hit: &Hit| self.cache.at(self.scene, hit);
         let shader = self.shader(samples, (!self.cache.is_empty()).then_some(&l_hit as _));
         let shade = |probe: &Probe| {
-            let point = SurfacePoint {
-                position: probe.position,
-                geometric_normal: probe.normal,
-                shading_normal: probe.normal,
-                to_viewer: probe.normal,
-                material: Material::lambert(Vec3::ONE),
-            };
+            let point = white_matte(probe.position, probe.normal);
             shader.shade_point(&point, FIRST_ITEM + probe.item).total()
         };
         probes.par_iter().with_min_len(64).map(shade).collect()

@@ -15,7 +15,6 @@ use std::collections::HashMap;
 
 use glam::Vec3;
 use motes_scene::Surface;
-use motes_shading::brdf::Material;
 use motes_shading::environment::Environment;
 use motes_shading::integrate::{IntegrationOptions, Shader, SurfacePoint};
 use motes_shading::tracing::{Hit, Ray};
@@ -23,6 +22,7 @@ use rayon::prelude::*;
 
 use crate::lamps::Lights;
 use crate::scene::RelightScene;
+use crate::surface_point::white_vertex;
 
 /// Keeps the random numbers of the passes apart from those of pixels.
 const FIRST_ITEM: u64 = 1 << 40;
@@ -48,23 +48,9 @@ impl RadianceCache {
             return Self::default();
         }
         let surface = &scene.surface;
-        let white = Material::lambert(Vec3::ONE);
         let shared = Shared::new(surface, spacing * scene.median_edge());
-        let points: Vec<SurfacePoint> = shared
-            .chosen
-            .iter()
-            .map(|i| {
-                let i = *i as usize;
-                let normal = Vec3::from(surface.normals[i]).normalize_or(Vec3::Z);
-                SurfacePoint {
-                    position: Vec3::from(surface.vertices[i]),
-                    geometric_normal: normal,
-                    shading_normal: normal,
-                    to_viewer: normal,
-                    material: white,
-                }
-            })
-            .collect();
+        let points: Vec<SurfacePoint> =
+            shared.chosen.iter().map(|i| white_vertex(surface, *i as usize)).collect();
         let options = IntegrationOptions {
             light_samples: samples,
             brdf_samples: samples / 4,

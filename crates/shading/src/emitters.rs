@@ -14,7 +14,7 @@ use motes_math::luminance::luminance;
 
 use crate::alias::AliasTable;
 use crate::sampling::unit_f32;
-use crate::tracing::TriangleMesh;
+use crate::tracing::{Ray, TriangleMesh, offset_origin};
 
 /// Marks a triangle that does not shine.
 const DARK: u32 = u32::MAX;
@@ -50,6 +50,19 @@ pub struct EmitterSample {
     pub radiance: Vec3,
     /// Density of the direction, per steradian, over all emitters.
     pub pdf: f32,
+}
+
+/// Shadow rays end this share of their length before the emitter: its own bumps must not hide it.
+const SHORT: f32 = 0.02;
+
+impl EmitterSample {
+    /// The ray that is blocked where something hides the sample from a point of a surface; `bias` is how far rays start off
+    /// the surface, world units.
+    #[inline]
+    pub fn shadow_ray(&self, position: Vec3, geometric_normal: Vec3, bias: f32) -> Ray {
+        let origin = offset_origin(position, geometric_normal, self.to_light, bias);
+        Ray { t_max: self.distance * (1.0 - SHORT) - bias, ..Ray::new(origin, self.to_light) }
+    }
 }
 
 impl Emitters {

@@ -90,13 +90,26 @@ impl<'a> SeenView<'a> {
     pub(crate) fn shown_at(&self, position: Vec3, normal: Vec3) -> Option<usize> {
         let (x, y, z) = self.rays.project(position)?;
         let (w, h) = (self.photo.camera.width, self.photo.camera.height);
-        let cosine = normal.dot((self.rays.eye - position).normalize_or_zero());
-        if !(x >= 0.0 && y >= 0.0 && x < w as f32 && y < h as f32 && cosine > 0.2) {
+        if !(x >= 0.0 && y >= 0.0 && x < w as f32 && y < h as f32) {
             return None;
         }
+        let (_, cosine) = self.facing(position, normal)?;
         let pixel = y as usize * w + x as usize;
-        let slope = 2.0 * z / self.photo.camera.fx as f32 / cosine;
-        ((self.hits[pixel].depth - z).abs() < slope + 4e-3 * z).then_some(pixel)
+        ((self.hits[pixel].depth - z).abs() < self.depth_tolerance(z, cosine)).then_some(pixel)
+    }
+
+    /// Unit vector toward the camera and its cosine with the normal; none beyond 78 degrees.
+    fn facing(&self, position: Vec3, normal: Vec3) -> Option<(Vec3, f32)> {
+        let to_viewer = (self.rays.eye - position).normalize_or_zero();
+        let cosine = normal.dot(to_viewer);
+        (cosine > 0.2).then_some((to_viewer, cosine))
+    }
+
+    /// How far the depth of a pixel may be from that of a point it shows.
+    fn depth_tolerance(&self, z: f32, cosine: f32) -> f32 {
+        // A slanted surface changes depth by this much over two pixels.
+        let slope = 2.0 * z / self.photo.camera.fx as f32 * (1.0 / cosine);
+        slope + 4e-3 * z
     }
 
     /// What the photo shows of a point; none where it is hidden, too near to an edge in depth, masked, clipped
@@ -108,16 +121,10 @@ impl<'a> SeenView<'a> {
         if !(fx >= 0.0 && fy >= 0.0 && fx < (w - 1) as f32 && fy < (h - 1) as f32) {
             return None;
         }
-        let to_viewer = (self.rays.eye - position).normalize_or_zero();
-        let cosine = normal.dot(to_viewer);
-        if !(cosine > 0.2) {
-            return None;
-        }
+        let (to_viewer, cosine) = self.facing(position, normal)?;
         let (x0, y0) = (fx as usize, fy as usize);
         let (s, t) = (fx - x0 as f32, fy - y0 as f32);
-        // A slanted surface changes depth by this much over two pixels.
-        let slope = 2.0 * z / self.photo.camera.fx as f32 * (1.0 / cosine);
-        let tolerance = slope + 4e-3 * z;
+        let tolerance = self.depth_tolerance(z, cosine);
         let mut radiance = Vec3::ZERO;
         for (dx, dy, weight) in [
             (0, 0, (1.0 - s) * (1.0 - t)),

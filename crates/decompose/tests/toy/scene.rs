@@ -28,17 +28,23 @@ pub(crate) fn surface() -> Surface {
             s.normals.push([0.0, 0.0, 1.0]);
         }
     }
-    let quad = |s: &mut Surface, a: u32, b: u32, c: u32, d: u32| {
-        s.triangles.extend([[a, b, c], [a, c, d]]);
-    };
     for y in 0..n {
         for x in 0..n {
             let a = y * (n + 1) + x;
-            quad(&mut s, a, a + 1, a + n + 2, a + n + 1);
+            add_quad(&mut s, [a, a + 1, a + n + 2, a + n + 1]);
         }
     }
-    let first = s.vertices.len() as u32;
-    let (rows, columns) = (24u32, 48u32);
+    add_ball(&mut s, Vec3::Z * (RADIUS + 0.01), RADIUS, 24);
+    s
+}
+
+fn add_quad(s: &mut Surface, [a, b, c, d]: [u32; 4]) {
+    s.triangles.extend([[a, b, c], [a, c, d]]);
+}
+
+/// A ball of `rows` rows and twice as many columns.
+fn add_ball(s: &mut Surface, center: Vec3, radius: f32, rows: u32) {
+    let (first, columns) = (s.vertices.len() as u32, 2 * rows);
     for y in 0..=rows {
         for x in 0..columns {
             let (theta, phi) = (
@@ -47,45 +53,23 @@ pub(crate) fn surface() -> Surface {
             );
             let d = Vec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos());
             s.normals.push(d.to_array());
-            s.vertices.push((d * RADIUS + Vec3::Z * (RADIUS + 0.01)).to_array());
+            s.vertices.push((d * radius + center).to_array());
         }
     }
     for y in 0..rows {
         for x in 0..columns {
             let at = |x: u32, y: u32| first + y * columns + x % columns;
-            quad(&mut s, at(x, y), at(x, y + 1), at(x + 1, y + 1), at(x + 1, y));
+            add_quad(s, [at(x, y), at(x, y + 1), at(x + 1, y + 1), at(x + 1, y)]);
         }
     }
-    s
 }
 
 /// The same with a ball over the floor that sends `radiance`.
 pub(crate) fn surface_with_lamp(radiance: f32) -> Surface {
     let mut s = surface();
-    let (first, rows, columns) = (s.vertices.len() as u32, 10u32, 20u32);
-    let center = Vec3::new(0.9, 0.5, 0.7);
-    for y in 0..=rows {
-        for x in 0..columns {
-            let (theta, phi) = (
-                y as f32 / rows as f32 * std::f32::consts::PI,
-                x as f32 / columns as f32 * std::f32::consts::TAU,
-            );
-            let d = Vec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos());
-            s.normals.push(d.to_array());
-            s.vertices.push((center + 0.16 * d).to_array());
-        }
-    }
-    for y in 0..rows {
-        for x in 0..columns {
-            let at = |x: u32, y: u32| first + y * columns + x % columns;
-            let corners = [at(x, y), at(x, y + 1), at(x + 1, y + 1), at(x + 1, y)];
-            s.triangles.extend([
-                [corners[0], corners[1], corners[2]],
-                [corners[0], corners[2], corners[3]],
-            ]);
-        }
-    }
-    s.emission_linear = vec![[0.0; 3]; first as usize];
+    let first = s.vertices.len();
+    add_ball(&mut s, Vec3::new(0.9, 0.5, 0.7), 0.16, 10);
+    s.emission_linear = vec![[0.0; 3]; first];
     s.emission_linear.resize(s.vertices.len(), [radiance; 3]);
     s
 }

@@ -1,11 +1,11 @@
 //! Light that a white matte Gaussian would receive.
 
 use glam::Vec3;
-use motes_shading::brdf::Material;
 use motes_shading::integrate::{IntegrationOptions, Shader, SurfacePoint};
 
 use crate::lamps::Lights;
 use crate::scene::RelightScene;
+use crate::surface_point::white_matte;
 
 /// Keeps the random numbers apart from those of pixels, vertices and baked colors.
 const FIRST_ITEM: u64 = 1 << 52;
@@ -18,15 +18,8 @@ pub(super) fn received(
     samples: u32,
     seed: u64,
 ) -> Vec<Vec3> {
-    let material = Material::lambert(Vec3::ONE);
-    let point = |&(position, normal): &(Vec3, Vec3)| SurfacePoint {
-        position,
-        geometric_normal: normal,
-        shading_normal: normal,
-        to_viewer: normal,
-        material,
-    };
-    let points: Vec<SurfacePoint> = places.iter().map(point).collect();
+    let points: Vec<SurfacePoint> =
+        places.iter().map(|&(position, normal)| white_matte(position, normal)).collect();
     let options = IntegrationOptions {
         light_samples: samples,
         brdf_samples: samples / 2,

@@ -236,8 +236,7 @@ impl<'a, T: Tracer> Shader<'a, T> {
                 continue;
             }
             let unblocked = sample.radiance * self.scale(n_e * sample.pdf, n_b * p_b);
-            let origin = offset_origin(point.position, point.geometric_normal, w, o.ray_bias);
-            let shadow = Ray { t_max: o.until(sample.distance), ..Ray::new(origin, w) };
+            let shadow = sample.shadow_ray(point.position, point.geometric_normal, o.ray_bias);
             let lit = point.geometric_normal.dot(w) > 0.0 && !self.tracer.occluded(&shadow);
             let weighted_radiance = if lit { unblocked } else { Vec3::ZERO };
             let (is_indirect, from_brdf) = (false, false);

@@ -93,16 +93,5 @@ impl Default for IntegrationOptions {
     }
 }
 
-/// Shadow rays to an emitter end this share of its distance before it: its own bumps must not hide it.
-const SHORT_OF_EMITTER: f32 = 0.02;
-
-impl IntegrationOptions {
-    /// Where a shadow ray to an emitter at `distance` ends, world units.
-    #[inline]
-    pub fn until(&self, distance: f32) -> f32 {
-        distance * (1.0 - SHORT_OF_EMITTER) - self.ray_bias
-    }
-}
-
 /// Radiance that a blocked ray brings back from what it met, linear.
 pub type IndirectRadiance<'a> = &'a (dyn Fn(&Ray, &Hit) -> Vec3 + Sync);

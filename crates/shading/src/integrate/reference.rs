@@ -172,7 +172,8 @@ pub fn emitted_radiance(
             let w = sample.to_light.as_dvec3().normalize();
             let f = material.eval(normal, w, to_viewer);
             let p_b = material.pdf(normal, w, to_viewer);
-            let shadow = Ray { t_max: options.until(sample.distance), ..ray_toward(w) };
+            let shadow =
+                sample.shadow_ray(point.position, point.geometric_normal, options.ray_bias);
             if f.total() != DVec3::ZERO && geometric.dot(w) > 0.0 && !tracer.occluded(&shadow) {
                 let scale = options.heuristic.scale(n_e * f64::from(sample.pdf), n_b * p_b);
                 let weight = sample.radiance.as_dvec3() * (normal.dot(w).max(0.0) * scale);

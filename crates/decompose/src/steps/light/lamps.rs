@@ -137,12 +137,7 @@ impl Lamps {
         if self.seen.is_empty() {
             return;
         }
-        let received = lit.transport.transposed(&vec![Vec3::ONE; lit.radiance.len()]);
-        let flux: Vec<f32> = received
-            .iter()
-            .zip(light.sources())
-            .map(|(transport, e)| (*transport * e).element_sum())
-            .collect();
+        let flux = lit.received_from(&light.sources());
         let total: f32 = flux.iter().sum();
         let of_lamps = &flux[light.cells.len()..];
         let is_lamp = |(lamp, flux): (&Lamp, &f32)| {

@@ -119,12 +119,15 @@ impl<'a> LightProblem<'a> {
     pub(crate) fn solve(&mut self) -> FoundLight {
         let lamp_costs = self.weigh_lamps();
         let bounces = self.bounces();
-        let mut lights = vec![self.start(&bounces); self.lights];
+        let mut lights = vec![self.even(); self.lights];
         let mut found = FoundLight { lamp_costs, ..FoundLight::default() };
         let mut base: Vec<Vec<Vec3>> = Vec::new();
         let levels = self.options.light_levels;
         for round in 0..=levels {
             let (rows, lit) = self.lit_points(&lights[0], &bounces);
+            if round == 0 {
+                self.start(&mut lights, &rows, &lit);
+            }
             // The first pairs are near each other and may have any color; they are chosen again once the light is
             // roughly known.
             for pass in 0..if round == 0 { 2 } else { 1u64 } {
@@ -133,9 +136,10 @@ impl<'a> LightProblem<'a> {
                 found.costs.push(cost);
             }
             base = lit.iter().zip(&lights).map(|(l, light)| base_colors(l, light)).collect();
-            found.lamp_share = lamp_share(&lights[0], &lit[0]);
             found.cells.push(lights[0].cells.len());
-            if round < levels {
+            if round == levels {
+                found.lamp_share = lamp_share(&lights[0], &lit[0]);
+            } else {
                 let hot = hot_cells(&lights, &lit);
                 let which = around(&lights[0].cells, &hot, levels);
                 lights.iter_mut().for_each(|light| light.divide(&which));
@@ -165,27 +169,30 @@ impl<'a> LightProblem<'a> {
     /// Cost of a light of large cells, with that light and what it lights.
     fn smooth(&self) -> (f64, CellLight, LitPoints) {
         let bounces = self.bounces();
-        let mut lights = vec![self.start(&bounces)];
+        let mut lights = vec![self.even()];
         let (rows, mut lit) = self.lit_points(&lights[0], &bounces);
+        self.start(&mut lights, &rows, &lit);
         let pairs = self.pairs(&rows, &lit, &[], self.seed);
         let (_, cost) = solve(&mut lights, &lit, &pairs, &mut [], &self.solve_options());
         (cost, lights.swap_remove(0), lit.swap_remove(0))
     }
 
-    /// An even white light, and lamps as bright as they have to be beside an even one: a sky that is free before them takes their
-    /// place, with a sun for each.
-    fn start(&self, bounces: &[Vec<Vec3>]) -> CellLight {
+    /// An even white light, and lamps that send hardly more than what is seen of them.
+    fn even(&self) -> CellLight {
         let even = CellLight::uniform(COLUMNS, COLUMNS / 2, Vec3::ONE, self.orientation);
+        CellLight { lamps: self.lamps.start(), ..even }
+    }
+
+    /// Makes lamps as bright as they have to be beside an even sky: one that is free before them takes their place, with a sun
+    /// for each. Nothing where there are no lamps.
+    fn start(&self, lights: &mut [CellLight], rows: &[Vec<u32>], lit: &[LitPoints]) {
         if self.lamps.seen.is_empty() {
-            return even;
+            return;
         }
-        let mut lights = vec![CellLight { lamps: self.lamps.start(), ..even }];
-        let (rows, lit) = self.lit_points(&lights[0], bounces);
-        let pairs = self.pairs(&rows, &lit, &[], self.seed);
+        let pairs = self.pairs(rows, lit, &[], self.seed);
         let by_shading = self.solve_options();
         let options = SolveOptions { smooth: STIFF * by_shading.smooth, ..by_shading };
-        solve(&mut lights, &lit, &pairs, &mut [], &options);
-        lights.swap_remove(0)
+        solve(lights, lit, &pairs, &mut [], &options);
     }
 
     fn transport_options(&self) -> TransportOptions {
@@ -311,9 +318,7 @@ pub(crate) fn base_colors(lit: &LitPoints, light: &CellLight) -> Vec<Vec3> {
 fn hot_cells(lights: &[CellLight], lit: &[LitPoints]) -> Vec<bool> {
     let mut hot = vec![false; lights[0].cells.len()];
     for (light, lit) in lights.iter().zip(lit) {
-        let received = lit.transport.transposed(&vec![Vec3::ONE; lit.radiance.len()]);
-        let flux: Vec<f32> =
-            received.iter().zip(light.sources()).map(|(t, e)| (*t * e).element_sum()).collect();
+        let flux = lit.received_from(&light.sources());
         let total: f32 = flux.iter().sum();
         hot.iter_mut().zip(&flux).for_each(|(hot, f)| *hot |= *f > SHARE * total);
     }
@@ -322,9 +327,7 @@ fn hot_cells(lights: &[CellLight], lit: &[LitPoints]) -> Vec<bool> {
 
 /// Share of what all points receive that lamps give.
 fn lamp_share(light: &CellLight, lit: &LitPoints) -> f32 {
-    let received = lit.transport.transposed(&vec![Vec3::ONE; lit.radiance.len()]);
-    let flux = received.iter().zip(light.sources()).map(|(t, e)| (*t * e).element_sum());
-    let flux: Vec<f32> = flux.collect();
+    let flux = lit.received_from(&light.sources());
     let of_lamps: f32 = flux[light.cells.len().min(flux.len())..].iter().sum();
     of_lamps / flux.iter().sum::<f32>().max(f32::MIN_POSITIVE)
 }

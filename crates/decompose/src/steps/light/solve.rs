@@ -65,6 +65,14 @@ impl LitPoints {
     }
 }
 
+impl LitPoints {
+    /// What all points together receive from every source of this radiance, all channels.
+    pub(crate) fn received_from(&self, sources: &[Vec3]) -> Vec<f32> {
+        let received = self.transport.transposed(&vec![Vec3::ONE; self.radiance.len()]);
+        received.iter().zip(sources).map(|(t, e)| (*t * *e).element_sum()).collect()
+    }
+}
+
 fn radiances(theta: &[f32]) -> Vec<Vec3> {
     theta.chunks_exact(3).map(|t| Vec3::new(t[0].exp(), t[1].exp(), t[2].exp())).collect()
 }

@@ -3,7 +3,6 @@
 use glam::Vec3;
 use motes_shading::emitters::Emitters;
 use motes_shading::frame::Frame;
-use motes_shading::integrate::IntegrationOptions;
 use motes_shading::sampling::{PointSet, unit_f32};
 use motes_shading::tracing::{Ray, Tracer, offset_origin};
 use rayon::prelude::*;
@@ -164,10 +163,7 @@ fn from_lamp(
         if !(cosine > 0.0 && sample.geometric_normal.dot(w) > 0.0) {
             continue;
         }
-        let origin = offset_origin(sample.position, sample.geometric_normal, w, options.bias);
-        let until = IntegrationOptions { ray_bias: options.bias, ..Default::default() }
-            .until(toward.distance);
-        let shadow = Ray { t_max: until, ..Ray::new(origin, w) };
+        let shadow = toward.shadow_ray(sample.position, sample.geometric_normal, options.bias);
         if !options.visibility || !scene.tracer.occluded(&shadow) {
             sum += cosine / toward.pdf;
         }
