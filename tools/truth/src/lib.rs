@@ -19,6 +19,7 @@ pub mod path;
 pub mod photography;
 pub mod photos;
 mod points;
+pub mod predictions;
 pub mod probe;
 mod removed;
 pub mod render;
