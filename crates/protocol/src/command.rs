@@ -73,22 +73,37 @@ pub fn split_words(command: &str) -> Option<Vec<String>> {
     quote.is_none().then_some(words)
 }
 
+/// The program of a stage: NAME in a folder of `MOTES_STAGE_PATH`, beside this program or in `../libexec/motes`, else `motes-NAME` on
+/// `PATH`, as `motes NAME` finds it.
+pub fn stage_program(name: &str) -> Option<PathBuf> {
+    let suffix = std::env::consts::EXE_SUFFIX;
+    let plain = stage_folders().map(|folder| folder.join(format!("{name}{suffix}")));
+    let prefixed = listed("PATH").into_iter();
+    let prefixed = prefixed.map(|folder| folder.join(format!("motes-{name}{suffix}")));
+    plain.chain(prefixed).find(|candidate| is_program(candidate))
+}
+
+fn listed(variable: &str) -> Vec<PathBuf> {
+    let value = std::env::var_os(variable).unwrap_or_default();
+    std::env::split_paths(&value).filter(|folder| !folder.as_os_str().is_empty()).collect()
+}
+
+/// Folders of programs of this house.
+fn stage_folders() -> impl Iterator<Item = PathBuf> {
+    let here = std::env::current_exe().and_then(|exe| exe.canonicalize()).ok();
+    let here = here.as_deref().and_then(Path::parent);
+    let beside = here.map(|here| [here.to_owned(), here.join("../libexec/motes")]);
+    listed("MOTES_STAGE_PATH").into_iter().chain(beside.into_iter().flatten())
+}
+
 fn find(first: &str) -> Option<PathBuf> {
     if first.contains('/') {
         let path = PathBuf::from(first);
         return is_program(&path).then_some(path);
     }
-    let listed = |variable: &str| -> Vec<PathBuf> {
-        let value = std::env::var_os(variable).unwrap_or_default();
-        std::env::split_paths(&value).filter(|folder| !folder.as_os_str().is_empty()).collect()
-    };
-    let here = std::env::current_exe().and_then(|exe| exe.canonicalize()).ok();
-    let here = here.as_deref().and_then(Path::parent);
-    let beside = here.map(|here| [here.to_owned(), here.join("../libexec/motes")]);
-    let path = listed("PATH");
     let ours = format!("motes-provider-{first}{}", std::env::consts::EXE_SUFFIX);
-    let folders = listed("MOTES_STAGE_PATH").into_iter().chain(beside.into_iter().flatten());
-    let ours = folders.chain(path.clone()).map(|folder| folder.join(&ours));
+    let path = listed("PATH");
+    let ours = stage_folders().chain(path.clone()).map(|folder| folder.join(&ours));
     let plain = format!("{first}{}", std::env::consts::EXE_SUFFIX);
     let plain = path.into_iter().map(|folder| folder.join(&plain));
     let candidates: Vec<PathBuf> = ours.chain(plain).collect();

@@ -17,7 +17,7 @@ mod server;
 
 pub use checks::read_logits;
 pub use client::{Provider, ProviderUse};
-pub use command::{ProviderCommand, split_words};
+pub use command::{ProviderCommand, split_words, stage_program};
 pub use error::ProviderError;
 pub use flags::{ProviderFlags, user_cache};
 pub use process::{POLL, end_group};

@@ -1,19 +1,20 @@
 //! Arguments of `train-splat` and what happens to them.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
+use super::page::{Page, snapshot_every};
 use super::pseudo::add_pseudo_views;
 use super::report::DryRun;
 use super::snapshots::Snapshots;
 use super::{
-    PseudoOptions, SessionEnd, StartRequest, Target, TrainReport, Verdict, default_checkpoint,
-    parse_seconds,
+    PseudoOptions, Session, SessionEnd, StartRequest, Target, TrainReport, Verdict,
+    default_checkpoint, parse_seconds,
 };
 use crate::{FitOptions, Lap, Phase};
 use motes_formats::documents::to_pretty_json;
 use motes_formats::event_file::EventFile;
 use motes_formats::ply::{PlyWriteOptions, write_gaussians};
-use motes_stage::{CommonArgs, Context, Habit, HasCommon};
+use motes_stage::{CommonArgs, Context, Habit, HasCommon, StageError};
 use serde::Serialize;
 
 const EXAMPLES: &str = "\
@@ -83,6 +84,15 @@ pub struct Args {
     /// Steps between snapshots: the model so far as PLY, NAME.step-000500.ply beside the product
     #[arg(long, value_name = "STEPS", value_parser = clap::value_parser!(u32).range(1..), help_heading = "Outputs")]
     export_every: Option<u32>,
+
+    /// Show the fit in your browser as it goes: starts the program `view`, which stays after the fit. Without --export-every
+    /// twenty snapshots are written for it, of which none is kept
+    #[arg(long, help_heading = "Outputs")]
+    view: bool,
+
+    /// With --view: open no browser, only tell the address
+    #[arg(long, requires = "view", help_heading = "Outputs")]
+    no_browser: bool,
 
     /// Write curves for TensorBoard into this folder: loss, PSNR and count of Gaussians against steps
     #[arg(long, value_name = "DIR", help_heading = "Outputs")]
@@ -162,11 +172,9 @@ pub fn run(args: &Args, context: &Context) -> anyhow::Result<TrainReport> {
         exposure_response: start.exposure_response,
         ..PlyWriteOptions::default()
     };
-    if let Some(every) = args.export_every {
-        let from = session.trainer.state.step;
-        let overwrite = args.common.overwrite;
-        session.snapshots = Some(Snapshots::new(every, &output, ply.clone(), from, overwrite)?);
-    }
+    session.snapshots = args.snapshots(&session, &output, &ply)?;
+    let open = || Page::open(&output, &args.capture, args.no_browser);
+    let page = args.view.then(open).transpose()?;
     session.events = args.tensorboard.as_deref().map(EventFile::create).transpose()?;
     if args.profile {
         session.trainer.count_pairs();
@@ -184,6 +192,9 @@ pub fn run(args: &Args, context: &Context) -> anyhow::Result<TrainReport> {
         anyhow::bail!("{text}\nhelp: {help}");
     }
     write_gaussians(&output, &model, &ply)?;
+    if let Some(snapshots) = &session.snapshots {
+        snapshots.finish();
+    }
     session.trainer.profile.add(Phase::Write, lap);
     let scores = session.final_scores(&start);
     session.log_scores(scores)?;
@@ -199,5 +210,25 @@ pub fn run(args: &Args, context: &Context) -> anyhow::Result<TrainReport> {
         let text = to_pretty_json(&report);
         motes_formats::atomic::write_atomic(path, |out| out.write_all(text.as_bytes()))?;
     }
+    if let Some(page) = page {
+        page.leave_open(context);
+    }
     Ok(report)
+}
+
+impl Args {
+    /// The snapshots that are asked for, or that a page needs.
+    fn snapshots(
+        &self,
+        session: &Session<'_>,
+        output: &Path,
+        ply: &PlyWriteOptions,
+    ) -> Result<Option<Snapshots>, StageError> {
+        let iterations = session.trainer.plan().iterations;
+        let for_page = || self.view.then(|| snapshot_every(iterations));
+        let Some(every) = self.export_every.or_else(for_page) else { return Ok(None) };
+        let (from, overwrite) = (session.trainer.state.step, self.common.overwrite);
+        let snapshots = Snapshots::new(every, output, ply.clone(), from, overwrite)?;
+        Ok(Some(if self.export_every.is_some() { snapshots } else { snapshots.for_a_look() }))
+    }
 }

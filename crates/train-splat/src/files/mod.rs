@@ -4,6 +4,7 @@ mod checkpoint;
 mod command;
 mod failure_words;
 mod model_report;
+mod page;
 mod photos;
 mod profile;
 mod pseudo;

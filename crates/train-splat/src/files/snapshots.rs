@@ -17,7 +17,10 @@ pub(super) struct Snapshots {
     every: u32,
     output: PathBuf,
     options: PlyWriteOptions,
+    /// By step.
     written: BTreeSet<PathBuf>,
+    /// How many stay; none: all.
+    most: Option<usize>,
 }
 
 impl Snapshots {
@@ -40,8 +43,26 @@ impl Snapshots {
             }
             _ => {
                 let output = output.to_owned();
-                Ok(Self { every: every.max(1), output, options, written: BTreeSet::new() })
+                Ok(Self {
+                    every: every.max(1),
+                    output,
+                    options,
+                    written: BTreeSet::new(),
+                    most: None,
+                })
             }
+        }
+    }
+
+    /// Only the last ones stay, for somebody who looks at them: two, since one may be read while the next is written.
+    pub(super) fn for_a_look(self) -> Self {
+        Self { most: Some(2), ..self }
+    }
+
+    /// Takes away those for a look, once the product is there.
+    pub(super) fn finish(&self) {
+        if self.most.is_some() {
+            self.forget();
         }
     }
 
@@ -64,7 +85,14 @@ impl Snapshots {
         if self.written.insert(path.clone()) {
             context.output(&path)?;
         }
-        Ok(write_gaussians(&path, model, &self.options)?)
+        write_gaussians(&path, model, &self.options)?;
+        while self.most.is_some_and(|most| self.written.len() > most)
+            && let Some(old) = self.written.pop_first()
+        {
+            // One that is gone already is what is wanted.
+            let _ = std::fs::remove_file(old);
+        }
+        Ok(())
     }
 
     /// Takes away what a start left that has failed: the fit begins again.
