@@ -109,8 +109,8 @@ pub struct KnownArgs {
     )]
     pub albedo_anchor: Vec<AlbedoAnchor>,
 
-    /// Folder of predictions by other tools: VIEW_albedo.png or .exr, of which only ratios within a
-    /// photo are used, and VIEW_normal.png (0 to 255 for -1 to 1) or .exr; VIEW is the name of a
+    /// Folder of predictions by other tools: VIEW_albedo.png or .exr, which tell only what points of a
+    /// photo differ, and VIEW_normal.png (0 to 255 for -1 to 1) or .exr; VIEW is the name of a
     /// photo without its suffix
     #[arg(long, value_name = "DIR", help_heading = "Known quantities")]
     pub prior_images: Option<PathBuf>,

@@ -43,6 +43,17 @@ pub(crate) fn share_of_bounce(state: &State<'_>) -> f32 {
     })
 }
 
+/// Difference of predicted base colors, in logarithms, from which two points hardly count as alike.
+const UNLIKE: f32 = 0.25;
+
+/// How far a prediction lets two points have one base color, 0 to 1, for the difference of its logarithms there.
+///
+/// A prediction says which points differ, not by how much: predictors leave a part of the shading in the base color, and differences
+/// taken at their word would move that part out of the light.
+pub(crate) fn likeness(difference: Vec3) -> f32 {
+    1.0 / (1.0 + (difference.abs().max_element() / UNLIKE).powi(2))
+}
+
 /// Logarithm of predicted base colors at the samples, mean over the photos that have a prediction.
 pub(crate) fn prior_log_base(
     samples: &[Sample],
@@ -70,4 +81,19 @@ pub(crate) fn prior_log_base(
         if count > 0.0 { sum / count } else { Vec3::ZERO }
     };
     Some(samples.iter().map(of).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_predicted_to_differ_count_less_and_never_more_than_without_a_prediction() {
+        assert_eq!(likeness(Vec3::ZERO), 1.0);
+        assert!((likeness(Vec3::new(0.0, -UNLIKE, 0.0)) - 0.5).abs() < 1e-6);
+        // A factor of four in one channel, either way.
+        let far = likeness(Vec3::X * 4f32.ln());
+        assert!(far < 0.05 && far == likeness(-Vec3::X * 4f32.ln()));
+        assert_eq!(likeness(Vec3::splat(f32::MAX)), 0.0);
+    }
 }

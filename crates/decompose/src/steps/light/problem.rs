@@ -5,7 +5,7 @@ use motes_scene::Switch;
 use motes_shading::environment::Orientation;
 
 use super::cost::SolveOptions;
-use super::evidence::prior_log_base;
+use super::evidence::{likeness, prior_log_base};
 use super::lamps::Lamps;
 use super::options::Options;
 use super::pairs::{Pair, PairOptions, choose_pairs};
@@ -290,11 +290,12 @@ impl<'a> LightProblem<'a> {
                 let [a, b] = [pair.a, pair.b].map(|row| rows[row as usize] as usize);
                 let sure = self.samples[a].sheet != 0 && self.samples[b].sheet != 0;
                 let weight = self.options.weight_base_color * if sure { 1.0 } else { UNSURE };
+                let alike = prior.map_or(1.0, |prior| likeness(prior[a] - prior[b]));
                 Pair {
                     a: pair.a + start,
                     b: pair.b + start,
-                    weight: weight * pair.weight,
-                    expected: prior.map_or(Vec3::ZERO, |prior| prior[a] - prior[b]),
+                    weight: weight * pair.weight * alike,
+                    expected: Vec3::ZERO,
                 }
             }));
             for (row, &p) in (start..).zip(rows) {
