@@ -2,16 +2,14 @@
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
-use glam::Vec3;
-use motes_formats::exr_aov::open_exr;
-use motes_formats::images::read_mask;
+use glam::{DVec3, Vec3};
 use motes_math::median::median;
 use motes_shading::brdf::Lobes;
 use motes_truth::cameras::ring;
 use motes_truth::predictions::{Grade, Seen, SurfaceCloud, views};
 use motes_truth::render::{Buffers, buffers};
 use motes_truth::scenes::SceneName;
-use motes_truth::score::truth_folder::{TruthFolder, channels};
+use motes_truth::score::truth_folder::TruthFolder;
 use motes_truth::world::World;
 use motes_truth::{MakeOptions, make};
 
@@ -32,18 +30,13 @@ fn second_photo() -> (Vec<Option<Seen>>, Buffers) {
     };
     make(SceneName::Matte, &options, folder.path(), &mut |_| {}).unwrap();
     let truth = TruthFolder::open(folder.path()).unwrap();
-    let mut cloud = SurfaceCloud::default();
-    for view in views(&truth.root.join("transforms_test.json")).unwrap() {
-        let path = truth.root.join(format!("aov/{}_depth.exr", view.name));
-        let depth = channels(&path, &open_exr(&path).unwrap(), &[&["Z"]]).unwrap();
-        cloud.add(&view, &truth.buffers(&view.name).unwrap(), &depth.data);
-    }
+    let cloud = SurfaceCloud::of_test_views(&truth).unwrap();
     assert!(cloud.extent().unwrap() > 0.1);
-    let view = &views(&truth.root.join("transforms_train.json")).unwrap()[1];
-    let ids = read_mask(&truth.root.join(format!("aov/{}_id.png", view.name))).unwrap();
+    let view = &views(&truth, "train").unwrap()[1];
+    let ids = truth.ids(&view.name).unwrap();
     let recipe = SceneName::Matte.recipe();
     let world = World::new(&recipe, Lobes::Lambert).unwrap();
-    let shot = &ring(&recipe, view.size, PHOTOS, 6)[1];
+    let shot = &ring(&recipe, truth.size, PHOTOS, 6)[1];
     (cloud.seen_from(view, &ids), buffers(&world, shot))
 }
 
@@ -78,7 +71,7 @@ fn photos_get_the_truth_of_the_test_views_with_the_errors_of_a_grade() {
 
 #[test]
 fn adversarial_errors_are_those_of_the_place_and_others_those_of_the_photo() {
-    let place = Seen { base_color: Vec3::splat(0.3), normal: Vec3::X, position: Vec3::splat(0.2) };
+    let place = Seen { base_color: Vec3::splat(0.3), normal: Vec3::X, position: DVec3::splat(0.2) };
     let of = |grade: Grade, photo| {
         let all = grade.predict(&[None, Some(place)], &[0.5; 6], 2, 1.0, (0, photo));
         assert!(all[0].is_none());

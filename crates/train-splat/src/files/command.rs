@@ -192,9 +192,6 @@ pub fn run(args: &Args, context: &Context) -> anyhow::Result<TrainReport> {
         anyhow::bail!("{text}\nhelp: {help}");
     }
     write_gaussians(&output, &model, &ply)?;
-    if let Some(snapshots) = &session.snapshots {
-        snapshots.finish();
-    }
     session.trainer.profile.add(Phase::Write, lap);
     let scores = session.final_scores(&start);
     session.log_scores(scores)?;

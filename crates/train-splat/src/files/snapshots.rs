@@ -19,7 +19,7 @@ pub(super) struct Snapshots {
     options: PlyWriteOptions,
     /// By step.
     written: BTreeSet<PathBuf>,
-    /// How many stay; none: all.
+    /// How many are there at a time, none after the fit; None: all stay.
     most: Option<usize>,
 }
 
@@ -54,16 +54,10 @@ impl Snapshots {
         }
     }
 
-    /// Only the last ones stay, for somebody who looks at them: two, since one may be read while the next is written.
-    pub(super) fn for_a_look(self) -> Self {
-        Self { most: Some(2), ..self }
-    }
-
-    /// Takes away those for a look, once the product is there.
-    pub(super) fn finish(&self) {
-        if self.most.is_some() {
-            self.forget();
-        }
+    /// For somebody who looks at the fit: none stays after it, and two on the way, since one may be read while the next is written.
+    pub(super) fn for_a_look(mut self) -> Self {
+        self.most = Some(2);
+        self
     }
 
     /// Whether one is due after this step.
@@ -89,19 +83,28 @@ impl Snapshots {
         while self.most.is_some_and(|most| self.written.len() > most)
             && let Some(old) = self.written.pop_first()
         {
-            // One that is gone already is what is wanted.
-            let _ = std::fs::remove_file(old);
+            remove(&old);
         }
         Ok(())
     }
 
     /// Takes away what a start left that has failed: the fit begins again.
     pub(super) fn forget(&self) {
-        for path in &self.written {
-            // One that is gone already is what is wanted.
-            let _ = std::fs::remove_file(path);
+        self.written.iter().for_each(|path| remove(path));
+    }
+}
+
+impl Drop for Snapshots {
+    fn drop(&mut self) {
+        if self.most.is_some() {
+            self.forget();
         }
     }
+}
+
+fn remove(path: &Path) {
+    // One that is gone already is what is wanted.
+    let _ = std::fs::remove_file(path);
 }
 
 /// `gaussians.ply` after 500 steps → `gaussians.step-000500.ply`.

@@ -7,11 +7,10 @@ use std::path::{Path, PathBuf};
 use anyhow::Context as _;
 use clap::Parser;
 use glam::Vec3;
-use motes_formats::exr_aov::{AovChannel, open_exr, write_exr};
-use motes_formats::images::{read_image, read_mask};
-use motes_math::srgb;
+use motes_formats::exr_aov::{AovChannel, write_exr};
 use motes_truth::predictions::{Grade, Prediction, SurfaceCloud, View, views};
-use motes_truth::score::truth_folder::{TruthFolder, channels};
+use motes_truth::score::pictures::decoded;
+use motes_truth::score::truth_folder::TruthFolder;
 
 /// Make predictions of known quality for the photos of a ground-truth folder, for `decompose --prior-images`
 #[derive(Parser, Debug)]
@@ -33,21 +32,16 @@ struct Args {
 fn main() -> anyhow::Result<()> {
     let args = Args::parse();
     let truth = TruthFolder::open(&args.truth)?;
-    let (cloud, extent) = cloud_of(&truth)?;
+    let cloud = SurfaceCloud::of_test_views(&truth)?;
+    let extent = cloud.extent().context("the test views show nothing")?;
     std::fs::create_dir_all(&args.output).with_context(|| args.output.display().to_string())?;
-    let photos = views(&args.truth.join("transforms_train.json"))?;
+    let (photos, images) = (views(&truth, "train")?, truth.root.join("images"));
     let (mut predicted, mut pixels) = (0, 0);
     for (k, view) in photos.iter().enumerate() {
-        let photo = read_image(&truth.root.join(format!("images/{}.png", view.name)))?;
-        let linear: Vec<f32> = photo
-            .data
-            .chunks_exact(photo.channels)
-            .flat_map(|p| [p[0], p[1], p[2]].map(|c| srgb::decode(f32::from(c) / 255.0)))
-            .collect();
-        let ids = read_mask(&truth.root.join(format!("aov/{}_id.png", view.name)))?;
-        let seen = cloud.seen_from(view, &ids);
+        let photo = decoded(&truth.picture(&images, &view.name)?);
+        let seen = cloud.seen_from(view, &truth.ids(&view.name)?);
         let errors = (args.seed, k as u64);
-        let all = args.grade.predict(&seen, &linear, view.size.0, extent, errors);
+        let all = args.grade.predict(&seen, &photo, truth.size.0, extent, errors);
         predicted += all.iter().flatten().count();
         pixels += all.len();
         write(&args.output, view, &all)?;
@@ -57,22 +51,10 @@ fn main() -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Surfaces of all test views, and the median distance of their points from the median point.
-fn cloud_of(truth: &TruthFolder) -> anyhow::Result<(SurfaceCloud, f32)> {
-    let mut cloud = SurfaceCloud::default();
-    for view in views(&truth.root.join("transforms_test.json"))? {
-        let path = truth.root.join(format!("aov/{}_depth.exr", view.name));
-        let depth = channels(&path, &open_exr(&path)?, &[&["Z"]])?;
-        cloud.add(&view, &truth.buffers(&view.name)?, &depth.data);
-    }
-    let extent = cloud.extent().context("the test views show nothing")?;
-    Ok((cloud, extent))
-}
-
 fn write(folder: &Path, view: &View, all: &[Option<Prediction>]) -> anyhow::Result<()> {
     let color = |p: &Option<Prediction>| p.map_or(Vec3::NEG_ONE, |p| p.base_color);
     let normal = |p: &Option<Prediction>| {
-        p.map_or(Vec3::ZERO, |p| view.to_camera(p.normal.as_dvec3()).as_vec3())
+        p.map_or(Vec3::ZERO, |p| view.to_camera_gl(p.normal.as_dvec3()).as_vec3())
     };
     let colors: Vec<Vec3> = all.iter().map(color).collect();
     let normals: Vec<Vec3> = all.iter().map(normal).collect();
@@ -81,7 +63,7 @@ fn write(folder: &Path, view: &View, all: &[Option<Prediction>]) -> anyhow::Resu
         let channels: Vec<AovChannel> =
             [("R", 0), ("G", 1), ("B", 2)].map(|(n, c)| AovChannel::float(n, plane(c))).into();
         let path = folder.join(format!("{}_{what}.exr", view.name));
-        write_exr(&path, view.size.0, view.size.1, &channels, &[])?;
+        write_exr(&path, view.camera.width, view.camera.height, &channels, &[])?;
     }
     Ok(())
 }

@@ -86,7 +86,8 @@ impl Grade {
                     }
                 }
                 Self::Adversarial => {
-                    let wave = (position * TAU / extent).map(f32::sin).element_sum() / 3.0;
+                    let wave =
+                        (position.as_vec3() * TAU / extent).map(f32::sin).element_sum() / 3.0;
                     let tilt = Quat::from_rotation_y(45f32.to_radians());
                     Prediction {
                         base_color: base_color * (4f32.ln() * wave).exp(),

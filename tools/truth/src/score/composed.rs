@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::Context as _;
-use motes_formats::images::{read_image, read_mask};
+use motes_formats::images::read_image;
 use motes_math::metrics::psnr_from_mse;
 use motes_math::srgb;
 use motes_scene::ImageU8;
@@ -57,8 +57,7 @@ pub fn score(
         let truth = read(&with.root.join("test/capture"))?;
         let bare = read(&without.root.join("test/capture"))?;
         let ours = read(folder)?;
-        let ids = with.root.join(format!("aov/{view}_id.png"));
-        let ids = read_mask(&ids).context("ids")?;
+        let ids = with.ids(view).context("ids")?;
         for i in 0..truth.width * truth.height {
             let at = |image: &ImageU8| {
                 let p = &image.data[image.channels * i..image.channels * i + 3];

@@ -43,7 +43,8 @@ pub struct Linear {
     pub data: Vec<f32>,
 }
 
-fn decoded(image: &ImageU8) -> Vec<f32> {
+/// Linear values of an 8-bit picture.
+pub fn decoded(image: &ImageU8) -> Vec<f32> {
     image.data.iter().map(|&v| srgb::decode(f32::from(v) / 255.0)).collect()
 }
 

@@ -77,6 +77,11 @@ pub struct TruthBuffers {
     pub ids: ImageU8,
 }
 
+/// Name of a view, without suffix, from the path of its picture.
+pub(crate) fn frame_name(file_path: &str) -> String {
+    Path::new(file_path).file_stem().unwrap_or_default().to_string_lossy().into_owned()
+}
+
 fn document<T: serde::de::DeserializeOwned>(path: &Path) -> anyhow::Result<T> {
     let text = std::fs::read_to_string(path).with_context(|| path.display().to_string())?;
     serde_json::from_str(&text).with_context(|| path.display().to_string())
@@ -108,10 +113,6 @@ impl TruthFolder {
     pub fn open(root: &Path) -> anyhow::Result<Self> {
         let scene: SceneDocument = document(&root.join("scene.json"))?;
         let test: Transforms = document(&root.join("transforms_test.json"))?;
-        let name = |frame: &Frame| {
-            let stem = Path::new(&frame.file_path).file_stem().unwrap_or_default();
-            stem.to_string_lossy().into_owned()
-        };
         Ok(Self {
             root: root.to_path_buf(),
             title: scene.title,
@@ -119,7 +120,7 @@ impl TruthFolder {
             exposure: scene.exposure,
             lights: scene.relight_lights,
             objects: scene.objects,
-            views: test.frames.iter().map(name).collect(),
+            views: test.frames.iter().map(|frame| frame_name(&frame.file_path)).collect(),
         })
     }
 
@@ -151,6 +152,23 @@ impl TruthFolder {
         Ok(ImageU8::from_data(image.width, image.height, 3, data))
     }
 
+    /// Object of every pixel of a view, photos and test views.
+    ///
+    /// # Errors
+    /// When it is missing.
+    pub fn ids(&self, view: &str) -> anyhow::Result<ImageU8> {
+        Ok(read_mask(&self.root.join(format!("aov/{view}_id.png")))?)
+    }
+
+    /// Depth of a test view, z in the camera, 1 channel.
+    ///
+    /// # Errors
+    /// When it is missing.
+    pub fn depth(&self, view: &str) -> anyhow::Result<ImageF32> {
+        let path = self.root.join(format!("aov/{view}_depth.exr"));
+        channels(&path, &open_exr(&path)?, &[&["Z"]])
+    }
+
     /// The buffers of a test view.
     ///
     /// # Errors
@@ -163,13 +181,12 @@ impl TruthFolder {
             channels(&path, &image, names)
         };
         let rgb: &[&[&str]] = &[&["R"], &["G"], &["B"]];
-        let ids = read_mask(&self.root.join(format!("aov/{view}_id.png")))?;
         Ok(TruthBuffers {
             albedo: read("albedo", rgb)?,
             normal: read("normal", rgb)?,
             roughness: read("roughness", &[&["R"]])?,
             metallic: read("metallic", &[&["R"]])?,
-            ids,
+            ids: self.ids(view)?,
         })
     }
 }

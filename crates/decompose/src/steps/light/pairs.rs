@@ -22,8 +22,6 @@ pub(crate) struct Pair {
     pub b: u32,
     /// How much it counts.
     pub weight: f32,
-    /// Expected difference of log base colors, first minus second.
-    pub expected: Vec3,
 }
 
 /// How pairs are chosen.
@@ -79,12 +77,7 @@ pub(crate) fn choose_pairs(
                     let other = &found[rng.random_range(0..found.len())];
                     let j = other.item as usize;
                     let weight = (-0.5 * other.distance).exp();
-                    (j != i && weight > 1e-3).then_some(Pair {
-                        a: i as u32,
-                        b: j as u32,
-                        weight,
-                        expected: Vec3::ZERO,
-                    })
+                    (j != i && weight > 1e-3).then_some(Pair { a: i as u32, b: j as u32, weight })
                 })
                 .collect::<Vec<_>>()
         })

@@ -291,17 +291,12 @@ impl<'a> LightProblem<'a> {
                 let sure = self.samples[a].sheet != 0 && self.samples[b].sheet != 0;
                 let weight = self.options.weight_base_color * if sure { 1.0 } else { UNSURE };
                 let alike = prior.map_or(1.0, |prior| likeness(prior[a] - prior[b]));
-                Pair {
-                    a: pair.a + start,
-                    b: pair.b + start,
-                    weight: weight * pair.weight * alike,
-                    expected: Vec3::ZERO,
-                }
+                Pair { a: pair.a + start, b: pair.b + start, weight: weight * pair.weight * alike }
             }));
             for (row, &p) in (start..).zip(rows) {
                 let other = std::mem::replace(&mut row_of[p as usize], row);
                 if other != u32::MAX {
-                    all.push(Pair { a: other, b: row, weight: SAME_POINT, expected: Vec3::ZERO });
+                    all.push(Pair { a: other, b: row, weight: SAME_POINT });
                 }
             }
             start += rows.len() as u32;

@@ -160,7 +160,7 @@ fn likeness(log_base: &[Vec3], pairs: &[Pair], sigma: f32, cost: &mut f64) -> Ve
     let mut by_log_base = vec![Vec3::ZERO; log_base.len()];
     let total: f32 = pairs.iter().map(|p| p.weight).sum::<f32>().max(1e-6);
     for pair in pairs {
-        let difference = log_base[pair.a as usize] - log_base[pair.b as usize] - pair.expected;
+        let difference = log_base[pair.a as usize] - log_base[pair.b as usize];
         let w = pair.weight / total;
         let mut slope = Vec3::ZERO;
         for c in 0..3 {
@@ -336,7 +336,6 @@ mod tests {
                 a: (i % 14) as u32,
                 b: ((i * 3 + 1) % 14) as u32,
                 weight: 0.2 + noise(i),
-                expected: Vec3::splat(0.1 * noise(i + 7)),
             })
             .collect();
         // A point of each kind under each light, seen three times.
