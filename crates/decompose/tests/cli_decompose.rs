@@ -295,6 +295,7 @@ fn a_work_folder_that_does_not_fit_is_refused_and_kept() {
     let mut bytes = std::fs::read(toy.path("other.ply")).unwrap();
     *bytes.last_mut().unwrap() ^= 1;
     std::fs::write(toy.path("other.ply"), bytes).unwrap();
+    let went_on = ["--work", "work", "--from", "reflected-light", "-o", "scene"];
     for (arguments, code, word) in [
         (&["--until", "light"][..], 2, "--work"),
         (&["--work", "work", "--until", "nothing"], 2, "surface"),
@@ -304,15 +305,14 @@ fn a_work_folder_that_does_not_fit_is_refused_and_kept() {
         (&["--work", "work", "--from", "light", "-o", "scene"], 2, "exists already"),
         (&["--work", "work", "--from", "shading", "-o", "scene"], 3, "no such step"),
         (&["--work", "none", "--from", "light", "-o", "scene"], 3, "no such step"),
+        (&[&went_on[..], &["--most-photos", "3"]].concat(), 3, "photos, not 3"),
     ] {
         let done = decompose(&toy, arguments);
         assert_code(&done, code);
         assert!(stderr(&done).contains(word), "{word}: {}", stderr(&done));
     }
     let other = ["--capture", "capture.json", "--gaussians", "other.ply", "--surface", "sheet.ply"];
-    let arguments =
-        ["--work", "work", "--from", "reflected-light", "-o", "scene", "--no-provenance"];
-    let all = [&other[..], &arguments].concat();
+    let all = [&other[..], &went_on, &["--no-provenance"]].concat();
     let done = run(env!("CARGO_BIN_EXE_decompose"), toy.folder.path(), &all);
     assert_code(&done, 3);
     assert!(stderr(&done).contains("another file as --gaussians"), "{}", stderr(&done));

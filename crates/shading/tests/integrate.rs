@@ -328,6 +328,24 @@ fn incident_light_adds_up_to_the_shading() {
 }
 
 #[test]
+fn shadows_of_a_point_serve_every_material_and_side() {
+    let (tracer, light) = (scene(), patchy());
+    let bounce = |_: &Ray, _: &Hit| Vec3::splat(0.3);
+    let shader = Shader::new(&light, &tracer, Some(&bounce), options(64, 16, 13));
+    let seen = point(Material::principled(Vec3::splat(0.5), 0.6, 0.0));
+    let shadows = shader.shadows(&seen, 5);
+    for (roughness, metallic, x) in [(0.05, 0.0, 0.0), (0.4, 1.0, 0.7), (0.9, 0.2, -0.9)] {
+        let p = SurfacePoint {
+            material: Material::principled(Vec3::splat(0.8), roughness, metallic),
+            to_viewer: Vec3::new(x, 0.1, 1.0).normalize(),
+            ..seen
+        };
+        assert_eq!(shader.incident_light_with(&p, 5, &shadows), shader.incident_light(&p, 5));
+    }
+    assert_ne!(shadows, shader.shadows(&seen, 6), "another item has other directions");
+}
+
+#[test]
 fn extremes_stay_finite() {
     let mut one_pixel = ImageF32::filled(64, 32, 3, 0.0);
     one_pixel.pixel_mut(11, 5).fill(1e6);

@@ -7,8 +7,10 @@ use glam::Vec3;
 use motes_shading::brdf::{Brdf, Lobes, Material};
 use motes_shading::emitters::Emitters;
 use motes_shading::environment::Environment;
-use motes_shading::integrate::{IndirectRadiance, IntegrationOptions, Shader, SurfacePoint};
-use motes_shading::tracing::{Hit, MeshTracer, Ray, Tracer};
+use motes_shading::integrate::{
+    Incident, IndirectRadiance, IntegrationOptions, Shader, Shadows, SurfacePoint,
+};
+use motes_shading::tracing::{Hit, MeshTracer, Ray};
 use rayon::prelude::*;
 
 use crate::observation::{Sample, TracedSurface};
@@ -24,6 +26,16 @@ pub struct Terms {
     pub metal_slope: Vec3,
     /// `B`: radiance of a black metal.
     pub metal_offset: Vec3,
+}
+
+impl Terms {
+    /// Adds others.
+    pub(crate) fn add(&mut self, other: &Self) {
+        self.diffuse += other.diffuse;
+        self.specular += other.specular;
+        self.metal_slope += other.metal_slope;
+        self.metal_offset += other.metal_offset;
+    }
 }
 
 /// `[N, R]` terms: `N` observations of all samples in order, `R` values of roughness.
@@ -74,12 +86,18 @@ impl BasisScene<'_> {
                 .enumerate()
                 .flat_map_iter(|(p, sample)| {
                     let mut out = Vec::with_capacity(sample.observations.len() * roughness.len());
+                    // One item per point: the noise of its views and lobes is common, so that it does
+                    // not look like a highlight. So are its shadows, which are traced once.
+                    let item = p as u64;
+                    let mut shadows: Vec<Option<Shadows>> = vec![None; shaders.len()];
                     for observation in &sample.observations {
+                        let light = observation.light as usize;
                         for &r in roughness {
                             let point = surface_point(sample, observation.to_viewer, r, self.lobes);
-                            // One item per point: the noise of its views and lobes is common, so that it does
-                            // not look like a highlight.
-                            out.push(terms(&shaders[observation.light as usize], &point, p as u64));
+                            let shadows = shadows[light]
+                                .get_or_insert_with(|| shaders[light].shadows(&point, item));
+                            let light = shaders[light].incident_light_with(&point, item, shadows);
+                            out.push(terms(&point, &light));
                         }
                     }
                     out
@@ -128,29 +146,52 @@ fn surface_point(sample: &Sample, to_viewer: Vec3, roughness: f32, lobes: Lobes)
     }
 }
 
-/// The terms at one point: its directions of light, weighed with four materials.
-pub(crate) fn terms<T: Tracer>(shader: &Shader<'_, T>, point: &SurfacePoint, item: u64) -> Terms {
+/// Which terms are asked for; the others stay 0.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Wanted {
+    pub dielectric: bool,
+    pub metal: bool,
+}
+
+impl Wanted {
+    pub(crate) const ALL: Self = Self { dielectric: true, metal: true };
+}
+
+/// Calls `add` with what every direction of light adds to the terms at a point: four materials weigh it.
+pub(crate) fn each_term(
+    point: &SurfacePoint,
+    incident_light: &[Incident],
+    wanted: Wanted,
+    mut add: impl FnMut(Terms),
+) {
     let brdf = |base: f32, metallic: f32| {
         let material =
             Material { base_color_linear: Vec3::splat(base), metallic, ..point.material };
         Brdf::new(&material, point.shading_normal, point.to_viewer)
     };
     let (white, mirror, black) = (brdf(1.0, 0.0), brdf(1.0, 1.0), brdf(0.0, 1.0));
-    let mut out = Terms::default();
-    for incident in shader.incident_light(point, item) {
+    for incident in incident_light {
         let l = incident.weighted_radiance;
         if l == Vec3::ZERO {
             continue;
         }
-        let f = white.eval_pdf(incident.to_light).0;
-        out.diffuse += f.diffuse * l;
-        out.specular += f.specular * l;
-        let (one, zero) = (
-            mirror.eval_pdf(incident.to_light).0.specular,
-            black.eval_pdf(incident.to_light).0.specular,
-        );
-        out.metal_slope += (one - zero) * l;
-        out.metal_offset += zero * l;
+        let mut out = Terms::default();
+        if wanted.dielectric {
+            let f = white.eval_pdf(incident.to_light).0;
+            (out.diffuse, out.specular) = (f.diffuse * l, f.specular * l);
+        }
+        if wanted.metal {
+            let one = mirror.eval_pdf(incident.to_light).0.specular;
+            let zero = black.eval_pdf(incident.to_light).0.specular;
+            (out.metal_slope, out.metal_offset) = ((one - zero) * l, zero * l);
+        }
+        add(out);
     }
+}
+
+/// The sum of [`each_term`].
+fn terms(point: &SurfacePoint, incident_light: &[Incident]) -> Terms {
+    let mut out = Terms::default();
+    each_term(point, incident_light, Wanted::ALL, |term| out.add(&term));
     out
 }

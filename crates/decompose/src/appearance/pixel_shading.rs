@@ -4,10 +4,12 @@ use glam::Vec3;
 use motes_math::srgb;
 use motes_scene::ImageF32;
 use motes_shading::brdf::Material;
-use motes_shading::integrate::SurfacePoint;
+use motes_shading::integrate::{Shader, SurfacePoint};
+use motes_shading::tracing::MeshTracer;
 use rayon::prelude::*;
 
-use super::basis::{BasisScene, terms};
+use super::basis::{BasisScene, Terms, Wanted, each_term};
+use super::sparse::{Shade, Spacing, shades};
 use super::vertex_materials::VertexMaterials;
 use crate::observation::samples::luminance;
 use crate::observation::{SeenView, TracedSurface};
@@ -28,62 +30,141 @@ pub(crate) fn is_told(slope: Vec3) -> bool {
     slope.min_element() > 1e-4
 }
 
+/// Where the shading is integrated and where it is interpolated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SparsePixels {
+    /// Pixels from one to the next where it is smooth; 1 integrates all.
+    pub spacing: usize,
+    /// Share of the brightness, and angle of the normals in radians, by which interpolation may be off.
+    pub tolerance: f32,
+}
+
+/// Materials that differ by less are one.
+const SAME_MATERIAL: f32 = 0.02;
+
+/// A pixel before it is shaded.
+#[derive(Clone, Copy)]
+struct Seen {
+    point: SurfacePoint,
+    metallic: f32,
+    specular: f32,
+    uniform: (f32, Vec3),
+}
+
+impl Seen {
+    fn of(
+        view: &SeenView<'_>,
+        i: usize,
+        materials: &VertexMaterials,
+        scene: &BasisScene<'_>,
+    ) -> Option<Self> {
+        let hit = &view.hits[i];
+        if !hit.is_hit() {
+            return None;
+        }
+        let width = view.photo.camera.width;
+        let (x, y) = ((i % width) as f32 + 0.5, (i / width) as f32 + 0.5);
+        let to_viewer = -view.rays.direction(x, y);
+        let (position, shading_normal, geometric_normal) = scene.scene.frame(hit, to_viewer);
+        let corners = scene.scene.surface.triangles[hit.triangle as usize];
+        let [b, c] = hit.barycentrics;
+        let at = |of: &[f32]| {
+            let [p, q, r] = corners.map(|k| of[k as usize]);
+            p * (1.0 - b - c) + q * b + r * c
+        };
+        let metallic = at(&materials.metallic);
+        let material = Material {
+            lobes: scene.lobes,
+            ..Material::principled(Vec3::splat(0.5), at(&materials.roughness), metallic)
+        };
+        let point =
+            SurfacePoint { position, geometric_normal, shading_normal, to_viewer, material };
+        let of_part = &materials.part_color_linear;
+        let color = scene.scene.interpolate(hit.triangle, hit.barycentrics, of_part);
+        let uniform = (at(&materials.is_uniform), color);
+        Some(Self { point, metallic, specular: at(&materials.specular), uniform })
+    }
+
+    fn shade(&self, shader: &Shader<'_, MeshTracer>, item: u64) -> Shade {
+        let (metallic, specular) = (self.metallic, self.specular);
+        let wanted = Wanted { dielectric: metallic < 1.0, metal: metallic > 0.0 };
+        let (mut sum, mut grays, mut squares, mut count) = (Terms::default(), 0.0, 0.0, 0.0f32);
+        let slope = |t: &Terms| t.diffuse * (1.0 - metallic) + t.metal_slope * metallic;
+        let offset =
+            |t: &Terms| (t.specular * (1.0 - metallic) + t.metal_offset * metallic) * specular;
+        let incident = shader.incident_light(&self.point, item);
+        each_term(&self.point, &incident, wanted, |term| {
+            sum.add(&term);
+            let gray = luminance(slope(&term) * GRAY + offset(&term));
+            (grays, squares) = (grays + gray, squares + gray * gray);
+            count += 1.0;
+        });
+        let tried = incident.len().max(1) as f32;
+        let variance = (squares - grays * grays / tried).max(0.0);
+        Shade { slope: slope(&sum), offset: offset(&sum), gray: grays, variance }
+    }
+
+    /// Whether it lies on the piece of surface between four others, of these weights.
+    fn is_between(&self, corners: &[(&Self, f32); 4], tolerance: f32) -> bool {
+        let same = |a: f32, b: f32| (a - b).abs() < SAME_MATERIAL;
+        let is_alike = corners.iter().all(|(c, _)| {
+            same(c.metallic, self.metallic)
+                && same(c.specular, self.specular)
+                && same(c.point.material.roughness, self.point.material.roughness)
+        });
+        let normal: Vec3 = corners.iter().map(|(c, w)| c.point.shading_normal * *w).sum();
+        let middle: Vec3 = corners.iter().map(|(c, w)| c.point.position * *w).sum();
+        let across = (corners[3].0.point.position - corners[0].0.point.position).length();
+        let off = self.point.position - middle;
+        is_alike
+            && (normal - self.point.shading_normal).length() < tolerance
+            && off.dot(self.point.geometric_normal).abs() < OFF_PLANE * across
+    }
+}
+
+/// Base color that the noise of a pixel is judged with.
+const GRAY: f32 = 0.35;
+/// Pixels further off the plane of a cell's corners than this share of its diagonal are another piece.
+const OFF_PLANE: f32 = 0.1;
+
 impl PixelShading {
-    /// Integrates all pixels of a view.
+    /// Integrates the pixels of a view.
     pub fn integrate(
         view: &SeenView<'_>,
         index: usize,
         materials: &VertexMaterials,
         scene: &BasisScene<'_>,
+        pixels: SparsePixels,
     ) -> Self {
-        let width = view.photo.camera.width;
-        let pixels: Vec<((Vec3, Vec3), (f32, Vec3))> = scene.with_shaders(|shaders| {
+        let size = [view.photo.camera.width, view.photo.camera.height];
+        let seen: Vec<Option<Seen>> = (0..view.hits.len())
+            .into_par_iter()
+            .with_min_len(256)
+            .map(|i| Seen::of(view, i, materials, scene))
+            .collect();
+        let is_between = |i: usize, corners: &[(usize, f32); 4]| match &seen[i] {
+            None => corners.iter().all(|(k, _)| seen[*k].is_none()),
+            Some(pixel) => {
+                let [a, b, c, d] = corners.map(|(k, w)| seen[k].as_ref().map(|s| (s, w)));
+                let (Some(a), Some(b), Some(c), Some(d)) = (a, b, c, d) else { return false };
+                pixel.is_between(&[a, b, c, d], pixels.tolerance)
+            }
+        };
+        let shades = scene.with_shaders(|shaders| {
             let shader = &shaders[view.photo.light];
-            view.hits
-                .par_iter()
-                .enumerate()
-                .map(|(i, hit)| {
-                    if !hit.is_hit() {
-                        return ((Vec3::ZERO, Vec3::ZERO), (0.0, Vec3::ZERO));
-                    }
-                    let (x, y) = ((i % width) as f32 + 0.5, (i / width) as f32 + 0.5);
-                    let to_viewer = -view.rays.direction(x, y);
-                    let (position, normal, geometric_normal) = scene.scene.frame(hit, to_viewer);
-                    let corners = scene.scene.surface.triangles[hit.triangle as usize];
-                    let [b, c] = hit.barycentrics;
-                    let at = |of: &[f32]| {
-                        let [p, q, r] = corners.map(|k| of[k as usize]);
-                        p * (1.0 - b - c) + q * b + r * c
-                    };
-                    let metallic = at(&materials.metallic);
-                    let material = Material {
-                        lobes: scene.lobes,
-                        ..Material::principled(Vec3::splat(0.5), at(&materials.roughness), metallic)
-                    };
-                    let point = SurfacePoint {
-                        position,
-                        geometric_normal,
-                        shading_normal: normal,
-                        to_viewer,
-                        material,
-                    };
-                    let item = (index as u64) << 32 | i as u64;
-                    let t = terms(shader, &point, item);
-                    let specular = at(&materials.specular);
-                    let slope = t.diffuse * (1.0 - metallic) + t.metal_slope * metallic;
-                    let offset = t.specular * (1.0 - metallic) + t.metal_offset * metallic;
-                    let color = scene.scene.interpolate(
-                        hit.triangle,
-                        hit.barycentrics,
-                        &materials.part_color_linear,
-                    );
-                    ((slope, offset * specular), (at(&materials.is_uniform), color))
-                })
-                .collect()
+            let shade = |i: usize| {
+                let item = (index as u64) << 32 | i as u64;
+                seen[i].as_ref().map_or_else(Shade::default, |seen| seen.shade(shader, item))
+            };
+            let spacing = Spacing { pixels: pixels.spacing, tolerance: pixels.tolerance };
+            shades(size, spacing, shade, is_between)
         });
-        let (terms, uniform): (Vec<_>, Vec<_>) = pixels.into_iter().unzip();
-        let (slope, offset) = terms.into_iter().unzip();
-        Self { slope, offset, uniform }
+        let uniform = |seen: &Option<Seen>| seen.as_ref().map_or((0.0, Vec3::ZERO), |s| s.uniform);
+        Self {
+            slope: shades.iter().map(|s| s.slope).collect(),
+            offset: shades.iter().map(|s| s.offset).collect(),
+            uniform: seen.iter().map(uniform).collect(),
+        }
     }
 
     /// Multiplies the colors of whole parts by a factor per vertex.

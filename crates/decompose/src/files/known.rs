@@ -227,6 +227,13 @@ fn leave_out_unrelated(priors: &mut Priors, photos: &[Photo], context: &Context)
     }
 }
 
+impl KnownArgs {
+    /// Views that are named, which have to be looked at.
+    pub(super) fn anchored_views(&self) -> Vec<&str> {
+        self.albedo_anchor.iter().map(|anchor| anchor.view.as_str()).collect()
+    }
+}
+
 impl AlbedoAnchor {
     fn among(&self, photos: &[Photo]) -> Result<BaseColorAnchor, StageError> {
         let Self { view, x, y, base_color_linear } = self;

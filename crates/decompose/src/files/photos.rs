@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
-use crate::Photo;
+use crate::{Photo, choose_photos};
 use glam::DVec3;
 use motes_formats::capture::{read_capture, resolve};
 use motes_formats::images::{read_image, read_mask};
 use motes_formats::{FormatError, Result};
 use motes_math::srgb;
-use motes_scene::{Capture, ImageF32, ImageU8, Split};
+use motes_scene::{Capture, Gaussians, ImageF32, ImageU8, Pinhole, Pose, Split, view_among};
 use rayon::prelude::*;
 
 /// A channel from here on is clipped.
@@ -21,20 +21,43 @@ const CLIPPED: u8 = 254;
 pub(super) fn load_photos(
     document: &Path,
     capture: &Capture,
-    split: Split,
+    views: &[usize],
     light: usize,
 ) -> Result<Vec<Photo>> {
-    let views = capture.views_of(split);
     views.par_iter().map(|&view| load(document, capture, view, light)).collect()
+}
+
+/// The training views that are looked at: at most `most`, chosen by what they show of `gaussians`, and those that are `named`.
+pub(super) fn training_views(
+    document: &Path,
+    capture: &Capture,
+    gaussians: &Gaussians,
+    most: usize,
+    named: &[&str],
+) -> Result<Vec<usize>> {
+    let views = capture.views_of(Split::Train);
+    let cameras: Vec<(Pinhole, Pose)> = views
+        .iter()
+        .map(|&v| Ok((pinhole(document, capture, v)?, capture.views[v].camera_from_world)))
+        .collect::<Result<_>>()?;
+    let names = || views.iter().map(|&v| capture.views[v].name.as_str());
+    let always: Vec<usize> = named.iter().filter_map(|name| view_among(names(), name)).collect();
+    let chosen = choose_photos(&cameras, &gaussians.means, most, &always);
+    Ok(chosen.into_iter().map(|k| views[k]).collect())
+}
+
+fn pinhole(document: &Path, capture: &Capture, view: usize) -> Result<Pinhole> {
+    let record = &capture.views[view];
+    capture.cameras[record.camera].as_pinhole().ok_or_else(|| {
+        let cause = format!("view \"{}\" has a distorted camera", record.name);
+        FormatError::not_supported(document, "cameras", cause)
+            .with_remedy("import the photos with import-colmap, which undistorts them")
+    })
 }
 
 fn load(document: &Path, capture: &Capture, view: usize, light: usize) -> Result<Photo> {
     let record = &capture.views[view];
-    let camera = capture.cameras[record.camera].as_pinhole().ok_or_else(|| {
-        let cause = format!("view \"{}\" has a distorted camera", record.name);
-        FormatError::not_supported(document, "cameras", cause)
-            .with_remedy("import the photos with import-colmap, which undistorts them")
-    })?;
+    let camera = pinhole(document, capture, view)?;
     let read = |path: &Path, image: Result<ImageU8>| {
         let image = image?;
         if (image.width, image.height) == (camera.width, camera.height) {

@@ -17,7 +17,7 @@ use motes_stage::Context;
 
 use super::errors::explained;
 use super::known::{KnownArgs, load_known};
-use super::photos::{load_capture, load_photos};
+use super::photos::{load_capture, load_photos, training_views};
 use super::report::{DecomposeReport, SceneReport, StepsReport};
 use super::scene_folder::{SceneFolder, write_scene};
 use super::work::{StepArgs, WorkFolder};
@@ -133,18 +133,32 @@ impl Request<'_> {
 
     fn load(&self, context: &Context) -> anyhow::Result<Loaded> {
         let (mut photos, mut held_out): (Vec<Photo>, Vec<Photo>) = (Vec::new(), Vec::new());
-        let mut origin = None;
-        for (light, path) in self.captures.iter().enumerate() {
+        let (mut origin, mut captures) = (None, Vec::new());
+        for path in self.captures {
             context.input("capture", path)?;
             let capture = load_capture(path, origin)?;
             origin = Some(capture.world_origin);
-            photos.extend(load_photos(path, &capture, Split::Train, light)?);
-            if light == 0 {
-                held_out = load_photos(path, &capture, Split::Test, light)?;
-            }
+            captures.push((path, capture));
         }
         context.input("gaussians", self.gaussians)?;
         let file = open_gaussians(self.gaussians)?;
+        let most = self.options.samples.most_photos;
+        for (light, (path, capture)) in captures.iter().enumerate() {
+            let named = self.known.anchored_views();
+            let views = training_views(path, capture, &file.gaussians, most, &named)?;
+            let all = capture.views_of(Split::Train).len();
+            if views.len() < all {
+                context.warn(format!(
+                    "{}: of {all} photos the {} that show most of the scene are looked at (--most-photos 0 takes all)",
+                    path.display(),
+                    views.len()
+                ));
+            }
+            photos.extend(load_photos(path, capture, &views, light)?);
+            if light == 0 {
+                held_out = load_photos(path, capture, &capture.views_of(Split::Test), light)?;
+            }
+        }
         let (known, provider) =
             load_known(self.known, self.surface, self.captures.len(), &photos, context)?;
         Ok(Loaded { photos, held_out, known, provider, file })

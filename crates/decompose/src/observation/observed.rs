@@ -3,8 +3,9 @@
 use glam::Vec3;
 use motes_scene::Surface;
 
+use super::most_telling::most_telling;
 use super::photo::Photo;
-use super::samples::{Sample, SeenView, choose_samples, vertex_radiance};
+use super::samples::{Sample, SeenView, Wanted, choose_samples, vertex_radiance};
 use super::traced_surface::TracedSurface;
 use crate::error::DecomposeError;
 
@@ -17,8 +18,8 @@ pub struct Observed<'a> {
     pub views: Vec<SeenView<'a>>,
     /// Points that are seen by enough photos: three, or all where there are fewer.
     pub samples: Vec<Sample>,
-    /// About how many points were asked for.
-    pub wanted: usize,
+    /// How many points were asked for.
+    pub wanted: Wanted,
     /// What every vertex sends out, per light; empty where no light of the surface itself is modeled.
     pub vertex_radiance: Vec<Vec<Vec3>>,
 }
@@ -27,21 +28,25 @@ impl<'a> Observed<'a> {
     /// A surface before any photo is looked at.
     pub fn unseen(scene: TracedSurface) -> Self {
         let (views, samples, vertex_radiance) = (Vec::new(), Vec::new(), Vec::new());
-        Self { scene, views, samples, wanted: 0, vertex_radiance }
+        Self { scene, views, samples, wanted: Wanted::default(), vertex_radiance }
     }
 
-    /// Chooses about `wanted` points and looks up what is sent out under so many lights.
+    /// Chooses points and looks up what is sent out under so many lights.
     ///
     /// # Errors
     /// When no point is seen by enough photos.
     pub fn new(
         scene: TracedSurface,
         views: Vec<SeenView<'a>>,
-        wanted: usize,
+        wanted: Wanted,
         lights: usize,
     ) -> Result<Self, DecomposeError> {
         let min_views = 3.min(views.len()).max(1);
-        let samples = choose_samples(&scene, &views, wanted, min_views);
+        let mut samples = choose_samples(&scene, &views, wanted.points, min_views);
+        for sample in &mut samples {
+            let all = std::mem::take(&mut sample.observations);
+            sample.observations = most_telling(all, wanted.observations);
+        }
         if samples.is_empty() {
             return Err(DecomposeError::NothingSeen(min_views));
         }
@@ -66,7 +71,7 @@ impl<'a> Observed<'a> {
     pub fn of(
         surface: Surface,
         photos: &'a [Photo],
-        wanted: usize,
+        wanted: Wanted,
         lights: usize,
     ) -> Result<Self, DecomposeError> {
         let scene = TracedSurface::new(surface)?;

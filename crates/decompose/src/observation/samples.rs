@@ -145,6 +145,15 @@ impl<'a> SeenView<'a> {
     }
 }
 
+/// How many points of the surface are looked at, and from how many photos each.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Wanted {
+    /// About so many points.
+    pub points: usize,
+    /// At most so many observations of each; 0 for all.
+    pub observations: usize,
+}
+
 /// Chooses at most about `wanted` points, evenly spread over what the photos see (denser where they see
 /// finer), each with at least `min_views` observations.
 pub(crate) fn choose_samples(

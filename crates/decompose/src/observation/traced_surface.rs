@@ -140,11 +140,7 @@ impl ViewRays {
 
     /// Camera z of a world point, and its image point when it is in front.
     pub fn project(&self, point: Vec3) -> Option<(f32, f32, f32)> {
-        let p: DVec3 = self.camera_from_world.transform_point(point.as_dvec3());
-        let c = &self.photo_camera;
-        (p.z > 0.0).then(|| {
-            ((p.x / p.z * c.fx + c.cx) as f32, (p.y / p.z * c.fy + c.cy) as f32, p.z as f32)
-        })
+        project(&self.photo_camera, &self.camera_from_world, point)
     }
 
     /// The forward axis.
@@ -174,4 +170,16 @@ impl ViewRays {
         });
         out
     }
+}
+
+/// Image point and camera z of a world point that is in front.
+pub(super) fn project(
+    camera: &motes_scene::Pinhole,
+    camera_from_world: &motes_scene::Pose,
+    point: Vec3,
+) -> Option<(f32, f32, f32)> {
+    let p: DVec3 = camera_from_world.transform_point(point.as_dvec3());
+    let c = camera;
+    (p.z > 0.0)
+        .then(|| ((p.x / p.z * c.fx + c.cx) as f32, (p.y / p.z * c.fy + c.cy) as f32, p.z as f32))
 }

@@ -7,8 +7,8 @@ use rayon::prelude::*;
 
 use super::{IndirectRadiance, IntegrationOptions, LightPool, SurfacePoint};
 use crate::brdf::{BrdfValue, Model, WithModel, with_model};
-use crate::emitters::Emitters;
-use crate::environment::Environment;
+use crate::emitters::{EmitterSample, Emitters};
+use crate::environment::{Environment, LightSample};
 use crate::sampling::{PointSet, unit_f32};
 use crate::tracing::{Ray, Tracer, offset_origin};
 
@@ -59,6 +59,15 @@ pub struct Incident {
     pub is_indirect: bool,
     /// Whether the BRDF proposed the direction, not the light.
     pub from_brdf: bool,
+}
+
+/// Which directions toward lights are open from a point: the same for every material and side that it is seen from.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Shadows {
+    /// Per sample of the light.
+    light: Vec<bool>,
+    /// Per sample of the emitters.
+    emitters: Vec<bool>,
 }
 
 /// Shades points of one scene under one light.
@@ -143,10 +152,64 @@ impl<'a, T: Tracer> Shader<'a, T> {
         all
     }
 
+    /// The same with shadows that are known: those of this point and item, for another material or viewer.
+    pub fn incident_light_with(
+        &self,
+        point: &SurfacePoint,
+        item: u64,
+        shadows: &Shadows,
+    ) -> Vec<Incident> {
+        let mut all = Vec::new();
+        let add = |incident, _: &BrdfValue| all.push(incident);
+        let visit = Visit { shader: self, point, item, shadows: Some(shadows), add };
+        with_model(point.material.lobes, visit);
+        all
+    }
+
+    /// Traces the shadow rays of a point; its material and viewer do not matter.
+    pub fn shadows(&self, point: &SurfacePoint, item: u64) -> Shadows {
+        let light = self.light_block(item).map(|sample| self.is_lit(point, sample.to_light));
+        let emitters = self.emitters.map_or_else(Vec::new, |emitters| {
+            let samples = self.emitter_samples(emitters, point, item);
+            samples.map(|sample| self.is_lit_by(point, &sample)).collect()
+        });
+        Shadows { light: light.collect(), emitters }
+    }
+
+    /// The samples of the light that belong to an item.
+    fn light_block(&self, item: u64) -> impl Iterator<Item = &LightSample> {
+        let key = PointSet::new(self.options.seed, item, BLOCK_PURPOSE, 1).point(0)[0];
+        self.pool.block(u64::from(key), self.options.light_samples).iter().flatten()
+    }
+
+    fn emitter_samples(
+        &self,
+        emitters: &Emitters,
+        point: &SurfacePoint,
+        item: u64,
+    ) -> impl Iterator<Item = EmitterSample> {
+        let o = &self.options;
+        let points = PointSet::new(o.seed, item, EMITTER_PURPOSE, o.emitter_samples);
+        let position = point.position;
+        (0..o.emitter_samples).filter_map(move |i| emitters.sample(position, points.point(i)))
+    }
+
+    fn is_lit(&self, point: &SurfacePoint, w: Vec3) -> bool {
+        let (n, bias) = (point.geometric_normal, self.options.ray_bias);
+        let ray = || Ray::new(offset_origin(point.position, n, w, bias), w);
+        n.dot(w) > 0.0 && !self.tracer.occluded(&ray())
+    }
+
+    fn is_lit_by(&self, point: &SurfacePoint, sample: &EmitterSample) -> bool {
+        let n = point.geometric_normal;
+        let shadow = || sample.shadow_ray(point.position, n, self.options.ray_bias);
+        n.dot(sample.to_light) > 0.0 && !self.tracer.occluded(&shadow())
+    }
+
     /// Calls `add` for every direction that carries light or could, with `f_r (n · w_i)⁺` there.
     #[inline]
     fn visit(&self, point: &SurfacePoint, item: u64, add: impl FnMut(Incident, &BrdfValue)) {
-        with_model(point.material.lobes, Visit { shader: self, point, item, add });
+        with_model(point.material.lobes, Visit { shader: self, point, item, shadows: None, add });
     }
 
     /// The loop, compiled for every model.
@@ -155,6 +218,7 @@ impl<'a, T: Tracer> Shader<'a, T> {
         &self,
         point: &SurfacePoint,
         item: u64,
+        shadows: Option<&Shadows>,
         mut add: impl FnMut(Incident, &BrdfValue),
     ) {
         let brdf = M::new(&point.material, point.shading_normal, point.to_viewer);
@@ -168,8 +232,7 @@ impl<'a, T: Tracer> Shader<'a, T> {
             Ray::new(offset_origin(point.position, point.geometric_normal, w, o.ray_bias), w)
         };
 
-        let key = PointSet::new(o.seed, item, BLOCK_PURPOSE, 1).point(0)[0];
-        for sample in self.pool.block(u64::from(key), o.light_samples).iter().flatten() {
+        for (k, sample) in self.light_block(item).enumerate() {
             let w = sample.to_light;
             let (f, p_b) = brdf.eval_pdf(w);
             if !(p_b > 0.0) {
@@ -177,14 +240,15 @@ impl<'a, T: Tracer> Shader<'a, T> {
             }
             let scale = self.scale(n_l * sample.pdf, n_b * p_b);
             let unblocked = sample.radiance * scale;
-            let lit = leaves(w) && !self.tracer.occluded(&ray(w));
+            let lit = shadows.map_or_else(|| self.is_lit(point, w), |shadows| shadows.light[k]);
             let weighted_radiance = if lit { unblocked } else { Vec3::ZERO };
             let (is_indirect, from_brdf) = (false, false);
             add(Incident { to_light: w, weighted_radiance, unblocked, is_indirect, from_brdf }, &f);
         }
 
         if let Some(emitters) = self.emitters {
-            self.visit_emitters(emitters, point, item, &brdf, &mut add);
+            let brdf_and_shadows = (&brdf, shadows);
+            self.visit_emitters(emitters, point, item, brdf_and_shadows, &mut add);
         }
 
         let points = PointSet::new(o.seed, item, BRDF_PURPOSE, o.brdf_samples);
@@ -220,24 +284,20 @@ impl<'a, T: Tracer> Shader<'a, T> {
         emitters: &Emitters,
         point: &SurfacePoint,
         item: u64,
-        brdf: &M,
+        (brdf, shadows): (&M, Option<&Shadows>),
         add: &mut impl FnMut(Incident, &BrdfValue),
     ) {
         let o = &self.options;
         let (n_e, n_b) = (o.emitter_samples as f32, o.brdf_samples as f32);
-        let points = PointSet::new(o.seed, item, EMITTER_PURPOSE, o.emitter_samples);
-        for i in 0..o.emitter_samples {
-            let Some(sample) = emitters.sample(point.position, points.point(i)) else {
-                continue;
-            };
+        for (k, sample) in self.emitter_samples(emitters, point, item).enumerate() {
             let w = sample.to_light;
             let (f, p_b) = brdf.eval_pdf(w);
             if !(p_b > 0.0) {
                 continue;
             }
             let unblocked = sample.radiance * self.scale(n_e * sample.pdf, n_b * p_b);
-            let shadow = sample.shadow_ray(point.position, point.geometric_normal, o.ray_bias);
-            let lit = point.geometric_normal.dot(w) > 0.0 && !self.tracer.occluded(&shadow);
+            let lit = shadows
+                .map_or_else(|| self.is_lit_by(point, &sample), |shadows| shadows.emitters[k]);
             let weighted_radiance = if lit { unblocked } else { Vec3::ZERO };
             let (is_indirect, from_brdf) = (false, false);
             add(Incident { to_light: w, weighted_radiance, unblocked, is_indirect, from_brdf }, &f);
@@ -284,6 +344,7 @@ struct Visit<'s, 'a, T, F> {
     shader: &'s Shader<'a, T>,
     point: &'s SurfacePoint,
     item: u64,
+    shadows: Option<&'s Shadows>,
     add: F,
 }
 
@@ -292,6 +353,6 @@ impl<T: Tracer, F: FnMut(Incident, &BrdfValue)> WithModel for Visit<'_, '_, T, F
 
     #[inline]
     fn run<M: Model>(self) {
-        self.shader.visit_with::<M>(self.point, self.item, self.add);
+        self.shader.visit_with::<M>(self.point, self.item, self.shadows, self.add);
     }
 }

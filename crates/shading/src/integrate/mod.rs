@@ -22,7 +22,7 @@ use glam::Vec3;
 use crate::brdf::Material;
 use crate::tracing::{Hit, Ray};
 
-pub use fast::{Incident, Shaded, Shader};
+pub use fast::{Incident, Shaded, Shader, Shadows};
 pub(crate) use light_pool::LastPool;
 pub use light_pool::LightPool;
 

@@ -20,6 +20,9 @@ pub(super) struct StepDocument {
     pub previous: Option<String>,
     /// The files that the run was given.
     pub inputs: Vec<InputDocument>,
+    /// Number of photos that the run looked at; 0 before version 1.1.
+    #[serde(default)]
+    pub photos: usize,
     /// Elapsed seconds.
     pub seconds: f64,
     /// What the step modeled or left out, and why.
@@ -35,6 +38,9 @@ pub(super) struct StepDocument {
     pub camera_distance: f32,
     /// About how many points of the surface were asked for.
     pub wanted_samples: usize,
+    /// Observations that were kept of each at most; 0 for all.
+    #[serde(default)]
+    pub wanted_observations: usize,
     /// Lights of which one bounce belongs to the model.
     pub indirect_lights: usize,
     /// Cells of the light after every round.
@@ -44,7 +50,7 @@ pub(super) struct StepDocument {
 impl Document for StepDocument {
     const FORMAT: &'static str = "motes/decompose-step";
     const MAJOR: u32 = 1;
-    const MINOR: u32 = 0;
+    const MINOR: u32 = 1;
 }
 
 /// A file that a run was given.
@@ -73,12 +79,14 @@ impl StepDocument {
             step: name,
             previous,
             inputs,
+            photos: state.inputs.photos.len(),
             seconds,
             terms,
             geometry: (report.steps.len() == 1).then(|| report.geometry.clone()),
             up_in_world: state.up_in_world.to_array(),
             camera_distance: state.camera_distance,
-            wanted_samples: state.observed.wanted,
+            wanted_samples: state.observed.wanted.points,
+            wanted_observations: state.observed.wanted.observations,
             indirect_lights: state.observed.vertex_radiance.len(),
             light_cells: state.light_cells.clone(),
         }

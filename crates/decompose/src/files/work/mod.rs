@@ -113,6 +113,15 @@ impl WorkFolder<'_> {
         for step in 0..*self.steps.start() {
             let path = self.document(step);
             let document = self.read(step, previous.as_deref())?;
+            if ![0, inputs.photos.len()].contains(&document.photos) {
+                let (was, is) = (document.photos, inputs.photos.len());
+                let cause = format!("it was made from {was} photos, not {is}");
+                let remedy =
+                    "give --most-photos and --albedo-anchor as then, or use another --work";
+                return Err(FormatError::invalid(&path, "photos", cause)
+                    .with_remedy(remedy)
+                    .into());
+            }
             previous = Some(sha256_of_file(&path)?);
             pipeline.report.steps.push(document.record());
             if let Some(geometry) = &document.geometry {

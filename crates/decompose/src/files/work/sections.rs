@@ -3,7 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use crate::pipeline::STEPS;
-use crate::{BaseColored, Cell, CellLight, Illumination, Lamp, Observed, State, TracedSurface};
+use crate::{
+    BaseColored, Cell, CellLight, Illumination, Lamp, Observed, State, TracedSurface, Wanted,
+};
 use motes_formats::FormatError;
 use motes_formats::documents::{Document as _, read_document, write_document};
 use motes_formats::ply::{
@@ -249,7 +251,8 @@ fn rows_of(path: &Path, state: &State<'_>) -> anyhow::Result<Gaussians> {
 fn restore_surface(state: &mut State<'_>, last: &StepDocument, path: &Path) -> anyhow::Result<()> {
     let surface = read_surface(path)?;
     let observed = if last.wanted_samples > 0 {
-        let (wanted, lights) = (last.wanted_samples, last.indirect_lights);
+        let wanted = Wanted { points: last.wanted_samples, observations: last.wanted_observations };
+        let lights = last.indirect_lights;
         Observed::of(surface, state.inputs.photos, wanted, lights)
     } else {
         TracedSurface::new(surface).map(Observed::unseen).map_err(Into::into)

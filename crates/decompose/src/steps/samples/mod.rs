@@ -4,7 +4,7 @@ mod normal_priors;
 mod options;
 
 use crate::error::DecomposeError;
-use crate::observation::{Observed, Sample, SeenView};
+use crate::observation::{Observed, Sample, SeenView, Wanted};
 use crate::state::State;
 use motes_scene::Switch;
 
@@ -29,7 +29,8 @@ pub fn run(state: &mut State<'_>, options: &Options) -> Result<(), DecomposeErro
         Switch::Off => 0,
         Switch::Auto | Switch::On => inputs.light_count(),
     };
-    state.observed = Observed::of(surface, inputs.photos, options.samples, lights)?;
+    let wanted = Wanted { points: options.samples, observations: options.point_photos };
+    state.observed = Observed::of(surface, inputs.photos, wanted, lights)?;
     let Observed { scene, samples, views, .. } = &state.observed;
     state.camera_distance = median_distance(samples, views);
     for anchor in &inputs.known.anchors {

@@ -6,7 +6,7 @@ mod options;
 use motes_shading::integrate::IntegrationOptions;
 
 use crate::appearance::vertex_materials::vertex_materials;
-use crate::appearance::{BasisScene, PixelShading};
+use crate::appearance::{BasisScene, PixelShading, SparsePixels};
 use crate::error::DecomposeError;
 use crate::observation::{Observed, SeenView};
 use crate::progress::Tick;
@@ -40,13 +40,15 @@ pub fn run(
             ..split_rays(options.pixel_rays, state.is_specular(), state.has_indirect())
         },
     };
+    let pixels =
+        SparsePixels { spacing: options.pixel_spacing.into(), tolerance: options.pixel_tolerance };
     let held_out: Vec<SeenView<'_>> =
         inputs.held_out.iter().map(|p| SeenView::new(p, scene)).collect();
     let count = (views.len() + held_out.len()).max(1) as f32;
     let mut shadings = Vec::with_capacity(views.len() + held_out.len());
     for (i, view) in views.iter().chain(&held_out).enumerate() {
         tick(i as f32 / count)?;
-        shadings.push(PixelShading::integrate(view, i, &materials, &basis_scene));
+        shadings.push(PixelShading::integrate(view, i, &materials, &basis_scene, pixels));
     }
     let dark = cavities::darkening(scene, views, &shadings[..views.len()], &materials);
     for (shading, view) in shadings.iter_mut().zip(views.iter().chain(&held_out)) {
