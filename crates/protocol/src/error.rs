@@ -86,18 +86,10 @@ impl From<ProviderError> for StageError {
     /// a provider is bad input, too: it is data from a program that is not ours.
     fn from(error: ProviderError) -> Self {
         let text = error.to_string();
-        let (text, help) = match text.split_once("\nhelp: ") {
-            Some((text, help)) => (text.to_owned(), Some(help.to_owned())),
-            None => (text, None),
-        };
-        let stage = match error {
+        match error {
             ProviderError::Words(_) => Self::usage(text),
             ProviderError::Stopped => Self::interrupted(text),
             _ => Self::bad_input(text),
-        };
-        match help {
-            Some(help) => stage.help(help),
-            None => stage,
         }
     }
 }

@@ -5,6 +5,7 @@
 //! `docs/formats/provider.md` describes.
 
 mod answers;
+mod asked;
 mod checks;
 mod client;
 mod command;
@@ -15,6 +16,7 @@ mod process;
 pub mod serve;
 mod server;
 
+pub use asked::{Answered, Asked};
 pub use checks::read_logits;
 pub use client::{Provider, ProviderUse};
 pub use command::{ProviderCommand, split_words, stage_program};

@@ -34,11 +34,7 @@ pub fn answer(
 }
 
 fn usage(error: &motes_formats::FormatError) -> StageError {
-    let text = error.to_string();
-    match text.split_once("\nhelp: ") {
-        Some((text, help)) => StageError::usage(text).help(help),
-        None => StageError::usage(text),
-    }
+    StageError::usage(error.to_string())
 }
 
 /// Answers requests, a line each, until the input ends: the body of `--serve`.

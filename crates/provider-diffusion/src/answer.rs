@@ -343,16 +343,12 @@ fn last_two(path: &Path) -> String {
 /// The kind of an error: the caller's request, data, or the work.
 pub(crate) fn told(error: DiffusionError) -> anyhow::Error {
     let text = error.to_string();
-    let (text, help) = text.split_once("\nhelp: ").unwrap_or((&text, ""));
-    let stage = match error {
-        DiffusionError::File(error) => return error.into(),
-        DiffusionError::Request { .. } => StageError::usage(text),
+    match error {
+        DiffusionError::File(error) => error.into(),
+        DiffusionError::Request { .. } => StageError::usage(text).into(),
         DiffusionError::Weights { .. } | DiffusionError::Picture { .. } => {
-            StageError::bad_input(text)
+            StageError::bad_input(text).into()
         }
-        DiffusionError::NotFinite | DiffusionError::Computation(_) => {
-            return anyhow::anyhow!(error);
-        }
-    };
-    if help.is_empty() { stage.into() } else { stage.help(help).into() }
+        DiffusionError::NotFinite | DiffusionError::Computation(_) => anyhow::anyhow!(error),
+    }
 }

@@ -1,12 +1,9 @@
 //! The command line of `motes-provider-diffusion`.
 
-use std::fmt;
-use std::io::{Write as _, stdin};
 use std::path::PathBuf;
 
-use clap::{ArgGroup, Parser};
-use motes_formats::documents::to_pretty_json;
-use motes_protocol::serve::{answer, serve};
+use clap::Parser;
+use motes_protocol::{Answered, Asked};
 use motes_stage::{CommonArgs, Context, HasCommon};
 use serde::Serialize;
 
@@ -27,8 +24,7 @@ Examples:
 #[derive(Parser, Debug, Serialize)]
 #[command(
     name = "provider-diffusion",
-    after_help = EXAMPLES,
-    group = ArgGroup::new("what").required(true).args(["describe", "request", "serve"])
+    after_help = EXAMPLES
 )]
 pub struct Args {
     /// Folder of Stable Diffusion 1.5 (with --weights), or of InstructPix2Pix, in the layout of diffusers
@@ -39,17 +35,9 @@ pub struct Args {
     #[arg(long, value_name = "PATH")]
     weights: Option<PathBuf>,
 
-    /// Print what this provider is and stop
-    #[arg(long)]
-    describe: bool,
-
-    /// Answer a request and stop
-    #[arg(long, value_name = "FILE")]
-    request: Option<PathBuf>,
-
-    /// Answer requests, a line each, until the input ends
-    #[arg(long)]
-    serve: bool,
+    #[command(flatten)]
+    #[serde(flatten)]
+    asked: Asked,
 
     /// License of the weights, for run records [default: that of the published weights]
     #[arg(long, value_name = "NAME", hide_short_help = true)]
@@ -70,38 +58,20 @@ impl HasCommon for Args {
     }
 }
 
-/// Nothing: what it says is in the reply.
-#[derive(Debug, Serialize)]
-pub struct Report {}
-
-impl fmt::Display for Report {
-    fn fmt(&self, _: &mut fmt::Formatter<'_>) -> fmt::Result {
-        Ok(())
-    }
-}
-
 /// Describes itself or answers.
 ///
 /// # Errors
 /// The weights or the request are bad.
-pub fn run(args: &Args, context: &Context) -> anyhow::Result<Report> {
+pub fn run(args: &Args, context: &Context) -> anyhow::Result<Answered> {
     let mut diffusion =
         Diffusion::open(&args.model, args.weights.as_deref(), &args.options).map_err(told)?;
-    if args.describe {
+    if args.asked.describe {
         let description = diffusion.description(args.license.as_deref()).map_err(told)?;
-        context.stdout().write_all(to_pretty_json(&description).as_bytes())?;
-        return Ok(Report {});
+        return Answered::described(&description, context);
     }
     let watch = |evaluations: u64| -> Box<dyn Fn()> {
         let progress = context.progress("denoising", evaluations);
         Box::new(move || progress.inc(1))
     };
-    let work = &mut |request: &_, folder: &_| diffusion.answer(request, folder, &watch);
-    match &args.request {
-        Some(request) => {
-            answer(request, work)?;
-        }
-        None => serve(stdin().lock(), context.stdout(), work)?,
-    }
-    Ok(Report {})
+    args.asked.answer(context, &mut |request, folder| diffusion.answer(request, folder, &watch))
 }

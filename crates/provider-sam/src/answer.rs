@@ -128,12 +128,10 @@ impl Sam {
 /// The kind of an error: the caller's prompt, or data.
 pub(crate) fn told(error: SamError) -> anyhow::Error {
     let text = error.to_string();
-    let (text, help) = text.split_once("\nhelp: ").unwrap_or((&text, ""));
-    let stage = match error {
-        SamError::NoPrompt | SamError::Prompt(_) => StageError::usage(text),
-        _ => StageError::bad_input(text),
-    };
-    if help.is_empty() { stage.into() } else { stage.help(help).into() }
+    match error {
+        SamError::NoPrompt | SamError::Prompt(_) => StageError::usage(text).into(),
+        _ => StageError::bad_input(text).into(),
+    }
 }
 
 fn write(chosen: &Chosen, frame: &Frame, folder: &Path) -> Result<ProviderReply, SamError> {

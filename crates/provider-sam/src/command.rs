@@ -1,12 +1,9 @@
 //! The command line of `motes-provider-sam`.
 
-use std::fmt;
-use std::io::{Write as _, stdin};
 use std::path::PathBuf;
 
-use clap::{ArgGroup, Parser};
-use motes_formats::documents::to_pretty_json;
-use motes_protocol::serve::{answer, serve};
+use clap::Parser;
+use motes_protocol::{Answered, Asked};
 use motes_stage::{CommonArgs, Context, HasCommon};
 use serde::Serialize;
 
@@ -24,8 +21,7 @@ Examples:
 #[derive(Parser, Debug, Serialize)]
 #[command(
     name = "provider-sam",
-    after_help = EXAMPLES,
-    group = ArgGroup::new("what").required(true).args(["describe", "request", "serve"])
+    after_help = EXAMPLES
 )]
 pub struct Args {
     /// Folder with the encoder and the decoder, or one of both beside the other (ONNX)
@@ -36,17 +32,9 @@ pub struct Args {
     #[arg(long, value_name = "FILE")]
     decoder: Option<PathBuf>,
 
-    /// Print what this provider is and stop
-    #[arg(long)]
-    describe: bool,
-
-    /// Answer a request and stop
-    #[arg(long, value_name = "FILE")]
-    request: Option<PathBuf>,
-
-    /// Answer requests, a line each, until the input ends
-    #[arg(long)]
-    serve: bool,
+    #[command(flatten)]
+    #[serde(flatten)]
+    asked: Asked,
 
     /// License of the weights, for run records
     #[arg(long, value_name = "NAME", default_value = "unknown")]
@@ -67,16 +55,6 @@ impl HasCommon for Args {
     }
 }
 
-/// Nothing: what it says is in the reply.
-#[derive(Debug, Serialize)]
-pub struct Report {}
-
-impl fmt::Display for Report {
-    fn fmt(&self, _: &mut fmt::Formatter<'_>) -> fmt::Result {
-        Ok(())
-    }
-}
-
 impl Args {
     fn cache(&self) -> Option<PathBuf> {
         match &self.cache {
@@ -91,25 +69,13 @@ impl Args {
 ///
 /// # Errors
 /// The weights or the request are bad.
-pub fn run(args: &Args, context: &Context) -> anyhow::Result<Report> {
+pub fn run(args: &Args, context: &Context) -> anyhow::Result<Answered> {
     let weights = Weights::find(&args.model, args.decoder.as_deref()).map_err(told)?;
-    let load = || Sam::load(&weights, context.threads(), args.cache().as_ref()).map_err(told);
-    if args.describe {
-        // Weights that do not load describe nothing.
-        load()?;
-        let text = to_pretty_json(&description(&weights, &args.license).map_err(told)?);
-        context.stdout().write_all(text.as_bytes())?;
-        return Ok(Report {});
+    // Weights that do not load describe nothing.
+    let mut sam = Sam::load(&weights, context.threads(), args.cache().as_ref()).map_err(told)?;
+    if args.asked.describe {
+        let description = description(&weights, &args.license).map_err(told)?;
+        return Answered::described(&description, context);
     }
-    let mut sam = load()?;
-    match &args.request {
-        Some(request) => {
-            answer(request, &mut |request, folder| sam.answer(request, folder))?;
-        }
-        None => {
-            let work = &mut |request: &_, folder: &_| sam.answer(request, folder);
-            serve(stdin().lock(), context.stdout(), work)?;
-        }
-    }
-    Ok(Report {})
+    args.asked.answer(context, &mut |request, folder| sam.answer(request, folder))
 }

@@ -15,6 +15,16 @@ pub struct Explanation {
     pub help: Option<String>,
 }
 
+impl From<String> for Explanation {
+    /// Errors of libraries carry their remedy after a line break and `help: `.
+    fn from(said: String) -> Self {
+        match said.split_once("\nhelp: ") {
+            Some((text, help)) => Self { text: text.into(), help: Some(help.into()) },
+            None => Self { text: said, help: None },
+        }
+    }
+}
+
 /// An error whose kind decides the exit code of the stage. Anything else that reaches the top
 /// exits with [`ExitStatus::Failed`], except a [`FormatError`] about the input itself.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -30,24 +40,24 @@ pub enum StageError {
 }
 
 impl StageError {
-    /// A usage error.
+    /// A usage error. Here and below, `text` may carry its remedy after a line break and `help: `.
     pub fn usage(text: impl Into<String>) -> Self {
-        Self::Usage(Explanation { text: text.into(), help: None })
+        Self::Usage(Explanation::from(text.into()))
     }
 
     /// Bad input data.
     pub fn bad_input(text: impl Into<String>) -> Self {
-        Self::BadInput(Explanation { text: text.into(), help: None })
+        Self::BadInput(Explanation::from(text.into()))
     }
 
     /// A bound that the result misses.
     pub fn gate_not_met(text: impl Into<String>) -> Self {
-        Self::GateNotMet(Explanation { text: text.into(), help: None })
+        Self::GateNotMet(Explanation::from(text.into()))
     }
 
     /// The user asked to stop; `text` says what was saved.
     pub fn interrupted(text: impl Into<String>) -> Self {
-        Self::Interrupted(Explanation { text: text.into(), help: None })
+        Self::Interrupted(Explanation::from(text.into()))
     }
 
     /// The same error with a remedy, shown on a line of its own.
