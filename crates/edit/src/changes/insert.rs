@@ -26,6 +26,8 @@ pub struct Asset {
     pub gaussians: Gaussians,
     /// Its surface, when it has one.
     pub surface: Option<Surface>,
+    /// Whether its Gaussians were made on that surface, in a number of our choice.
+    pub is_mesh: bool,
     /// Its direction up, unit.
     pub up: DVec3,
 }
@@ -259,7 +261,7 @@ mod tests {
 
     fn asset(degree: u8) -> Asset {
         let gaussians = motes_testkit::random_gaussians(9, 400, degree);
-        Asset { name: "asset".into(), gaussians, surface: None, up: DVec3::Y }
+        Asset { name: "asset".into(), gaussians, surface: None, is_mesh: false, up: DVec3::Y }
     }
 
     #[test]

@@ -24,6 +24,8 @@ const THINNESS: f64 = 0.05;
 const OPACITY_LOGIT: f32 = 4.0;
 /// Spacing over the diagonal, when no number is given.
 const SPACING: f64 = 1.0 / 120.0;
+/// Gaussians per square pixel of the area.
+const PER_PIXEL: f64 = 0.7;
 /// Numbers when none is given.
 const DEFAULT_COUNT: std::ops::RangeInclusive<f64> = 2_000.0..=200_000.0;
 /// What is fainter than a step of 8 bits is not drawn.
@@ -152,6 +154,18 @@ fn covered(
         opacity: sum.opacity / count.max(1.0),
     };
     sums.into_iter().map(mean).collect()
+}
+
+/// Gaussians for a mesh whose area is this, in squares of the pixels that show it. More would be smaller than a pixel: the
+/// rasterizer widens each to one, and textures and outlines blur.
+pub fn count_for_pixels(area_px2: f64) -> u64 {
+    let count = PER_PIXEL * area_px2;
+    count.clamp(*DEFAULT_COUNT.start(), *DEFAULT_COUNT.end()) as u64
+}
+
+/// Area of a surface, squares of its unit.
+pub fn area(surface: &Surface) -> f64 {
+    areas(surface).1
 }
 
 fn default_count(mesh: &Surface, area: f64) -> usize {

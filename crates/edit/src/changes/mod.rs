@@ -10,6 +10,7 @@ pub mod floaters;
 pub mod free_ground;
 pub mod ground;
 pub mod insert;
+pub(crate) mod inset;
 pub mod material;
 pub mod materials;
 pub mod measure;

@@ -16,6 +16,7 @@ impl Resources<'_> {
     pub(crate) fn asset(&self, wanted: &Wanted<'_>, at: &str) -> Result<Asset, EditError> {
         let path = self.file(wanted.file);
         let failed = EditError::file(at);
+        let mut is_mesh = false;
         let (gaussians, surface, own_up) = if path.is_dir() {
             let decomposition = read_decomposition(&path).map_err(&failed)?;
             let gaussians = open_gaussians(&decomposition.gaussians).map_err(&failed)?.gaussians;
@@ -23,6 +24,7 @@ impl Resources<'_> {
             let up = DVec3::from_array(decomposition.document.up_in_world);
             (gaussians, Some(surface).filter(|s| !s.triangles.is_empty()), Some(up))
         } else if let Some(mesh) = open_mesh(&path).map_err(&failed)? {
+            is_mesh = true;
             let gaussians = gaussians_on(&mesh, wanted.count.map(|n| n as usize));
             (gaussians, Some(mesh.baked_surface()), Some(mesh.up))
         } else {
@@ -31,7 +33,8 @@ impl Resources<'_> {
         };
         let up =
             wanted.up.map(DVec3::from_array).or(own_up).unwrap_or(DVec3::Z).normalize_or(DVec3::Z);
-        let mut asset = Asset { name: wanted.file.to_owned(), gaussians, surface, up };
+        let name = wanted.file.to_owned();
+        let mut asset = Asset { name, gaussians, surface, is_mesh, up };
         if let Some(material) = wanted.material.and_then(material_named) {
             asset.make_of(material);
         }

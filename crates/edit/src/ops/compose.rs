@@ -75,7 +75,7 @@ pub struct ComposeOp {
     /// Axes of that map, whose zenith is the scene's up.
     #[serde(default, skip_serializing_if = "is_own")]
     pub convention: Convention,
-    /// Number of Gaussians that a mesh becomes.
+    /// Number of Gaussians that a mesh becomes; default: as fine as the photos show it at its place.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 1, max = 10_000_000))]
     pub gaussians: Option<u64>,
@@ -168,7 +168,7 @@ impl Operation for ComposeOp {
         let surroundings = self.surroundings;
         let wanted =
             Wanted { file: &self.file, up: self.up, count: self.gaussians, material, surroundings };
-        let asset = run.asset(&wanted, at)?;
+        let mut asset = run.asset(&wanted, at)?;
         let meters = self.meters_per_unit(run, state, at)?;
         let size = self.size(run, state, &asset, meters, at);
         let to = match &self.at {
@@ -178,6 +178,11 @@ impl Operation for ComposeOp {
         };
         let placement = asset.placement(to, state.up_in_world, self.rotate_deg, size);
         let placement = placement.ok_or_else(|| flat(at))?;
+        if self.gaussians.is_none()
+            && let Some(count) = run.count_at(&asset, &placement)
+        {
+            asset = run.asset(&Wanted { count: Some(count), ..wanted }, at)?;
+        }
         let light = LightWanted {
             file: self.environment.as_deref(),
             convention: self.convention,

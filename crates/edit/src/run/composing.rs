@@ -15,6 +15,7 @@ use super::{Outcome, Run};
 use crate::changes::color::shown_linear;
 use crate::changes::ground::{find_ground, rows_on};
 use crate::changes::insert::{Asset, guessed_materials, insert};
+use crate::changes::inset::inset;
 use crate::changes::measure::Extent;
 use crate::changes::mesh::surface_of;
 use crate::changes::transform::transform_gaussians;
@@ -74,7 +75,7 @@ impl Run<'_> {
     pub(crate) fn compose(
         &mut self,
         state: &mut EditState,
-        asset: Asset,
+        mut asset: Asset,
         mut placement: Similarity,
         name: Option<&str>,
         wanted: &LightWanted<'_>,
@@ -83,22 +84,9 @@ impl Run<'_> {
         within_range(asset.bounds(), at, |p| placement.point(p))?;
         let up = state.up_in_world;
         let mut numbers = Numbers::new();
-        let placed = |placement: &Similarity| {
-            let mut moved = asset.gaussians.clone();
-            let rows: Vec<u32> = (0..moved.len() as u32).collect();
-            transform_gaussians(&mut moved, &rows, placement);
-            let extent = Extent::of(&moved, &rows, up).map(|extent| {
-                let exact = asset
-                    .surface
-                    .as_ref()
-                    .and_then(|surface| heights(&in_world(surface, placement), up));
-                let (bottom, top) = exact.unwrap_or((extent.bottom, extent.top));
-                Extent { bottom, top, ..extent }
-            });
-            (moved, extent)
+        let Some(mut extent) = placed(&asset, &placement, up).1 else {
+            return Err(super::flat(at));
         };
-        let (mut moved, extent) = placed(&placement);
-        let Some(mut extent) = extent else { return Err(super::flat(at)) };
         let ground = state.parts.as_ref().and_then(|_| state.sources.first()?.surface.clone());
         match contact(&state.gaussians, ground.as_deref(), up, &extent) {
             Some(found) => {
@@ -106,9 +94,7 @@ impl Run<'_> {
                 let shift = if wanted.touch { found.shift } else { 0.0 };
                 if shift != 0.0 {
                     placement.translation += up * shift;
-                    let again = placed(&placement);
-                    moved = again.0;
-                    extent = again.1.unwrap_or(extent);
+                    extent = placed(&asset, &placement, up).1.unwrap_or(extent);
                 }
                 put(&mut numbers, "gap", extent.bottom - found.ground);
                 if wanted.touch && found.shift == 0.0 && found.gap != 0.0 {
@@ -126,9 +112,12 @@ impl Run<'_> {
             put(&mut numbers, "meters_per_unit", meters);
             put(&mut numbers, "height_m", extent.height() * meters);
         }
+        // After contact: what shows touches the ground.
+        inset(&mut asset);
         let (selection, notes) = if state.parts.is_some() {
             insert(state, asset, &placement)
         } else {
+            let moved = placed(&asset, &placement, up).0;
             let surface = moved_surface(&asset, &moved, &placement);
             let lit = self.lit(state, moved, &surface, &extent, wanted, &mut numbers, at)?;
             let lit = Asset { gaussians: lit, surface: None, ..asset };
@@ -243,6 +232,20 @@ impl Run<'_> {
         put(numbers, "clipped_factor", found.report.clipped_factor);
         Ok((found.map, axes))
     }
+}
+
+/// The Gaussians of an asset in the world and how far they reach, in height as exactly as its surface tells.
+fn placed(asset: &Asset, placement: &Similarity, up: DVec3) -> (Gaussians, Option<Extent>) {
+    let mut moved = asset.gaussians.clone();
+    let rows: Vec<u32> = (0..moved.len() as u32).collect();
+    transform_gaussians(&mut moved, &rows, placement);
+    let extent = Extent::of(&moved, &rows, up).map(|extent| {
+        let surface = asset.surface.as_ref();
+        let exact = surface.and_then(|surface| heights(&in_world(surface, placement), up));
+        let (bottom, top) = exact.unwrap_or((extent.bottom, extent.top));
+        Extent { bottom, top, ..extent }
+    });
+    (moved, extent)
 }
 
 /// Mean color of the ground around a place, linear.

@@ -1,5 +1,6 @@
 //! What the operations that bring something else in share.
 
+use estimate_environment::place::training_views;
 use glam::DVec3;
 use motes_raster::{RenderOptions, render};
 use motes_scene::{Capture, Pinhole, Pose};
@@ -13,6 +14,7 @@ use crate::changes::free_ground::free_place;
 use crate::changes::ground;
 use crate::changes::insert::{Asset, AssetSize, InsertNotes, insert};
 use crate::changes::measure::Extent;
+use crate::changes::mesh::{area, count_for_pixels};
 use crate::changes::surroundings::find_surroundings;
 use crate::{EditState, Similarity};
 
@@ -54,6 +56,19 @@ impl Run<'_> {
         self.warn(at, format!("{times}: {kept} of {n} Gaussians are inserted"));
         asset.gaussians.gather(&found.object);
         Ok(asset)
+    }
+
+    /// The number of Gaussians for a mesh at its place: as fine as the middle one of the photos shows it there. None where there are
+    /// no photos, or where it is no mesh.
+    pub(crate) fn count_at(&self, asset: &Asset, placement: &Similarity) -> Option<u64> {
+        let surface = asset.surface.as_ref().filter(|_| asset.is_mesh)?;
+        let views = training_views(self.resources.capture?.0);
+        let place = placement.point(asset.extent()?.base());
+        let pixel = |(camera, pose): &(Pinhole, Pose)| pose.transform_point(place).z / camera.fx;
+        let mut pixels: Vec<f64> = views.iter().map(pixel).filter(|size| *size > 0.0).collect();
+        pixels.sort_by(f64::total_cmp);
+        let middle = pixels.get(pixels.len() / 2)?;
+        Some(count_for_pixels(area(surface) * (placement.scale / middle).powi(2)))
     }
 
     /// Files of different makers have different units: what comes in far too small or too large was hardly meant so.

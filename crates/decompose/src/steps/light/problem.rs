@@ -37,6 +37,8 @@ const LEAST_SAVING: f32 = 0.01;
 const LAMP_RAYS: u32 = 32;
 /// Weight of a pair of one point under two lights against a full pair.
 const SAME_POINT: f32 = 4.0;
+/// Radiance below which what photos show has no color that could be told, photo units.
+const DIM: f32 = 1e-3;
 
 /// Points and the captures that show them.
 #[derive(Debug)]
@@ -290,7 +292,10 @@ impl<'a> LightProblem<'a> {
                 let [a, b] = [pair.a, pair.b].map(|row| rows[row as usize] as usize);
                 let sure = self.samples[a].sheet != 0 && self.samples[b].sheet != 0;
                 let weight = self.options.weight_base_color * if sure { 1.0 } else { UNSURE };
-                let alike = prior.map_or(1.0, |prior| likeness(prior[a] - prior[b]));
+                let shown = [pair.a, pair.b]
+                    .map(|row| lit.radiance[row as usize].max(Vec3::splat(DIM)).map(f32::ln));
+                let alike =
+                    prior.map_or(1.0, |prior| likeness(prior[a] - prior[b], shown[0] - shown[1]));
                 Pair { a: pair.a + start, b: pair.b + start, weight: weight * pair.weight * alike }
             }));
             for (row, &p) in (start..).zip(rows) {
