@@ -45,6 +45,10 @@ pub struct FoundMaterials {
     pub base_color_linear: Vec<Vec3>,
     /// Share of the cost without highlights that highlights save.
     pub specular_gain: f32,
+    /// Mean squared error that the best material of every point leaves, over that which is taken for noise; outliers count less.
+    pub misfit: f32,
+    /// Whether that is too much for metal to be told from errors of the surface and the light.
+    pub is_metal_untold: bool,
     /// What highlights say about the brightness of the light.
     pub scale: ScaleEvidence,
 }

@@ -33,6 +33,8 @@ pub(super) fn write(path: &Path, found: &FoundMaterials, made_by: &str) -> Resul
         ),
         ("part_costs", floats(&[count, 4], parts.iter().flat_map(|p| p.costs).collect())),
         ("specular_gain", floats(&[1], vec![found.specular_gain])),
+        ("misfit", floats(&[1], vec![found.misfit])),
+        ("is_metal_untold", TensorData::U8(vec![1], vec![u8::from(found.is_metal_untold)])),
         ("scale_evidence", floats(&[5], evidence.to_vec())),
         ("scale_tint", floats(&[3], s.tint.to_array().to_vec())),
         ("scale_samples", TensorData::U64(vec![1], vec![s.samples as u64])),
@@ -116,6 +118,8 @@ pub(super) fn read(path: &Path) -> Result<FoundMaterials> {
         parts: (0..count).map(part).collect::<Result<_>>()?,
         base_color_linear: base.chunks_exact(3).map(glam::Vec3::from_slice).collect(),
         specular_gain: tensors.f32("specular_gain", &[1])?[0],
+        misfit: tensors.f32("misfit", &[1])?[0],
+        is_metal_untold: tensors.u8("is_metal_untold", 1)?[0] != 0,
         scale: ScaleEvidence {
             highlights: evidence[0],
             usual: evidence[1],

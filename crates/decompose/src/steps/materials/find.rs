@@ -46,18 +46,24 @@ pub(crate) fn find_materials(
     };
     let basis = basis_scene.integrate(samples, &ROUGHNESS);
     let mut profile = Profile::new(samples, &basis, &|label| price(label, model, options));
+    let misfit = profile.misfit(samples);
+    let is_metal_untold = model.metallic == Switch::Auto && misfit > WORST_FIT;
+    if is_metal_untold {
+        profile.forbid(|label| label.kind == Kind::Metal);
+    }
     let region_options =
         RegionOptions { pieces: 200, price: options.weight_smooth_roughness, evidence: 0.2 };
     let mut regions = find_regions(samples, &profile, &region_options);
     let specular_gain = gain(&profile, &regions);
     if model.specular == Switch::Auto && specular_gain < LEAST_GAIN {
-        let only_matte = |l: &Label| if l.kind == Kind::Matte { 0.0 } else { f32::INFINITY };
-        profile.prices = profile.labels.iter().map(only_matte).collect();
+        profile.forbid(|label| label.kind != Kind::Matte);
         regions = find_regions(samples, &profile, &region_options);
     }
     let scale = weigh_scale(samples, &basis, &profile, &regions, model);
     FoundMaterials {
         specular_gain,
+        misfit,
+        is_metal_untold,
         ..collect(&basis, &profile, regions, samples, scale, model.uniform_metal)
     }
 }
@@ -66,6 +72,10 @@ pub(crate) fn find_materials(
 const COAT_PRICE: f32 = 6.0;
 /// A scene whose views are explained better by highlights by less than this share has none.
 pub(super) const LEAST_GAIN: f32 = 0.08;
+
+/// Misfit from which no metal is told. A scene whose photos even the best material of every point explains this badly has errors
+/// of surface and light that are alike in all photos of a point; a metal, which shows what is around it, fits some of them better.
+const WORST_FIT: f32 = 1.6;
 
 /// From here on a metal is not told from a dielectric under a coat by a handful of views, and rare.
 const ROUGHEST_METAL: f32 = 0.75;
@@ -158,6 +168,8 @@ fn collect(
         of_sample: regions.of_sample,
         parts,
         specular_gain: 0.0,
+        misfit: 0.0,
+        is_metal_untold: false,
         scale,
     }
 }

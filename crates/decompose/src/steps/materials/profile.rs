@@ -80,6 +80,24 @@ impl Profile {
         }
     }
 
+    /// Mean squared error that the best label of every sample leaves, over that of [`NOISE`]; outliers count less.
+    pub(super) fn misfit(&self, samples: &[Sample]) -> f32 {
+        let weight: f32 = samples.iter().flat_map(|s| &s.observations).map(|o| o.weight).sum();
+        let least = |p: usize| self.costs_of(p).iter().copied().fold(f32::INFINITY, f32::min);
+        let best: f32 = (0..samples.len()).map(least).sum();
+        // The cost is half the square.
+        if weight > 0.0 { 2.0 * best / weight } else { 0.0 }
+    }
+
+    /// Takes labels away.
+    pub(super) fn forbid(&mut self, is_forbidden: impl Fn(&Label) -> bool) {
+        for (label, price) in self.labels.iter().zip(&mut self.prices) {
+            if is_forbidden(label) {
+                *price = f32::INFINITY;
+            }
+        }
+    }
+
     /// Costs of a sample.
     pub(super) fn costs_of(&self, p: usize) -> &[f32] {
         &self.costs[p * self.labels.len()..(p + 1) * self.labels.len()]
@@ -120,4 +138,57 @@ pub(super) fn fit_channels(observations: &[Observation], rows: &[(Vec3, Vec3)]) 
         }
     }
     (cost, base)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A sample that is seen eight times, and what its material shows each time, off by a share.
+    fn profile(off: f32) -> f32 {
+        let observations = (0..8)
+            .map(|k| Observation {
+                photo: k,
+                light: 0,
+                to_viewer: Vec3::Z,
+                radiance: Vec3::splat(0.5 * if k % 2 == 0 { 1.0 + off } else { 1.0 - off }),
+                weight: 0.5,
+            })
+            .collect();
+        let sample = Sample {
+            position: Vec3::ZERO,
+            normal: Vec3::Z,
+            geometric_normal: Vec3::Z,
+            triangle: 0,
+            sheet: 0,
+            observations,
+        };
+        let terms = Terms { diffuse: Vec3::ONE, metal_slope: Vec3::ONE, ..Terms::default() };
+        let basis = Basis { roughness: vec![0.5], terms: vec![terms; 8], first: vec![0, 8] };
+        let samples = [sample];
+        Profile::new(&samples, &basis, &|_| 0.0).misfit(&samples)
+    }
+
+    #[test]
+    fn misfit_is_the_squared_error_over_that_of_noise() {
+        assert!(profile(0.0) < 1e-6);
+        // The noise counts on a little more than the mean, and outliers count less.
+        let at_noise = profile(NOISE);
+        assert!((0.75..1.0).contains(&at_noise), "{at_noise}");
+        assert!(profile(2.0 * NOISE) > 2.0 * at_noise);
+        let none = Profile::new(
+            &[],
+            &Basis { roughness: vec![0.5], terms: vec![], first: vec![0] },
+            &|_| 0.0,
+        );
+        assert_eq!(none.misfit(&[]), 0.0);
+    }
+
+    #[test]
+    fn what_is_forbidden_has_no_price() {
+        let basis = Basis { roughness: vec![0.5], terms: vec![], first: vec![0] };
+        let mut profile = Profile::new(&[], &basis, &|_| 1.0);
+        profile.forbid(|label| label.kind == Kind::Metal);
+        assert_eq!(profile.prices, [1.0, 1.0, f32::INFINITY]);
+    }
 }

@@ -38,11 +38,17 @@ pub fn lobe_terms(found: &FoundMaterials) -> [Term; 2] {
         evidence: if metal > 0.0 {
             let percent = 100.0 * metal;
             format!("{percent:.1} % of the points are explained better without a diffuse lobe")
+        } else if found.is_metal_untold {
+            format!(
+                "even the best material of every point leaves {:.2} of the squared error that counts as noise: metal cannot be told from errors of surface and light; --metallic on allows it",
+                found.misfit
+            )
         } else {
             "no part is explained better without a diffuse lobe".into()
         },
         numbers: numbers([
             ("share", Some(metal)),
+            ("misfit", Some(f64::from(found.misfit))),
             ("cost_best_dielectric", mean(2)),
             ("cost_best_metal", mean(3)),
         ]),
