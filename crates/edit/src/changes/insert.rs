@@ -13,7 +13,7 @@ use motes_scene::{
 use super::color::show_linear;
 use super::materials::LibraryMaterial;
 use super::measure::{Bounds, Extent, center_of};
-use super::mesh::surface_of;
+use super::mesh::{area, count_for_pixels, surface_of};
 use super::transform::transform;
 use crate::{AT_REST, EditState, Origin, Similarity, Source};
 
@@ -28,6 +28,8 @@ pub struct Asset {
     pub surface: Option<Surface>,
     /// Whether its Gaussians were made on that surface, in a number of our choice.
     pub is_mesh: bool,
+    /// Size of a pixel of the photos at its place, in its own units; 0 where there are none.
+    pub pixel: f64,
     /// Its direction up, unit.
     pub up: DVec3,
 }
@@ -79,6 +81,12 @@ impl Asset {
         for sh in self.gaussians.sh.chunks_exact_mut(stride) {
             show_linear(sh, base);
         }
+    }
+
+    /// How many Gaussians a mesh becomes where pixels are this large, in its own units; none where it is no mesh or no pixel is known.
+    pub fn count_for_pixels(&self, pixel: f64) -> Option<u64> {
+        let surface = self.surface.as_ref().filter(|_| self.is_mesh && pixel > 0.0)?;
+        Some(count_for_pixels(area(surface) / (pixel * pixel)))
     }
 
     /// The factor that gives it a size; `None` where it has no extent to be scaled.
@@ -261,7 +269,14 @@ mod tests {
 
     fn asset(degree: u8) -> Asset {
         let gaussians = motes_testkit::random_gaussians(9, 400, degree);
-        Asset { name: "asset".into(), gaussians, surface: None, is_mesh: false, up: DVec3::Y }
+        Asset {
+            name: "asset".into(),
+            gaussians,
+            surface: None,
+            is_mesh: false,
+            pixel: 0.0,
+            up: DVec3::Y,
+        }
     }
 
     #[test]

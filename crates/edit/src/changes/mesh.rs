@@ -25,7 +25,7 @@ const OPACITY_LOGIT: f32 = 4.0;
 /// Spacing over the diagonal, when no number is given.
 const SPACING: f64 = 1.0 / 120.0;
 /// Gaussians per square pixel of the area.
-const PER_PIXEL: f64 = 0.7;
+const PER_PIXEL: f64 = 1.6;
 /// Numbers when none is given.
 const DEFAULT_COUNT: std::ops::RangeInclusive<f64> = 2_000.0..=200_000.0;
 /// What is fainter than a step of 8 bits is not drawn.

@@ -34,7 +34,7 @@ impl Resources<'_> {
         let up =
             wanted.up.map(DVec3::from_array).or(own_up).unwrap_or(DVec3::Z).normalize_or(DVec3::Z);
         let name = wanted.file.to_owned();
-        let mut asset = Asset { name, gaussians, surface, is_mesh, up };
+        let mut asset = Asset { name, gaussians, surface, is_mesh, pixel: 0.0, up };
         if let Some(material) = wanted.material.and_then(material_named) {
             asset.make_of(material);
         }

@@ -178,11 +178,13 @@ impl Operation for ComposeOp {
         };
         let placement = asset.placement(to, state.up_in_world, self.rotate_deg, size);
         let placement = placement.ok_or_else(|| flat(at))?;
+        let pixel = run.pixel_at(&asset, &placement);
         if self.gaussians.is_none()
-            && let Some(count) = run.count_at(&asset, &placement)
+            && let Some(count) = asset.count_for_pixels(pixel)
         {
             asset = run.asset(&Wanted { count: Some(count), ..wanted }, at)?;
         }
+        asset.pixel = pixel;
         let light = LightWanted {
             file: self.environment.as_deref(),
             convention: self.convention,

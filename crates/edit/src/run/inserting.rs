@@ -14,7 +14,6 @@ use crate::changes::free_ground::free_place;
 use crate::changes::ground;
 use crate::changes::insert::{Asset, AssetSize, InsertNotes, insert};
 use crate::changes::measure::Extent;
-use crate::changes::mesh::{area, count_for_pixels};
 use crate::changes::surroundings::find_surroundings;
 use crate::{EditState, Similarity};
 
@@ -58,17 +57,17 @@ impl Run<'_> {
         Ok(asset)
     }
 
-    /// The number of Gaussians for a mesh at its place: as fine as the middle one of the photos shows it there. None where there are
-    /// no photos, or where it is no mesh.
-    pub(crate) fn count_at(&self, asset: &Asset, placement: &Similarity) -> Option<u64> {
-        let surface = asset.surface.as_ref().filter(|_| asset.is_mesh)?;
-        let views = training_views(self.resources.capture?.0);
-        let place = placement.point(asset.extent()?.base());
+    /// Size of a pixel at the place of an asset, in its own units, in the middle one of the photos; 0 where there are none.
+    pub(crate) fn pixel_at(&self, asset: &Asset, placement: &Similarity) -> f64 {
+        let (Some((capture, _)), Some(extent)) = (self.resources.capture, asset.extent()) else {
+            return 0.0;
+        };
+        let place = placement.point(extent.base());
         let pixel = |(camera, pose): &(Pinhole, Pose)| pose.transform_point(place).z / camera.fx;
-        let mut pixels: Vec<f64> = views.iter().map(pixel).filter(|size| *size > 0.0).collect();
+        let mut pixels: Vec<f64> =
+            training_views(capture).iter().map(pixel).filter(|size| *size > 0.0).collect();
         pixels.sort_by(f64::total_cmp);
-        let middle = pixels.get(pixels.len() / 2)?;
-        Some(count_for_pixels(area(surface) * (placement.scale / middle).powi(2)))
+        pixels.get(pixels.len() / 2).map_or(0.0, |middle| middle / placement.scale)
     }
 
     /// Files of different makers have different units: what comes in far too small or too large was hardly meant so.
