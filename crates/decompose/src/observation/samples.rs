@@ -40,6 +40,13 @@ pub struct Sample {
 }
 
 impl Sample {
+    /// A point at the origin that faces z and belongs to no flat piece.
+    #[cfg(test)]
+    pub(crate) fn facing_z(observations: Vec<Observation>) -> Self {
+        let (normal, position) = (Vec3::Z, Vec3::ZERO);
+        Self { position, normal, geometric_normal: normal, triangle: 0, sheet: 0, observations }
+    }
+
     /// Radiance under one light that is little touched by highlights; none when no photo under it shows the point.
     pub fn body_radiance(&self, light: usize) -> Option<Vec3> {
         let of_light = self.observations.iter().filter(|o| o.light as usize == light);

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use glam::{DQuat, DVec3};
+use motes_codecs::mesh::Mesh;
 use motes_math::sh::SH_C0;
 use motes_math::srgb;
 use motes_scene::{
@@ -13,7 +14,7 @@ use motes_scene::{
 use super::color::show_linear;
 use super::materials::LibraryMaterial;
 use super::measure::{Bounds, Extent, center_of};
-use super::mesh::{area, count_for_pixels, surface_of};
+use super::mesh::{area, count_for_pixels, gaussians_on, surface_of};
 use super::transform::transform;
 use crate::{AT_REST, EditState, Origin, Similarity, Source};
 
@@ -26,8 +27,8 @@ pub struct Asset {
     pub gaussians: Gaussians,
     /// Its surface, when it has one.
     pub surface: Option<Surface>,
-    /// Whether its Gaussians were made on that surface, in a number of our choice.
-    pub is_mesh: bool,
+    /// The mesh that its Gaussians were made on, in a number of our choice.
+    pub mesh: Option<Mesh>,
     /// Size of a pixel of the photos at its place, in its own units; 0 where there are none.
     pub pixel: f64,
     /// Its direction up, unit.
@@ -85,8 +86,17 @@ impl Asset {
 
     /// How many Gaussians a mesh becomes where pixels are this large, in its own units; none where it is no mesh or no pixel is known.
     pub fn count_for_pixels(&self, pixel: f64) -> Option<u64> {
-        let surface = self.surface.as_ref().filter(|_| self.is_mesh && pixel > 0.0)?;
+        let surface = self.surface.as_ref().filter(|_| self.mesh.is_some() && pixel > 0.0)?;
         Some(count_for_pixels(area(surface) / (pixel * pixel)))
+    }
+
+    /// Makes the Gaussians of a mesh anew, in another number and of a material of the library where one is given.
+    pub fn remake(&mut self, count: u64, material: Option<&LibraryMaterial>) {
+        let Some(mesh) = &self.mesh else { return };
+        self.gaussians = gaussians_on(mesh, Some(count as usize));
+        if let Some(material) = material {
+            self.make_of(material);
+        }
     }
 
     /// The factor that gives it a size; `None` where it has no extent to be scaled.
@@ -273,7 +283,7 @@ mod tests {
             name: "asset".into(),
             gaussians,
             surface: None,
-            is_mesh: false,
+            mesh: None,
             pixel: 0.0,
             up: DVec3::Y,
         }

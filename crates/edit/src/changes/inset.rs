@@ -11,14 +11,14 @@ use rayon::prelude::*;
 
 use super::insert::Asset;
 
-/// How far a mesh is moved in, over the standard deviation of its Gaussians.
+/// How far a mesh is moved in, over the standard deviation that the rasterizer shows of its Gaussians.
 const INSET: f32 = 1.1;
 /// The same over its thickness, at most.
 const OF_THICKNESS: f32 = 0.2;
 
 /// Moves a mesh and its Gaussians in. What is no mesh stays as it is.
 pub(crate) fn inset(asset: &mut Asset) {
-    let Some(surface) = asset.surface.as_mut().filter(|_| asset.is_mesh) else { return };
+    let Some(surface) = asset.surface.as_mut().filter(|_| asset.mesh.is_some()) else { return };
     let Ok(normals) = Materials::of(&asset.gaussians).map(|m| m.normals) else { return };
     let Some(width) = asset.gaussians.log_scales.first().map(|s| s[0].max(s[1]).exp()) else {
         return;
@@ -87,12 +87,13 @@ mod tests {
     }
 
     fn asset(surface: Surface, count: u64) -> Asset {
-        let gaussians = gaussians_on(&Mesh::plain(surface.clone(), DVec3::Z), Some(count as usize));
+        let mesh = Mesh::plain(surface.clone(), DVec3::Z);
+        let gaussians = gaussians_on(&mesh, Some(count as usize));
         Asset {
             name: "ball".into(),
             gaussians,
             surface: Some(surface),
-            is_mesh: true,
+            mesh: Some(mesh),
             pixel: 0.05,
             up: DVec3::Z,
         }
@@ -126,7 +127,7 @@ mod tests {
         let normals = [[Vec3::Z; 4], [-Vec3::Z; 4]].concat();
         let sheet = surface(vertices, normals, vec![[0, 1, 2], [0, 2, 3], [4, 6, 5], [4, 7, 6]]);
         let mut thin = asset(sheet, 100);
-        let mut splat = Asset { is_mesh: false, ..thin.clone() };
+        let mut splat = Asset { mesh: None, ..thin.clone() };
         let before = splat.gaussians.means.clone();
         inset(&mut thin);
         inset(&mut splat);

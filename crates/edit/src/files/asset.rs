@@ -16,25 +16,23 @@ impl Resources<'_> {
     pub(crate) fn asset(&self, wanted: &Wanted<'_>, at: &str) -> Result<Asset, EditError> {
         let path = self.file(wanted.file);
         let failed = EditError::file(at);
-        let mut is_mesh = false;
-        let (gaussians, surface, own_up) = if path.is_dir() {
+        let (gaussians, surface, own_up, mesh) = if path.is_dir() {
             let decomposition = read_decomposition(&path).map_err(&failed)?;
             let gaussians = open_gaussians(&decomposition.gaussians).map_err(&failed)?.gaussians;
             let surface = read_surface(&decomposition.surface).map_err(&failed)?;
             let up = DVec3::from_array(decomposition.document.up_in_world);
-            (gaussians, Some(surface).filter(|s| !s.triangles.is_empty()), Some(up))
+            (gaussians, Some(surface).filter(|s| !s.triangles.is_empty()), Some(up), None)
         } else if let Some(mesh) = open_mesh(&path).map_err(&failed)? {
-            is_mesh = true;
             let gaussians = gaussians_on(&mesh, wanted.count.map(|n| n as usize));
-            (gaussians, Some(mesh.baked_surface()), Some(mesh.up))
+            (gaussians, Some(mesh.baked_surface()), Some(mesh.up), Some(mesh))
         } else {
             let gaussians = open_gaussians(&path).map_err(|error| failed(known_kinds(error)))?;
-            (gaussians.gaussians, None, None)
+            (gaussians.gaussians, None, None, None)
         };
         let up =
             wanted.up.map(DVec3::from_array).or(own_up).unwrap_or(DVec3::Z).normalize_or(DVec3::Z);
         let name = wanted.file.to_owned();
-        let mut asset = Asset { name, gaussians, surface, is_mesh, pixel: 0.0, up };
+        let mut asset = Asset { name, gaussians, surface, mesh, pixel: 0.0, up };
         if let Some(material) = wanted.material.and_then(material_named) {
             asset.make_of(material);
         }

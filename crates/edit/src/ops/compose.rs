@@ -9,6 +9,7 @@ use super::insert::is_default;
 use super::operation::{Flag, Operation, Short};
 use crate::EditState;
 use crate::changes::insert::{Asset, AssetSize};
+use crate::changes::materials::material_named;
 use crate::compose::{ScaleClue, heights, meters_per_unit};
 use crate::run::{
     EditError, Fault, LightWanted, Outcome, PlaceDocument, Run, SurroundingsDocument, Wanted,
@@ -182,7 +183,7 @@ impl Operation for ComposeOp {
         if self.gaussians.is_none()
             && let Some(count) = asset.count_for_pixels(pixel)
         {
-            asset = run.asset(&Wanted { count: Some(count), ..wanted }, at)?;
+            asset.remake(count, material.and_then(material_named));
         }
         asset.pixel = pixel;
         let light = LightWanted {

@@ -75,7 +75,7 @@ pub(crate) fn prior_log_base(
     if !priors.iter().any(Option::is_some) {
         return None;
     }
-    let seen_in = |(sample, o): (&Sample, &Observation)| {
+    let seen_in = |sample: &Sample, o: &Observation| {
         let image = priors.get(o.photo as usize)?.as_ref()?;
         let (x, y, _) = views[o.photo as usize].rays.project(sample.position)?;
         let pixel =
@@ -86,7 +86,7 @@ pub(crate) fn prior_log_base(
         is_predicted.then_some((o.photo as usize, log))
     };
     let of =
-        |sample: &Sample| sample.observations.iter().filter_map(|o| seen_in((sample, o))).collect();
+        |sample: &Sample| sample.observations.iter().filter_map(|o| seen_in(sample, o)).collect();
     Some(aligned(&samples.iter().map(of).collect::<Vec<_>>(), views.len()))
 }
 

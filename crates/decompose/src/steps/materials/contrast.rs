@@ -93,14 +93,7 @@ mod tests {
                     weight: 1.0,
                 })
                 .collect();
-            samples.push(Sample {
-                position: Vec3::ZERO,
-                normal: Vec3::Z,
-                geometric_normal: Vec3::Z,
-                triangle: 0,
-                sheet: 0,
-                observations,
-            });
+            samples.push(Sample::facing_z(observations));
             for k in 0..views {
                 terms.extend(roughness.iter().map(|&r| Terms {
                     diffuse: Vec3::ONE,

@@ -155,14 +155,7 @@ mod tests {
                 weight: 0.5,
             })
             .collect();
-        let sample = Sample {
-            position: Vec3::ZERO,
-            normal: Vec3::Z,
-            geometric_normal: Vec3::Z,
-            triangle: 0,
-            sheet: 0,
-            observations,
-        };
+        let sample = Sample::facing_z(observations);
         let terms = Terms { diffuse: Vec3::ONE, metal_slope: Vec3::ONE, ..Terms::default() };
         let basis = Basis { roughness: vec![0.5], terms: vec![terms; 8], first: vec![0, 8] };
         let samples = [sample];
