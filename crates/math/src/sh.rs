@@ -5,6 +5,8 @@
 //! camera center to the Gaussian. Source: Sloan, "Efficient Spherical Harmonic Evaluation" (2013),
 //! written out as polynomials.
 
+use std::ops::{Add, Mul, Neg, Sub};
+
 /// `Y_0`: the constant of band 0.
 pub const SH_C0: f64 = 0.282_094_791_773_878_14;
 const C1: f64 = 0.488_602_511_902_919_9;
@@ -31,117 +33,193 @@ pub const fn sh_coefficients(degree: u8) -> usize {
     (degree as usize + 1) * (degree as usize + 1)
 }
 
-macro_rules! sh_for {
-    ($t:ty, $basis:ident, $gradient:ident) => {
-        /// Writes the basis `Y_k(direction)` into the first `(degree + 1)^2` places.
-        ///
-        /// `direction` is a unit vector; `degree` is at most 4.
-        #[inline(always)]
-        pub fn $basis(degree: u8, direction: [$t; 3], out: &mut [$t; 25]) {
-            let [x, y, z] = direction;
-            out[0] = SH_C0 as $t;
-            if degree >= 1 {
-                let c = C1 as $t;
-                out[1] = -c * y;
-                out[2] = c * z;
-                out[3] = -c * x;
-            }
-            if degree < 2 {
-                return;
-            }
-            let (xx, yy, zz) = (x * x, y * y, z * z);
-            let c = C2.map(|c| c as $t);
-            out[4] = c[0] * x * y;
-            out[5] = -c[0] * y * z;
-            out[6] = c[1] * (2.0 * zz - xx - yy);
-            out[7] = -c[0] * x * z;
-            out[8] = c[2] * (xx - yy);
-            if degree < 3 {
-                return;
-            }
-            let c = C3.map(|c| c as $t);
-            out[9] = -c[0] * y * (3.0 * xx - yy);
-            out[10] = c[1] * x * y * z;
-            out[11] = -c[2] * y * (4.0 * zz - xx - yy);
-            out[12] = c[3] * z * (2.0 * zz - 3.0 * xx - 3.0 * yy);
-            out[13] = -c[2] * x * (4.0 * zz - xx - yy);
-            out[14] = 0.5 * c[1] * z * (xx - yy);
-            out[15] = -c[0] * x * (xx - 3.0 * yy);
-            if degree < 4 {
-                return;
-            }
-            let c = C4.map(|c| c as $t);
-            out[16] = c[0] * x * y * (xx - yy);
-            out[17] = -c[1] * y * z * (3.0 * xx - yy);
-            out[18] = c[2] * x * y * (7.0 * zz - 1.0);
-            out[19] = -c[3] * y * z * (7.0 * zz - 3.0);
-            out[20] = c[4] * (zz * (35.0 * zz - 30.0) + 3.0);
-            out[21] = -c[3] * x * z * (7.0 * zz - 3.0);
-            out[22] = 0.5 * c[2] * (xx - yy) * (7.0 * zz - 1.0);
-            out[23] = -c[1] * x * z * (xx - 3.0 * yy);
-            out[24] = 0.25 * c[0] * (xx * (xx - 3.0 * yy) - yy * (3.0 * xx - yy));
-        }
-
-        /// Writes `∂Y_k/∂(x, y, z)` of the polynomials in [`
-        #[doc = stringify!($basis)]
-        /// `] (not projected on the sphere) into the first `(degree + 1)^2` places.
-        #[inline(always)]
-        pub fn $gradient(degree: u8, direction: [$t; 3], out: &mut [[$t; 3]; 25]) {
-            let [x, y, z] = direction;
-            out[0] = [0.0; 3];
-            if degree >= 1 {
-                let c = C1 as $t;
-                out[1] = [0.0, -c, 0.0];
-                out[2] = [0.0, 0.0, c];
-                out[3] = [-c, 0.0, 0.0];
-            }
-            if degree < 2 {
-                return;
-            }
-            let (xx, yy, zz) = (x * x, y * y, z * z);
-            let c = C2.map(|c| c as $t);
-            out[4] = [c[0] * y, c[0] * x, 0.0];
-            out[5] = [0.0, -c[0] * z, -c[0] * y];
-            out[6] = [-2.0 * c[1] * x, -2.0 * c[1] * y, 4.0 * c[1] * z];
-            out[7] = [-c[0] * z, 0.0, -c[0] * x];
-            out[8] = [2.0 * c[2] * x, -2.0 * c[2] * y, 0.0];
-            if degree < 3 {
-                return;
-            }
-            let c = C3.map(|c| c as $t);
-            out[9] = [-6.0 * c[0] * x * y, -3.0 * c[0] * (xx - yy), 0.0];
-            out[10] = [c[1] * y * z, c[1] * x * z, c[1] * x * y];
-            out[11] = [2.0 * c[2] * x * y, -c[2] * (4.0 * zz - xx - 3.0 * yy), -8.0 * c[2] * y * z];
-            out[12] = [-6.0 * c[3] * x * z, -6.0 * c[3] * y * z, 3.0 * c[3] * (2.0 * zz - xx - yy)];
-            out[13] = [-c[2] * (4.0 * zz - 3.0 * xx - yy), 2.0 * c[2] * x * y, -8.0 * c[2] * x * z];
-            out[14] = [c[1] * x * z, -c[1] * y * z, 0.5 * c[1] * (xx - yy)];
-            out[15] = [-3.0 * c[0] * (xx - yy), 6.0 * c[0] * x * y, 0.0];
-            if degree < 4 {
-                return;
-            }
-            let c = C4.map(|c| c as $t);
-            out[16] = [c[0] * y * (3.0 * xx - yy), c[0] * x * (xx - 3.0 * yy), 0.0];
-            out[17] =
-                [-6.0 * c[1] * x * y * z, -3.0 * c[1] * z * (xx - yy), -c[1] * y * (3.0 * xx - yy)];
-            out[18] =
-                [c[2] * y * (7.0 * zz - 1.0), c[2] * x * (7.0 * zz - 1.0), 14.0 * c[2] * x * y * z];
-            out[19] = [0.0, -c[3] * z * (7.0 * zz - 3.0), -c[3] * y * (21.0 * zz - 3.0)];
-            out[20] = [0.0, 0.0, c[4] * z * (140.0 * zz - 60.0)];
-            out[21] = [-c[3] * z * (7.0 * zz - 3.0), 0.0, -c[3] * x * (21.0 * zz - 3.0)];
-            out[22] = [
-                c[2] * x * (7.0 * zz - 1.0),
-                -c[2] * y * (7.0 * zz - 1.0),
-                7.0 * c[2] * z * (xx - yy),
-            ];
-            out[23] =
-                [-3.0 * c[1] * z * (xx - yy), 6.0 * c[1] * x * y * z, -c[1] * x * (xx - 3.0 * yy)];
-            out[24] = [c[0] * x * (xx - 3.0 * yy), -c[0] * y * (3.0 * xx - yy), 0.0];
-        }
-    };
+/// A constant of the polynomials in the precision of `Self`.
+pub trait ShConstant: Copy + Neg<Output = Self> + Mul<Output = Self> {
+    /// The nearest number.
+    fn of(value: f64) -> Self;
 }
 
-sh_for!(f32, sh_basis, sh_basis_gradient);
-sh_for!(f64, sh_basis_f64, sh_basis_gradient_f64);
+impl ShConstant for f32 {
+    #[inline(always)]
+    fn of(value: f64) -> Self {
+        value as Self
+    }
+}
+
+impl ShConstant for f64 {
+    #[inline(always)]
+    fn of(value: f64) -> Self {
+        value
+    }
+}
+
+/// What the polynomials are evaluated in: a number, or a vector with one direction per lane, with
+/// constants `E`.
+pub trait ShValue<E>:
+    Copy
+    + Neg<Output = Self>
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Add<E, Output = Self>
+    + Sub<E, Output = Self>
+    + Mul<E, Output = Self>
+{
+}
+
+impl<E, T> ShValue<E> for T where
+    T: Copy
+        + Neg<Output = T>
+        + Add<Output = T>
+        + Sub<Output = T>
+        + Mul<Output = T>
+        + Add<E, Output = T>
+        + Sub<E, Output = T>
+        + Mul<E, Output = T>
+{
+}
+
+/// Writes the basis `Y_k(direction)` into the first `(degree + 1)^2` places.
+///
+/// `direction` is a unit vector, `one` is 1; `degree` is at most 4.
+#[inline(always)]
+pub fn sh_basis_of<E: ShConstant, T: ShValue<E>>(
+    degree: u8,
+    one: T,
+    direction: [T; 3],
+    out: &mut [T; 25],
+) {
+    let n = E::of;
+    let [x, y, z] = direction;
+    out[0] = one * n(SH_C0);
+    if degree >= 1 {
+        let c = n(C1);
+        out[1] = y * -c;
+        out[2] = z * c;
+        out[3] = x * -c;
+    }
+    if degree < 2 {
+        return;
+    }
+    let (xx, yy, zz) = (x * x, y * y, z * z);
+    let c = C2.map(n);
+    out[4] = x * c[0] * y;
+    out[5] = y * -c[0] * z;
+    out[6] = (zz * n(2.0) - xx - yy) * c[1];
+    out[7] = x * -c[0] * z;
+    out[8] = (xx - yy) * c[2];
+    if degree < 3 {
+        return;
+    }
+    let c = C3.map(n);
+    out[9] = y * -c[0] * (xx * n(3.0) - yy);
+    out[10] = x * c[1] * y * z;
+    out[11] = y * -c[2] * (zz * n(4.0) - xx - yy);
+    out[12] = z * c[3] * (zz * n(2.0) - xx * n(3.0) - yy * n(3.0));
+    out[13] = x * -c[2] * (zz * n(4.0) - xx - yy);
+    out[14] = z * (n(0.5) * c[1]) * (xx - yy);
+    out[15] = x * -c[0] * (xx - yy * n(3.0));
+    if degree < 4 {
+        return;
+    }
+    let c = C4.map(n);
+    let (zz7_1, zz7_3) = (zz * n(7.0) - n(1.0), zz * n(7.0) - n(3.0));
+    out[16] = x * c[0] * y * (xx - yy);
+    out[17] = y * -c[1] * z * (xx * n(3.0) - yy);
+    out[18] = x * c[2] * y * zz7_1;
+    out[19] = y * -c[3] * z * zz7_3;
+    out[20] = (zz * (zz * n(35.0) - n(30.0)) + n(3.0)) * c[4];
+    out[21] = x * -c[3] * z * zz7_3;
+    out[22] = (xx - yy) * (n(0.5) * c[2]) * zz7_1;
+    out[23] = x * -c[1] * z * (xx - yy * n(3.0));
+    out[24] = (xx * (xx - yy * n(3.0)) - yy * (xx * n(3.0) - yy)) * (n(0.25) * c[0]);
+}
+
+/// Writes `∂Y_k/∂(x, y, z)` of the polynomials in [`sh_basis_of`] (not projected on the sphere)
+/// into the first `(degree + 1)^2` places.
+#[inline(always)]
+pub fn sh_basis_gradient_of<E: ShConstant, T: ShValue<E>>(
+    degree: u8,
+    one: T,
+    direction: [T; 3],
+    out: &mut [[T; 3]; 25],
+) {
+    let n = E::of;
+    let [x, y, z] = direction;
+    let zero = one * n(0.0);
+    out[0] = [zero; 3];
+    if degree >= 1 {
+        let c = n(C1);
+        out[1] = [zero, one * -c, zero];
+        out[2] = [zero, zero, one * c];
+        out[3] = [one * -c, zero, zero];
+    }
+    if degree < 2 {
+        return;
+    }
+    let (xx, yy, zz) = (x * x, y * y, z * z);
+    let c = C2.map(n);
+    out[4] = [y * c[0], x * c[0], zero];
+    out[5] = [zero, z * -c[0], y * -c[0]];
+    out[6] = [x * (n(-2.0) * c[1]), y * (n(-2.0) * c[1]), z * (n(4.0) * c[1])];
+    out[7] = [z * -c[0], zero, x * -c[0]];
+    out[8] = [x * (n(2.0) * c[2]), y * (n(-2.0) * c[2]), zero];
+    if degree < 3 {
+        return;
+    }
+    let c = C3.map(n);
+    let c6 = c.map(|c| n(6.0) * c);
+    let c3 = c.map(|c| n(3.0) * c);
+    let (xy, c8) = (x * (n(2.0) * c[2]) * y, n(-8.0) * c[2]);
+    out[9] = [x * -c6[0] * y, (xx - yy) * -c3[0], zero];
+    out[10] = [y * c[1] * z, x * c[1] * z, x * c[1] * y];
+    out[11] = [xy, (zz * n(4.0) - xx - yy * n(3.0)) * -c[2], y * c8 * z];
+    out[12] = [x * -c6[3] * z, y * -c6[3] * z, (zz * n(2.0) - xx - yy) * c3[3]];
+    out[13] = [(zz * n(4.0) - xx * n(3.0) - yy) * -c[2], xy, x * c8 * z];
+    out[14] = [x * c[1] * z, y * -c[1] * z, (xx - yy) * (n(0.5) * c[1])];
+    out[15] = [(xx - yy) * -c3[0], x * c6[0] * y, zero];
+    if degree < 4 {
+        return;
+    }
+    let c = C4.map(n);
+    let (zz7_1, zz7_3) = (zz * n(7.0) - n(1.0), zz * n(7.0) - n(3.0));
+    let (x3, y3) = (xx - yy * n(3.0), xx * n(3.0) - yy);
+    let zz21 = zz * n(21.0) - n(3.0);
+    let (c1_6, c1_3) = (n(6.0) * c[1], n(3.0) * c[1]);
+    out[16] = [y * c[0] * y3, x * c[0] * x3, zero];
+    out[17] = [x * -c1_6 * y * z, z * -c1_3 * (xx - yy), y * -c[1] * y3];
+    out[18] = [y * c[2] * zz7_1, x * c[2] * zz7_1, x * (n(14.0) * c[2]) * y * z];
+    out[19] = [zero, z * -c[3] * zz7_3, y * -c[3] * zz21];
+    out[20] = [zero, zero, z * c[4] * (zz * n(140.0) - n(60.0))];
+    out[21] = [z * -c[3] * zz7_3, zero, x * -c[3] * zz21];
+    out[22] = [x * c[2] * zz7_1, y * -c[2] * zz7_1, z * (n(7.0) * c[2]) * (xx - yy)];
+    out[23] = [z * -c1_3 * (xx - yy), x * c1_6 * y * z, x * -c[1] * x3];
+    out[24] = [x * c[0] * x3, y * -c[0] * y3, zero];
+}
+
+/// [`sh_basis_of`] in single precision.
+#[inline(always)]
+pub fn sh_basis(degree: u8, direction: [f32; 3], out: &mut [f32; 25]) {
+    sh_basis_of::<f32, f32>(degree, 1.0, direction, out);
+}
+
+/// [`sh_basis_of`] in double precision.
+#[inline(always)]
+pub fn sh_basis_f64(degree: u8, direction: [f64; 3], out: &mut [f64; 25]) {
+    sh_basis_of::<f64, f64>(degree, 1.0, direction, out);
+}
+
+/// [`sh_basis_gradient_of`] in single precision.
+#[inline(always)]
+pub fn sh_basis_gradient(degree: u8, direction: [f32; 3], out: &mut [[f32; 3]; 25]) {
+    sh_basis_gradient_of::<f32, f32>(degree, 1.0, direction, out);
+}
+
+/// [`sh_basis_gradient_of`] in double precision.
+#[inline(always)]
+pub fn sh_basis_gradient_f64(degree: u8, direction: [f64; 3], out: &mut [[f64; 3]; 25]) {
+    sh_basis_gradient_of::<f64, f64>(degree, 1.0, direction, out);
+}
 
 #[cfg(test)]
 mod tests {

@@ -6,9 +6,9 @@ use rayon::prelude::*;
 
 use crate::frame::Frame;
 use crate::parameters::RasterParameters;
-use crate::project::ViewTransform;
 use crate::render::Aovs;
 use crate::splat::Splat;
+use crate::view::ViewTransform;
 
 /// Depths and normals of the last forward pass of `frame`.
 pub(crate) fn tile_aovs(

@@ -5,12 +5,13 @@
 //! order is total), and lists them per tile. Every list is front to back because it is filled in
 //! that order.
 
-use fearless_simd::dispatch;
+use fearless_simd::{Simd, dispatch, prelude::*};
 use rayon::prelude::*;
 
+use crate::lanes::{MAX_LANES, transpose};
 use crate::parameters::{RasterParameters, Sorting};
 use crate::sort::sort_by_high_word;
-use crate::splat::Splat;
+use crate::splat::{SLACK, Splat};
 
 /// Gaussians per task: fixed, so that work splits the same way at any thread count.
 pub(crate) const CHUNK: usize = 1024;
@@ -122,10 +123,13 @@ impl TileRow {
     }
 
     #[inline(always)]
-    fn list_tiles(&mut self, row: usize, tile: usize, tiles_x: usize) {
+    fn list_tiles<S: Simd>(&mut self, simd: S, row: usize, tile: usize, tiles_x: usize) {
         let y0 = (row * tile) as f32;
         self.ranges.clear();
-        self.ranges.extend(self.splats.iter().map(|s| tile_range(s, y0, tile, tiles_x)));
+        for splats in self.splats.chunks(S::f32s::LEN) {
+            let ranges = tile_ranges(simd, splats, y0, tile, tiles_x);
+            self.ranges.extend_from_slice(&ranges[..splats.len()]);
+        }
         self.tile_start.clear();
         self.tile_start.resize(tiles_x + 1, 0);
         for &(first, last) in &self.ranges {
@@ -195,7 +199,7 @@ impl Bins {
         let chunks = &self.chunks;
         self.rows.par_iter_mut().enumerate().with_max_len(1).for_each(|(r, row)| {
             row.fill(projected, chunks, r);
-            dispatch!(parameters.level(), _simd => row.list_tiles(r, tile, tiles_x));
+            dispatch!(parameters.level(), simd => row.list_tiles(simd, r, tile, tiles_x));
             if parameters.sort != Sorting::Global {
                 row.sort_tiles(r, tile);
             }
@@ -232,100 +236,54 @@ fn row_range(splat: &Splat, tile: usize, rows: usize) -> (usize, usize) {
     (first.min(last), last)
 }
 
-/// Half-open range of tile columns that a splat reaches in the row with top `y0`.
+/// Half-open ranges of tile columns that splats, one per lane, reach in the row with top `y0`:
+/// [`Splat::band`] over the row.
 #[inline(always)]
-fn tile_range(splat: &Splat, y0: f32, tile: usize, tiles_x: usize) -> (u32, u32) {
-    let top = y0 + 0.5 - splat.y;
-    let Some((left, right)) = splat.band(top, top + (tile - 1) as f32) else {
-        return (0, 0);
-    };
+fn tile_ranges<S: Simd>(
+    simd: S,
+    splats: &[Splat],
+    y0: f32,
+    tile: usize,
+    tiles_x: usize,
+) -> [(u32, u32); MAX_LANES] {
+    let n = S::f32s::LEN;
+    let zero = S::f32s::simd_from(simd, 0.0);
+    let mut values = [zero; MAX_LANES];
+    for (lane, splat) in splats.iter().enumerate() {
+        let row = splat.values();
+        for part in 0..MAX_LANES / n {
+            values[part * n + lane] = S::f32s::from_slice(simd, &row[part * n..(part + 1) * n]);
+        }
+    }
+    for part in values.chunks_exact_mut(n) {
+        transpose::<S>(part);
+    }
+    let [x, y, _, sb, sd, level, threshold, ..] = values;
+    let [.., half_height, rightmost_dy, inverse_sa, _, _] = values;
+    let top = -y + (y0 + 0.5);
+    let low = top.max(-half_height);
+    let high = (top + (tile - 1) as f32).min(half_height);
+    let touched = low.simd_le(high + SLACK);
+    let d_right = rightmost_dy.max(low).min(high);
+    let d_left = (-rightmost_dy).max(low).min(high);
+    let (k, slope) = (level - threshold, -(sb * inverse_sa));
+    let (right, left) = (d_right * sd, d_left * sd);
+    let left = slope * d_left - inverse_sa * (k - left * left).max(zero).sqrt() - SLACK;
+    let right = slope * d_right + inverse_sa * (k - right * right).max(zero).sqrt() + SLACK;
     // First and last pixel center of a tile column are at 0.5 and tile - 0.5.
     let (side, scale) = (tile as f32, (tile as f32).recip());
-    let first = ((splat.x + left - (side - 0.5)) * scale).max(0.0);
-    let last = (splat.x + right - 0.5) * scale;
-    // Conversions saturate and cut off; calls of floor and ceil cost more than the rest.
-    let last = if last >= 0.0 { (last as usize).saturating_add(1).min(tiles_x) } else { 0 };
-    let whole = first as usize;
-    let first = if (whole as f32) < first { whole.saturating_add(1) } else { whole };
-    (first.min(last) as u32, last as u32)
+    let first = ((x + left - (side - 0.5)) * scale).max(zero).ceil();
+    let last = (x + right - 0.5) * scale;
+    let listed = touched & last.simd_ge(0.0);
+    let last = listed.select((last.floor() + 1.0).min(tiles_x as f32), zero);
+    // NaN makes an empty range.
+    let first = first.simd_lt(last).select(first, last);
+    let mut out = [(0, 0); MAX_LANES];
+    for (out, (first, last)) in out.iter_mut().zip(first.as_slice().iter().zip(last.as_slice())) {
+        *out = (*first as u32, *last as u32);
+    }
+    out
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn scene() -> Vec<Splat> {
-        (0..3000)
-            .map(|i| {
-                let f = i as f32;
-                let center = [(f * 13.7) % 90.0 - 10.0, (f * 7.3) % 70.0 - 10.0];
-                let xx = 0.3 + 60.0 * (f * 0.37).sin().abs();
-                let (splat, _) = Splat::from_covariance(center, [xx, 0.4, 2.0], 0.5).unwrap();
-                Splat {
-                    depth: 2.0 + ((f * 0.71).sin() * 9.0).round() / 9.0,
-                    depth_slope: [0.01 * (f * 0.3).sin(), 0.01 * (f * 0.5).cos()],
-                    ..if i % 7 == 0 { Splat::INVISIBLE } else { splat }
-                }
-            })
-            .collect()
-    }
-
-    #[test]
-    fn every_touched_tile_lists_the_splat_once_in_depth_order() {
-        let splats = scene();
-        for (tile, sort) in [(8, Sorting::Global), (16, Sorting::Global), (32, Sorting::Tile)] {
-            let parameters =
-                RasterParameters { tile_size: tile as u8, sort, ..RasterParameters::default() };
-            let mut bins = Bins::default();
-            bins.fill(&splats, [70, 50], &parameters);
-            assert_eq!(bins.rows.len(), 50usize.div_ceil(tile));
-            for (ty, row) in bins.rows.iter().enumerate() {
-                for tx in 0..70usize.div_ceil(tile) {
-                    let center = [(tx as f32 + 0.5) * tile as f32, (ty as f32 + 0.5) * tile as f32];
-                    let list: Vec<u32> =
-                        row.tile(tx).iter().map(|&e| row.ids[e as usize]).collect();
-                    let key = |id: u32| {
-                        let splat = &splats[id as usize];
-                        match sort {
-                            Sorting::Tile => {
-                                (splat.depth_at(center[0], center[1]), splat.depth, id)
-                            }
-                            _ => (splat.depth, 0.0, id),
-                        }
-                    };
-                    assert!(list.windows(2).all(|w| key(w[0]) < key(w[1])), "tile {tx},{ty}");
-                    for (id, s) in splats.iter().enumerate() {
-                        let touched = s.is_visible()
-                            && (0..tile * tile).any(|p| {
-                                let x = (tx * tile + p % tile) as f32 + 0.5;
-                                let y = (ty * tile + p / tile) as f32 + 0.5;
-                                s.alpha_at(x, y, 5).is_some()
-                            });
-                        let listed = list.contains(&(id as u32));
-                        assert!(listed || !touched, "tile {tx},{ty} splat {id}");
-                    }
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn positions_lead_from_chunks_to_splats() {
-        let splats = scene();
-        let mut bins = Bins::default();
-        bins.fill(&splats, [70, 50], &RasterParameters::default());
-        for (r, row) in bins.rows.iter().enumerate() {
-            let mut seen = 0;
-            for (c, chunk) in bins.chunks.iter().enumerate() {
-                let segment = row.segments[c] as usize..row.segments[c + 1] as usize;
-                assert_eq!(segment.len(), chunk.row(r).len());
-                for (&position, &id) in row.positions[segment].iter().zip(chunk.row(r)) {
-                    assert_eq!(row.ids[position as usize], id);
-                    assert_eq!(row.splats[position as usize].x, splats[id as usize].x);
-                    seen += 1;
-                }
-            }
-            assert_eq!(seen, row.ids.len());
-        }
-    }
-}
+mod tests;

@@ -11,13 +11,16 @@ use crate::backward::MOMENTS;
 use crate::binning::{Bins, CHUNK};
 use crate::forward::PairCount;
 use crate::gradients::GaussianGradients;
+use crate::lanes::Padded;
 use crate::options::{Modifiers, RenderOptions};
 use crate::parameters::{Accumulation, Sorting};
 use crate::planes::Planes;
-use crate::project::{ViewTransform, project};
+use crate::project::project;
 use crate::project_backward::project_backward;
-use crate::splat::{Cutoffs, Splat};
+use crate::shade::Shader;
+use crate::splat::Splat;
 use crate::strip::{Strip, Total, rows_of_strip};
+use crate::view::ViewTransform;
 
 /// A clock for the phases: any origin, never backwards.
 pub type PhaseClock = fn() -> Duration;
@@ -105,15 +108,12 @@ impl Frame {
     ) -> &Planes {
         let start = (self.clock)();
         let level = options.parameters.level();
-        let cutoffs = Cutoffs::new(options);
         self.projected.resize(gaussians.len(), Splat::INVISIBLE);
         let chunks = self.projected.par_chunks_mut(CHUNK).enumerate();
         chunks.for_each(|(chunk, splats)| {
-            dispatch!(level, _simd => {
-                for (k, splat) in splats.iter_mut().enumerate() {
-                    let i = chunk * CHUNK + k;
-                    *splat = project(view, gaussians, i, modifiers, options, &cutoffs);
-                }
+            let first = chunk * CHUNK;
+            dispatch!(level, simd => {
+                project(simd, view, gaussians, first, modifiers, options, splats);
             });
         });
         self.stats.project = (self.clock)() - start;
@@ -146,13 +146,42 @@ impl Frame {
                 splat.color = color(i).map(|v| v.max(0.0));
             }
         });
+        self.composite_recolored(size.unwrap_or_default(), options)
+    }
+
+    /// As [`Self::repaint`], in the colors of `others`, which differ from the Gaussians of the last
+    /// [`Self::forward`] call in nothing else.
+    ///
+    /// # Panics
+    /// When there was no forward call or the number differs.
+    pub(crate) fn repaint_as(&mut self, others: &Gaussians, options: &RenderOptions) -> &Planes {
+        assert_eq!(others.len(), self.projected.len(), "one color per Gaussian");
+        let Some(view) = &self.view else {
+            panic!("repaint needs a forward pass first");
+        };
+        let (size, level) = (view.size, options.parameters.level());
+        let shader = Shader::new(view, others, options);
+        let chunks = self.projected.par_chunks_mut(CHUNK).enumerate();
+        chunks.for_each(|(chunk, splats)| {
+            let visible = (0..splats.len()).filter(|&k| splats[k].is_visible());
+            let visible = Padded::new(visible.map(|k| k as u32).collect());
+            dispatch!(level, simd => {
+                let put = |k: usize, color| splats[k].color = color;
+                shader.color(simd, chunk * CHUNK, &visible, put);
+            });
+        });
+        self.composite_recolored(size, options)
+    }
+
+    /// Takes the colors of the splats over into the lists.
+    fn composite_recolored(&mut self, size: [usize; 2], options: &RenderOptions) -> &Planes {
         let projected = &self.projected;
         self.bins.rows.par_iter_mut().for_each(|row| {
             for (splat, &id) in row.splats.iter_mut().zip(&row.ids) {
                 splat.color = projected[id as usize].color;
             }
         });
-        self.composite(size.unwrap_or_default(), options)
+        self.composite(size, options)
     }
 
     /// The picture of the binned splats.
@@ -249,13 +278,10 @@ impl Frame {
         out.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, mut rows)| {
             let first = chunk * CHUNK;
             let moments = sum_of_chunk(bins, moments, chunk, rows.len());
-            dispatch!(level, _simd => for (k, moments) in moments.iter().enumerate() {
-                let (i, splat) = (first + k, &self.projected[first + k]);
-                let row = |sh: &mut [f32]| {
-                    project_backward(view, gaussians, i, modifiers, options, splat, moments, sh)
-                };
-                rows.set(k, splat.is_visible(), row);
-            });
+            let splats = &self.projected[first..first + moments.len()];
+            dispatch!(level, simd => project_backward(
+                simd, view, gaussians, first, modifiers, options, splats, &moments, &mut rows,
+            ));
         });
         self.stats.project_backward = (self.clock)() - start;
     }

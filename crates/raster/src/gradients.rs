@@ -3,7 +3,7 @@
 use motes_scene::Gaussians;
 use rayon::prelude::*;
 
-use crate::project_backward::RowGradient;
+use crate::lanes::MAX_LANES;
 
 /// One gradient per stored value of [`Gaussians`], same shapes; zero where a Gaussian is not seen.
 #[derive(Clone, Debug, Default)]
@@ -84,7 +84,7 @@ pub(crate) struct GradientRows<'a> {
     rotations: &'a mut [[f32; 4]],
     log_scales: &'a mut [[f32; 3]],
     opacity_logits: &'a mut [f32],
-    sh: &'a mut [f32],
+    pub(crate) sh: &'a mut [f32],
     center_norm: &'a mut [f32],
     seen: &'a mut [bool],
 }
@@ -94,27 +94,28 @@ impl GradientRows<'_> {
         self.means.len()
     }
 
-    /// Writes row `k`: what `row` returns and puts into its SH row if it is seen, else zeros.
+    /// Zeros in row `k`, which is not seen.
     #[inline(always)]
-    pub(crate) fn set(
-        &mut self,
-        k: usize,
-        seen: bool,
-        row: impl FnOnce(&mut [f32]) -> RowGradient,
-    ) {
+    pub(crate) fn clear(&mut self, k: usize) {
         let sh_row = self.sh.len() / self.means.len();
-        let sh = &mut self.sh[k * sh_row..(k + 1) * sh_row];
-        self.seen[k] = seen;
-        let row = if seen {
-            row(sh)
-        } else {
-            sh.fill(0.0);
-            RowGradient::default()
-        };
-        self.means[k] = row.mean;
-        self.rotations[k] = row.rotation;
-        self.log_scales[k] = row.log_scale;
-        self.opacity_logits[k] = row.opacity_logit;
-        self.center_norm[k] = row.center_norm;
+        self.sh[k * sh_row..(k + 1) * sh_row].fill(0.0);
+        self.set(&[k as u32], &[[0.0; MAX_LANES]; 12]);
+        self.seen[k] = false;
+    }
+
+    /// Writes all but the coefficients of some rows, which are seen: mean, rotation, log scales,
+    /// opacity logit, norm of the gradient by the center; one row per lane.
+    #[inline(always)]
+    pub(crate) fn set(&mut self, rows: &[u32], values: &[[f32; MAX_LANES]; 12]) {
+        for (lane, &k) in rows.iter().enumerate() {
+            let at = |column: usize| values[column][lane];
+            let k = k as usize;
+            self.means[k] = [at(0), at(1), at(2)];
+            self.rotations[k] = [at(3), at(4), at(5), at(6)];
+            self.log_scales[k] = [at(7), at(8), at(9)];
+            self.opacity_logits[k] = at(10);
+            self.center_norm[k] = at(11);
+            self.seen[k] = true;
+        }
     }
 }

@@ -18,9 +18,11 @@ mod batch;
 mod binning;
 mod equirectangular;
 mod exp2;
+mod footprint;
 mod forward;
 mod frame;
 mod gradients;
+mod lanes;
 mod options;
 mod parameters;
 mod planes;
@@ -29,11 +31,15 @@ mod project_backward;
 pub mod reference;
 mod render;
 mod resort;
+#[cfg(test)]
+mod scalar;
 mod scalars;
+mod shade;
 mod simd;
 mod sort;
 mod splat;
 mod strip;
+mod view;
 mod votes;
 
 pub use equirectangular::render_equirectangular;
@@ -45,7 +51,7 @@ pub use options::{
 };
 pub use parameters::{Accumulation, RasterParameters, SimdLevel, Sorting};
 pub use planes::Planes;
-pub use project::ViewTransform;
 pub use render::{Aovs, Painter, Rendering, render};
 pub use scalars::render_scalars;
+pub use view::ViewTransform;
 pub use votes::{LabelVotes, NO_LABEL, label_votes};

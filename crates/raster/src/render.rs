@@ -1,13 +1,12 @@
 //! One picture with its AOVs.
 
-use motes_math::sh::sh_basis;
 use motes_scene::{Gaussians, ImageF32, Pinhole, Pose};
 
 use crate::aovs::tile_aovs;
 use crate::frame::Frame;
 use crate::options::{Modifiers, RenderOptions};
 use crate::planes::Planes;
-use crate::project::{ViewTransform, raw_color};
+use crate::view::ViewTransform;
 
 /// Depth and normals of a rendering.
 #[derive(Clone, Debug, PartialEq)]
@@ -81,15 +80,7 @@ impl Painter {
     /// # Panics
     /// When their number differs.
     pub fn paint_as(&mut self, others: &Gaussians) -> Rendering {
-        assert_eq!(others.len(), self.frame.projected().len(), "one color per Gaussian");
-        let degree = self.options.sh_degree_limit.unwrap_or(4).min(others.sh_degree);
-        let view = self.view.clone();
-        self.paint(|i| {
-            let direction = view.offset_to(others.means[i]).normalize_or_zero();
-            let mut basis = [0.0; 25];
-            sh_basis(degree, direction.to_array(), &mut basis);
-            raw_color(others, i, degree, &basis)
-        })
+        rendering(self.frame.repaint_as(others, &self.options))
     }
 }
 

@@ -81,10 +81,54 @@ impl Splat {
         depth_slope: [0.0; 2],
     };
 
+    /// From its fields in the order of memory.
+    #[inline(always)]
+    pub(crate) fn from_values(v: [f32; 16]) -> Self {
+        Self {
+            x: v[0],
+            y: v[1],
+            sa: v[2],
+            sb: v[3],
+            sd: v[4],
+            level: v[5],
+            threshold: v[6],
+            color: [v[7], v[8], v[9]],
+            depth: v[10],
+            half_height: v[11],
+            rightmost_dy: v[12],
+            inverse_sa: v[13],
+            depth_slope: [v[14], v[15]],
+        }
+    }
+
+    /// The inverse of [`Self::from_values`].
+    #[inline(always)]
+    pub(crate) fn values(&self) -> [f32; 16] {
+        let ([r, g, b], [depth_x, depth_y]) = (self.color, self.depth_slope);
+        [
+            self.x,
+            self.y,
+            self.sa,
+            self.sb,
+            self.sd,
+            self.level,
+            self.threshold,
+            r,
+            g,
+            b,
+            self.depth,
+            self.half_height,
+            self.rightmost_dy,
+            self.inverse_sa,
+            depth_x,
+            depth_y,
+        ]
+    }
+
     /// From center, covariance (xx, xy, yy, px²), `schur = (xx yy - xy²) / yy` found without that
     /// difference, and opacity, with the half width of its bounding box; `None` when nothing of it
-    /// can be seen or it is not an ellipse (also for NaN).
-    #[inline(always)]
+    /// can be seen or it is not an ellipse (also for NaN). One Gaussian at a time, for tests.
+    #[cfg(test)]
     pub(crate) fn new(
         [x, y]: [f32; 2],
         [xx, xy, yy]: [f32; 3],
@@ -147,8 +191,8 @@ impl Splat {
     }
 
     /// Range of dx over rows `dy_min..=dy_max` (relative to the center); `None` when the band
-    /// misses the ellipse.
-    #[inline(always)]
+    /// misses the ellipse. The lists compute the same in lanes.
+    #[cfg(test)]
     pub(crate) fn band(&self, dy_min: f32, dy_max: f32) -> Option<(f32, f32)> {
         let low = dy_min.max(-self.half_height);
         let high = dy_max.min(self.half_height);

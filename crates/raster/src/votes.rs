@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use crate::frame::Frame;
 use crate::options::{Modifiers, RenderOptions};
 use crate::parameters::RasterParameters;
-use crate::project::ViewTransform;
+use crate::view::ViewTransform;
 
 /// A pixel without a label.
 pub const NO_LABEL: u32 = u32::MAX;
