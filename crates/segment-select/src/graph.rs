@@ -1,5 +1,8 @@
 //! Superpixels and what they touch, as a weighted graph.
 
+use crate::coarsening::Hierarchy;
+use crate::walks::diagonal;
+
 /// Two superpixels that touch in an image or show the same place.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Link {
@@ -26,6 +29,7 @@ pub(crate) struct Graph {
     contacts: Vec<f32>,
     /// Sum of each row.
     pub(crate) degrees: Vec<f32>,
+    hierarchy: Hierarchy,
 }
 
 impl Graph {
@@ -53,7 +57,15 @@ impl Graph {
             }
         }
         offsets.pop();
-        Self { offsets, neighbors, conductances, contacts, degrees }
+        let hierarchy = Hierarchy::default();
+        let mut graph = Self { offsets, neighbors, conductances, contacts, degrees, hierarchy };
+        graph.hierarchy = Hierarchy::new(&graph, diagonal(&graph.degrees));
+        graph
+    }
+
+    /// The graph at coarser resolutions.
+    pub(crate) fn hierarchy(&self) -> &Hierarchy {
+        &self.hierarchy
     }
 
     pub(crate) fn contacts_of(&self, i: usize) -> impl Iterator<Item = (usize, f32)> + '_ {
