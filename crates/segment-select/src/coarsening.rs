@@ -6,8 +6,6 @@
 
 use std::ops::Range;
 
-use crate::graph::Graph;
-
 /// Rows that are smoothed one after the other, and the task of one thread: fixed, so that results do not depend on threads.
 pub(crate) const BLOCK: usize = 2048;
 /// Passes of pairing per level: aggregates of up to eight.
@@ -282,11 +280,9 @@ pub(crate) struct Hierarchy {
 }
 
 impl Hierarchy {
-    /// Of a matrix with this diagonal and the conductances of a graph beside it.
-    pub(crate) fn new(graph: &Graph, diagonal: Vec<f32>) -> Self {
-        let fine = Rows::new(graph.degrees.len(), |i, list| {
-            list.extend(graph.row(i).filter(|(j, _)| *j != i).map(|(j, c)| (j as u32, c)));
-        });
+    /// Of a matrix with this diagonal; `neighbors` appends what a node is linked to with what conductance, which may repeat.
+    pub(crate) fn new(diagonal: Vec<f32>, neighbors: impl Fn(usize, &mut Vec<(u32, f32)>)) -> Self {
+        let fine = Rows::new(diagonal.len(), neighbors);
         let mut levels: Vec<Coarser> = Vec::new();
         let mut rows = fine.clone();
         while rows.pattern.rows() > COARSEST && levels.len() < MOST_LEVELS {

@@ -17,8 +17,6 @@ pub(crate) enum Mark {
 
 /// Walks of one solve.
 const LANES: usize = 4;
-/// A walk tires with this probability per step: it reaches some 30 superpixels.
-const TIRING: f32 = 1e-3;
 /// Steps of the solver at most; scenes that were tried need 8 to 14.
 const STEPS: usize = 60;
 /// A solve ends when the square of its preconditioned residual falls to this share: about that of the energy of the error. From
@@ -43,11 +41,6 @@ pub(crate) fn probabilities_of(graph: &Graph, walks: &[&[Mark]]) -> Vec<Vec<f32>
             _ => Vec::new(),
         })
         .collect()
-}
-
-/// The diagonal of the equations, from the sums of conductances.
-pub(crate) fn diagonal(degrees: &[f32]) -> Vec<f32> {
-    degrees.iter().map(|d| (d * (1.0 + TIRING)).max(1e-12)).collect()
 }
 
 /// Conjugate gradients. Nothing that is marked has a value on the way.
@@ -125,7 +118,7 @@ mod tests {
     use rand::RngExt as _;
 
     use super::*;
-    use crate::graph::Link;
+    use crate::graph::{Link, TIRING};
 
     /// A grid with edges of any strength, and marks of a walk.
     fn grid(side: u32) -> Graph {
