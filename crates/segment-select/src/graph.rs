@@ -1,5 +1,7 @@
 //! Superpixels and what they touch, as a weighted graph.
 
+use crate::coarsening::Hierarchy;
+
 /// Two superpixels that touch in an image or show the same place.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Link {
@@ -16,6 +18,8 @@ pub(crate) struct Link {
 /// A conductance falls to `exp(-PARTING)` at full strength; weak edges, which patterns are, cost little
 /// because strength enters squared.
 const PARTING: f32 = 8.0;
+/// A walk tires with this probability per step: it reaches some 30 superpixels.
+pub(crate) const TIRING: f32 = 1e-3;
 
 /// Symmetric conductances between superpixels, as rows.
 #[derive(Clone, Debug, Default)]
@@ -26,6 +30,7 @@ pub(crate) struct Graph {
     contacts: Vec<f32>,
     /// Sum of each row.
     pub(crate) degrees: Vec<f32>,
+    hierarchy: Hierarchy,
 }
 
 impl Graph {
@@ -53,7 +58,20 @@ impl Graph {
             }
         }
         offsets.pop();
-        Self { offsets, neighbors, conductances, contacts, degrees }
+        let hierarchy = Hierarchy::default();
+        let mut graph = Self { offsets, neighbors, conductances, contacts, degrees, hierarchy };
+        let diagonal = |d: &f32| (d * (1.0 + TIRING)).max(1e-12);
+        graph.hierarchy =
+            Hierarchy::new(graph.degrees.iter().map(diagonal).collect(), |i, list| {
+                let others = graph.row(i).filter(|(j, _)| *j != i);
+                list.extend(others.map(|(j, c)| (j as u32, c)));
+            });
+        graph
+    }
+
+    /// The equations of walks at coarser and coarser resolutions.
+    pub(crate) fn hierarchy(&self) -> &Hierarchy {
+        &self.hierarchy
     }
 
     pub(crate) fn contacts_of(&self, i: usize) -> impl Iterator<Item = (usize, f32)> + '_ {

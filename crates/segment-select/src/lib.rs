@@ -7,6 +7,7 @@
 //! `docs/benchmarks/segment-select.md`.
 
 mod answers;
+mod coarsening;
 mod color;
 mod continuation;
 mod corrections;
@@ -22,6 +23,7 @@ mod interpret;
 mod lift;
 mod masks;
 mod max_flow;
+mod multigrid;
 mod neighbors;
 mod overlay;
 mod picture_segmenter;
