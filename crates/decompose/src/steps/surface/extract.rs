@@ -6,6 +6,7 @@ use glam::{DVec3, Vec3};
 use motes_scene::{Gaussians, Surface, UnitWorld};
 
 use super::creases;
+use super::depth_prior;
 use super::options::Options;
 use super::planes::{self, dominant_planes};
 use super::refine::{self, Round};
@@ -70,7 +71,7 @@ pub(crate) fn extract(
     let gaussians = unit.gaussians(gaussians.clone());
     let median = splat_depth::splat_depths(gaussians.clone(), &views, 1.0);
     let front = splat_depth::splat_depths(gaussians, &views, options.front_power);
-    let (mesh, normals, mut report) = surface_of(&views, median, &front, options, &mut parts)?;
+    let (mesh, normals, mut report) = surface_of(&views, median, front, options, &mut parts)?;
     parts.end();
     report.voxel *= unit.length;
     report.triangles = mesh.triangles.len();
@@ -101,7 +102,7 @@ const MOST_PLANES: usize = 4;
 fn surface_of(
     views: &[View],
     mut maps: Vec<DepthMap>,
-    front: &[DepthMap],
+    mut front: Vec<DepthMap>,
     options: &Options,
     parts: &mut Parts<'_, '_>,
 ) -> Result<(Mesh, Vec<Vec3>, GeometryReport), DecomposeError> {
@@ -110,6 +111,9 @@ fn surface_of(
         return Ok((Mesh::default(), Vec::new(), report));
     };
     let voxel = footprint * options.voxel_pixels.max(0.05);
+    parts.begin("smooth-depth", 0.15)?;
+    let length = options.smooth_untextured;
+    report.untextured = depth_prior::smooth_untextured(views, &mut maps, &mut front, voxel, length);
     parts.begin("planes", 0.2)?;
     let tolerance = options.plane_tolerance * voxel;
     let samples = planes::samples(views, &maps, SAMPLE_STRIDE);
@@ -119,7 +123,7 @@ fn surface_of(
         .filter_map(|p| Sheet::new(p, views, &maps, tolerance, voxel, SHEET_CELL * voxel))
         .collect();
     let flat = seams::flatten(&sheets, views, &mut maps, tolerance, voxel);
-    for ((map, front), flat) in maps.iter_mut().zip(front).zip(&flat) {
+    for ((map, front), flat) in maps.iter_mut().zip(&front).zip(&flat) {
         let pixels = map.depth.iter_mut().zip(&front.depth).zip(flat);
         pixels.filter(|(_, flat)| !**flat).for_each(|((z, front), _)| *z = *front);
     }

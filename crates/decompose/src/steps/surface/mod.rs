@@ -1,6 +1,8 @@
 //! The surface: extracted from the Gaussians and the photos, or given.
 
+mod contour;
 mod creases;
+mod depth_prior;
 mod extract;
 mod options;
 mod outlines;

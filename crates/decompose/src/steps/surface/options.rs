@@ -48,6 +48,10 @@ pub struct Options {
     /// values are closer to the front
     #[arg(long, default_value_t = 10.0, value_name = "FACTOR")]
     pub front_power: f32,
+    /// Length over which depth is smoothed where the photos have no texture, as a share of their longer side; 0 keeps the
+    /// depth of the Gaussians
+    #[arg(long, default_value_t = 0.06, value_name = "SHARE")]
+    pub smooth_untextured: f32,
     /// Rounds of photo-consistent refinement of the surface; 0 keeps the surface of the Gaussians
     #[arg(long, default_value_t = 3, value_name = "COUNT")]
     pub refine_rounds: usize,

@@ -20,6 +20,9 @@ pub struct GeometryReport {
     pub triangles: usize,
     /// Small pieces that were dropped.
     pub pieces_dropped: usize,
+    /// Share of the pixels without texture, whose depth follows from what is around them.
+    #[serde(default)]
+    pub untextured: f64,
     /// Dominant planes that were found.
     pub planes: usize,
     /// Planar faces of objects that were found.

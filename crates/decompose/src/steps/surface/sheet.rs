@@ -3,6 +3,7 @@
 
 use glam::{IVec2, Vec2, Vec3};
 
+use super::contour;
 use super::planes::Plane;
 use super::splat_depth::DepthMap;
 use super::view::View;
@@ -163,27 +164,15 @@ impl Sheet {
         map.depth.iter_mut().enumerate().map(of).collect()
     }
 
-    /// The filled cells as triangles.
+    /// The filled cells as triangles, up to a smooth outline: the rims of cells would show as steps in every shadow that the plane casts.
     pub(super) fn mesh(&self) -> Mesh {
-        let mut mesh = Mesh::default();
-        let columns = self.size.x + 1;
-        let mut vertex_of = vec![u32::MAX; (columns * (self.size.y + 1)) as usize];
-        for (i, _) in self.filled.iter().enumerate().filter(|(_, f)| **f) {
-            let c = IVec2::new(i as i32 % self.size.x, i as i32 / self.size.x);
-            let corners = [c, c + IVec2::X, c + IVec2::ONE, c + IVec2::Y].map(|q| {
-                let slot = &mut vertex_of[(q.y * columns + q.x) as usize];
-                if *slot == u32::MAX {
-                    *slot = mesh.vertices.len() as u32;
-                    let p = q.as_vec2() * self.cell;
-                    let p = self.origin + self.axes[0] * p.x + self.axes[1] * p.y;
-                    mesh.vertices.push(p - self.plane.normal * self.plane.height(p));
-                }
-                *slot
-            });
-            let [a, b, c, d] = corners;
-            mesh.triangles.extend([[a, b, c], [a, c, d]]);
-        }
-        mesh
+        let on_plane = |[x, y]: [f32; 2]| {
+            let p = self.origin + (self.axes[0] * x + self.axes[1] * y) * self.cell;
+            p - self.plane.normal * self.plane.height(p)
+        };
+        let (points, triangles) =
+            contour::filled([self.size.x as usize, self.size.y as usize], &self.filled);
+        Mesh { vertices: points.into_iter().map(on_plane).collect(), triangles }
     }
 }
 

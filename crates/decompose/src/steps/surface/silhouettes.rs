@@ -56,8 +56,8 @@ pub(super) fn silhouettes(
         maps_of.iter().flat_map(|m| &m.1).copied().filter(|a| *a > 0.0).step_by(5).collect();
     let enough = ENOUGH * median(&mut all).max(1.0);
     let of = |(((spread, agreed), flat), view): ((&Known, &Vec<bool>), &View)| {
-        let spread = blurred(spread, view.width, view.height);
-        let agreed = blurred(agreed, view.width, view.height);
+        let spread = blurred(spread, view.width, view.height, BLUR);
+        let agreed = blurred(agreed, view.width, view.height, BLUR);
         let believed = |k: usize| {
             if flat[k] {
                 return 1.0;
@@ -131,9 +131,9 @@ pub(super) fn median_distance(values: &mut [f32]) -> f32 {
     median(values)
 }
 
-/// Mean over a square of what is finite; NaN where nothing is.
-fn blurred(values: &[f32], width: usize, height: usize) -> Vec<f32> {
-    let half = BLUR / 2;
+/// Mean over a square of what is finite, `side` pixels wide (odd); NaN where nothing is.
+pub(super) fn blurred(values: &[f32], width: usize, height: usize, side: usize) -> Vec<f32> {
+    let half = side / 2;
     let along = |sums: &[(f32, f32)], step: usize, count: usize, at: usize, first: usize| {
         let (low, high) = (at.saturating_sub(half), (at + half).min(count - 1));
         (low..=high).fold((0.0, 0.0), |(s, n), k| {
