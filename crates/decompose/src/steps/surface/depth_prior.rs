@@ -107,7 +107,7 @@ fn texture(view: &View) -> Vec<f32> {
     let of = |e: &f32| {
         let share = (e - ABOVE_NOISE * noise) / (e + HALF_TEXTURE * HALF_TEXTURE);
         // `max` first: it turns NaN into 0.
-        share.max(0.0).min(1.0)
+        share.max(0.0).clamp(0.0, 1.0)
     };
     energy.iter().map(of).collect()
 }
