@@ -9,8 +9,8 @@ pub struct SolveOptions {
     pub white: f32,
     /// `λ_scale`.
     pub scale: f32,
-    /// `λ_tint`.
-    pub tint: f32,
+    /// `λ_color`.
+    pub color: f32,
     /// `λ_glossy`.
     pub glossy: f32,
     /// `anchor`: typical base color.

@@ -37,6 +37,11 @@ pub struct Options {
     #[arg(long, default_value_t = 0.1, value_name = "WEIGHT", help_heading = "Priors (expert)")]
     pub weight_white_light: f32,
 
+    /// Weight of differences in color between neighboring directions of the light, squared, relative to
+    /// --weight-smooth-light
+    #[arg(long, default_value_t = 3.0, value_name = "WEIGHT", help_heading = "Priors (expert)")]
+    pub weight_light_color: f32,
+
     /// Priors of the light without a flag of their own; the help lists them
     #[arg(long = "light-prior", help = WeightedPrior::help(), value_name = "NAME=WEIGHT", help_heading = "Priors (expert)")]
     #[serde(rename = "light_prior", skip_serializing_if = "Vec::is_empty")]

@@ -215,7 +215,7 @@ impl<'a> LightProblem<'a> {
             smooth: self.options.weight_smooth_light,
             white: self.options.weight_white_light,
             scale: self.model.weight_albedo_range,
-            tint: 0.0,
+            color: self.options.weight_light_color,
             glossy: 0.0,
             typical_base_color: self.model.typical_base_color,
             sigma: 0.05,

@@ -5,17 +5,17 @@
 //!
 //! ```text
 //! F = mean_pairs w ρ(log (L_a / S_a) - log (L_b / S_b))  likeness of base colors
-//!   + λ_smooth mean ρ(θ_i - θ_j) over touching cells        smooth light, edges allowed
+//!   + λ_smooth mean ρ(θ_i - θ_j) over touching cells        smooth light, edges allowed,
+//!   + λ_smooth λ_color mean (d - mean_c d)², d = θ_i - θ_j  and neighbors of one color
 //!   + λ_white  Σ_c (m_c - mean_c m)², m = mean_p log S_p    light is nearly white on the whole,
 //!   + λ_white / 100 mean (θ_c - mean_c θ)²                  and, much less, from everywhere
 //!   + λ_scale  (mean_p log (L_p / S_p) - log anchor)²       scale, which the photos do not tell
 //! ```
 //!
-//! Once materials are known, what glossy points reflect counts too (`super::glossy`), and colors of neighboring cells:
+//! Once materials are known, what glossy points reflect counts too (`super::glossy`):
 //!
 //! ```text
 //!   + λ_glossy mean_views w ρ((b S_p + Σ_j W_j exp θ_j + R - L) / mean L)   b is found anew every few steps
-//!   + λ_smooth λ_tint mean (d - mean_c d)², d = θ_i - θ_j
 //! ```
 //!
 //! With several captures the points of each are rows of their own under a light of their own, and pairs join
@@ -285,7 +285,7 @@ mod tests {
             white: 0.2,
             scale: 0.5,
             glossy: 1.0,
-            tint: 0.7,
+            color: 0.7,
             typical_base_color: 0.3,
             sigma: 0.2,
             steps: 1,

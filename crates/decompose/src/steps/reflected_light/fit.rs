@@ -11,8 +11,6 @@ use crate::steps::light::solve::solve;
 
 /// Where reflections are fitted, the light is smoother by this factor (they tell single cells apart, and their errors with them), ...
 const SMOOTHER: f32 = 2.0;
-/// ... differences in color of neighboring cells count this many times, squared, beside those in brightness, ...
-const TINT: f32 = 3.0;
 /// ... and the mean base color is held: lobes in the wrong place would make the light dim.
 const HOLD: f32 = 30.0;
 
@@ -47,7 +45,6 @@ pub(super) fn fit_to_reflections(
     let options = SolveOptions {
         smooth: SMOOTHER * by_shading.smooth,
         scale: HOLD,
-        tint: TINT,
         glossy: weight,
         typical_base_color: typical(&base),
         rate: 0.05,

@@ -1,5 +1,6 @@
-//! `λ_smooth mean ρ(θ_i - θ_j)` over touching cells: smooth light, edges allowed; and, where reflections are fitted,
-//! `λ_smooth λ_tint mean (d - mean_c d)²`, `d = θ_i - θ_j`: neighbors have one color.
+//! `λ_smooth mean ρ(θ_i - θ_j)` over touching cells: smooth light, edges allowed; and `λ_smooth λ_color mean (d - mean_c d)²`,
+//! `d = θ_i - θ_j`: neighbors have one color. Each channel would otherwise fit noise of its own, and a lamp come out as a
+//! rainbow.
 
 use glam::Vec3;
 
@@ -30,7 +31,7 @@ impl LightPrior for SmoothLight {
 
     fn add_cells(&self, light: &Lighting<'_>, weight: f32, sum: &mut CellSum) {
         let CellSum { cost, gradient } = sum;
-        let (theta, lights, tinted) = (light.theta, light.lights, light.options.tint);
+        let (theta, lights, colored) = (light.theta, light.lights, light.options.color);
         let columns = theta.len() / (3 * lights.max(1));
         let share = weight / (light.neighbors.len() * lights).max(1) as f32;
         let pairs_of_cells = (0..lights).flat_map(|l| {
@@ -48,10 +49,10 @@ impl LightPrior for SmoothLight {
             }
             let difference = Vec3::from([0, 1, 2].map(|c| theta[3 * i + c] - theta[3 * j + c]));
             let tint = difference - difference.element_sum() / 3.0;
-            *cost += f64::from(share * tinted * tint.length_squared());
+            *cost += f64::from(share * colored * tint.length_squared());
             for c in 0..3 {
-                gradient[3 * i + c] += 2.0 * share * tinted * tint[c];
-                gradient[3 * j + c] -= 2.0 * share * tinted * tint[c];
+                gradient[3 * i + c] += 2.0 * share * colored * tint[c];
+                gradient[3 * j + c] -= 2.0 * share * colored * tint[c];
             }
         }
     }
