@@ -24,7 +24,7 @@ pub use appearance::{
     FoundMaterials, Kind, ModelOptions, PartMaterial, PixelShading, ScaleEvidence,
 };
 pub use error::DecomposeError;
-pub use illumination::{Cell, CellLight, Lamp, environment};
+pub use illumination::{Cell, CellLight, Lamp, LightAnchor, LocalLight, environment};
 pub use observation::{
     Observation, Observed, Photo, PixelHit, Sample, SeenView, TracedSurface, ViewRays, Wanted,
     choose_photos, up_in_world,

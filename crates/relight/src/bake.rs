@@ -85,6 +85,8 @@ impl Relighter<'_> {
                 observations.push((to_viewer, shaded.specular, normal.dot(to_viewer)));
             }
             even /= options.bake_directions as f32;
+            let local = scene.local_log_factor.as_ref().map_or(Vec3::ZERO, |l| l[i]);
+            let local = (local * self.local_share).map(f32::exp);
             let factor = |basis: &[f32; 25]| match &scene.residual {
                 Some(of_scene) if self.residual_share > 0.0 => {
                     of_scene.factor(i, basis, self.residual_share)
@@ -92,7 +94,7 @@ impl Relighter<'_> {
                 _ => Vec3::ONE,
             };
             let shown = |basis: &[f32; 25], model: Vec3| {
-                let model = model * factor(basis);
+                let model = model * local * factor(basis);
                 self.ratio.as_ref().map_or(model, |ratio| {
                     ratio.color(scene, i, basis).lerp(model, ratio.model_share[i])
                 })

@@ -57,6 +57,8 @@ pub(crate) struct GBuffer {
     pub(crate) residual: Option<Rendering>,
     /// What stands in for the model, over black.
     pub(crate) ratio: Option<DrawnRatio>,
+    /// Colors that stand for the local light.
+    pub(crate) local_light: Option<Rendering>,
     /// Pixels of an edge with up to four sights instead of one, sorted by pixel.
     pub(crate) edges: Vec<(u32, [Option<Sight>; 4])>,
 }
@@ -67,6 +69,8 @@ pub(crate) struct Layers<'a> {
     pub(crate) residual: Option<&'a SceneResidual>,
     /// The captured colors and what they are multiplied with.
     pub(crate) ratio: Option<&'a Ratio>,
+    /// Gaussians whose colors stand for the local light.
+    pub(crate) local_light: Option<&'a Gaussians>,
 }
 
 /// A [`Ratio`] as a view shows it.
@@ -177,6 +181,7 @@ impl GBuffer {
         let (mut painter_of_colors, color) =
             draw(&scene.base_color_splats, camera, if detailed { exact } else { quick });
         let residual = layers.residual.map(|of_scene| painter_of_colors.paint_as(&of_scene.splats));
+        let local_light = layers.local_light.map(|splats| painter_of_colors.paint_as(splats));
         let ratio = layers.ratio.map(|ratio| DrawnRatio::of(ratio, scene, &mut painter_of_colors));
         // Roughness and metallic change little under what is nearly hidden.
         let coarse = RasterParameters { alpha_min: 0.02, transmittance_min: 0.02, ..exact };
@@ -226,6 +231,7 @@ impl GBuffer {
             unobserved,
             sight,
             residual,
+            local_light,
             ratio,
             edges: Vec::new(),
         };

@@ -19,6 +19,7 @@ mod g_buffer;
 mod lamps;
 pub mod lift;
 mod light;
+mod log_layer;
 mod meter;
 mod options;
 mod probe;

@@ -13,9 +13,10 @@ use crate::deferred::{Lit, Parts, Samples, Shading};
 use crate::denoise::{Grid, denoise, luminances};
 use crate::g_buffer::{GBuffer, LEAST_ALPHA, Layers};
 use crate::lamps::{Lights, share_of_lamps, shining};
+use crate::log_layer;
 use crate::options::{QualityOptions, ViewTransform};
 use crate::radiance_cache::RadianceCache;
-use crate::ratio::Ratio;
+use crate::ratio::{Ratio, likeness_share};
 use crate::residual_share::{apply_residual, likeness, share_under};
 use crate::scene::RelightScene;
 use crate::upsample::{fine_pixel, upsample};
@@ -33,6 +34,8 @@ pub struct Relighter<'a> {
     pub(crate) options: QualityOptions,
     pub(crate) seed: u64,
     pub(crate) residual_share: f32,
+    /// How much of the scene's local light is part of this light, 0 to 1.
+    pub(crate) local_share: f32,
     /// What is shown where the decomposition is not sure; none where the model is shown alone.
     pub(crate) ratio: Option<Ratio>,
     view: ViewTransform,
@@ -58,11 +61,12 @@ impl<'a> Relighter<'a> {
         let lit = Lights { environment: light, lamps };
         let cache = RadianceCache::new(scene, &lit, bounces, samples, spacing, seed);
         let residual_share = share_under(scene, alike, options.residual);
+        let local_share = alike.map_or(0.0, likeness_share);
         let ratio = alike.filter(|_| !options.shows_model_alone());
         let ratio =
             ratio.and_then(|alike| Ratio::new(scene, &lit, alike, options.caution, samples, seed));
         let (view, options) = (ViewTransform::default(), options.clone());
-        Self { scene, light, lamps, cache, options, seed, residual_share, ratio, view }
+        Self { scene, light, lamps, cache, options, seed, residual_share, local_share, ratio, view }
     }
 
     /// With another way from linear light to 8-bit pictures.
@@ -73,6 +77,11 @@ impl<'a> Relighter<'a> {
     /// How much of the residual counts under this light, 0 to 1; 0 where the scene has none.
     pub fn residual_share(&self) -> f32 {
         self.residual_share
+    }
+
+    /// How much of the scene's local light is part of this light, 0 to 1.
+    pub fn local_share(&self) -> f32 {
+        self.local_share
     }
 
     pub(crate) fn shading(&self) -> Shading<'_> {
@@ -98,6 +107,7 @@ impl<'a> Relighter<'a> {
         let layers = Layers {
             residual: self.scene.residual.as_ref().filter(|_| with_residual),
             ratio: self.ratio.as_ref(),
+            local_light: self.scene.local_splats.as_ref().filter(|_| self.local_share > 0.0),
         };
         let buffer = GBuffer::new(self.scene, camera, camera_from_world, every == 1, &layers);
         let mut lit =
@@ -105,6 +115,7 @@ impl<'a> Relighter<'a> {
         if self.lamps.is_some() {
             add_emission(&buffer, &mut lit);
         }
+        self.apply_local_light(&buffer, &mut lit);
         apply_residual(&buffer, self.residual_share, &mut lit);
         self.apply_ratio(&buffer, &mut lit);
         let (scene, light) = (self.scene, self.light);
@@ -119,6 +130,16 @@ impl<'a> Relighter<'a> {
             view,
         };
         compose(&with, &buffer, &lit)
+    }
+
+    /// Puts the scene's local light on the light at infinity, as far as this light is the scene's own.
+    fn apply_local_light(&self, buffer: &GBuffer, lit: &mut [Lit]) {
+        let Some(drawn) = &buffer.local_light else { return };
+        lit.par_iter_mut().enumerate().with_min_len(1024).for_each(|(i, lit)| {
+            let color = Vec3::from_slice(&drawn.color.data[3 * i..3 * i + 3]);
+            let log_factor = log_layer::read(color, drawn.alpha.data[i]) * self.local_share;
+            lit.parts = lit.parts.scaled(log_factor.map(f32::exp));
+        });
     }
 
     /// Shows the captured colors times the ratio, as far as the model is not to be trusted.

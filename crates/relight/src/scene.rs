@@ -3,7 +3,7 @@
 use glam::Vec3;
 use motes_math::srgb;
 use motes_raster::Antialias;
-use motes_scene::{Gaussians, Materials, Surface, confidence_of};
+use motes_scene::{Gaussians, Materials, Surface, confidence_of, local_light_of};
 use motes_shading::brdf::{Lobes, Material};
 use motes_shading::emitters::Emitters;
 use motes_shading::environment::{Environment, Harmonics};
@@ -12,6 +12,7 @@ use motes_shading::tracing::{
 };
 use thiserror::Error;
 
+use crate::log_layer;
 use crate::residual::SceneResidual;
 
 /// Rays start at most this share of the surface's diagonal off it: a mesh of few large triangles
@@ -56,6 +57,10 @@ pub struct RelightScene {
     pub own_environment: Option<Environment>,
     /// How far the decomposition is to be trusted, per Gaussian, 0 to 1, where it says so.
     pub confidence: Option<Vec<f32>>,
+    /// Logarithm of the local light at every Gaussian, where the decomposition found one.
+    pub(crate) local_log_factor: Option<Vec<Vec3>>,
+    /// Colors stand for it.
+    pub(crate) local_splats: Option<Gaussians>,
     pub(crate) residual: Option<SceneResidual>,
     pub(crate) surface: Surface,
     pub(crate) tracer: MeshTracer,
@@ -104,6 +109,9 @@ impl RelightScene {
         let lamps = Emitters::new(&mesh, &emission);
         let residual = SceneResidual::of(&gaussians).map_err(SceneError::Residual)?;
         let confidence = confidence_of(&gaussians);
+        let local_log_factor: Option<Vec<Vec3>> =
+            local_light_of(&gaussians).map(|all| all.into_iter().map(Vec3::from).collect());
+        let local_splats = local_log_factor.as_ref().map(|l| log_layer::drawn(l, &gaussians));
         let median_edge = mesh.median_edge();
         let ray_bias = ray_bias(&mesh, median_edge);
         Ok(Self {
@@ -116,6 +124,8 @@ impl RelightScene {
             own_light: None,
             own_environment: None,
             confidence,
+            local_log_factor,
+            local_splats,
             residual,
             surface,
             tracer,

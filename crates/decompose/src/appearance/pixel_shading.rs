@@ -167,6 +167,15 @@ impl PixelShading {
         }
     }
 
+    /// Multiplies the shading by the factor that a local light has at each pixel.
+    pub(crate) fn light(&mut self, factor: impl Fn(usize) -> Vec3 + Sync) {
+        let pixels = self.slope.par_iter_mut().zip(&mut self.offset).enumerate();
+        pixels.with_min_len(1024).for_each(|(i, (slope, offset))| {
+            let factor = factor(i);
+            (*slope, *offset) = (*slope * factor, *offset * factor);
+        });
+    }
+
     /// Multiplies the colors of whole parts by a factor per vertex.
     pub(crate) fn darken(&mut self, view: &SeenView<'_>, scene: &TracedSurface, factors: &[f32]) {
         for (hit, (_, color)) in view.hits.iter().zip(&mut self.uniform) {

@@ -11,7 +11,7 @@ use motes_formats::documents::Document as _;
 use motes_formats::environment::write_environment;
 use motes_formats::ply::{PlyWriteOptions, write_gaussians, write_surface};
 use motes_formats::selection::BoundGaussians;
-use motes_scene::{Gaussians, ImageF32, Lobes, Split, attach_confidence};
+use motes_scene::{Gaussians, ImageF32, Lobes, Split, attach_confidence, attach_local_light};
 use relight::files::note_map_axes;
 
 use super::previews::previews;
@@ -66,10 +66,23 @@ fn gaussians_of(state: &State<'_>) -> Gaussians {
     if let Some(residual) = &state.residual {
         residual.attach(&mut gaussians);
     }
+    if let Some(log_factors) = local_light(state) {
+        attach_local_light(&log_factors, &mut gaussians);
+    }
     if !state.confidence.is_empty() {
         attach_confidence(state.confidence.clone(), &mut gaussians);
     }
     gaussians
+}
+
+/// Logarithm of the local light at every Gaussian, with the normal that it has.
+fn local_light(state: &State<'_>) -> Option<Vec<[f32; 3]>> {
+    let local_light = state.observed.local_light.as_ref()?;
+    let places = state.gaussians().means.iter().zip(&state.attributes.normals);
+    let of = |(mean, normal): (&[f32; 3], &[f32; 3])| {
+        local_light.log_factor((*mean).into(), (*normal).into()).to_array()
+    };
+    Some(places.map(of).collect())
 }
 
 fn document(folder: &SceneFolder<'_>, pipeline: &Pipeline<'_>) -> DecompositionDocument {

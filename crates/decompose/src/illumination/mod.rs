@@ -1,9 +1,12 @@
 //! The light of a capture: cells of a lat-long map, and octahedral maps of it.
 
 pub(crate) mod cells;
+mod local_light;
 mod octahedron;
 mod texels;
 
 pub use cells::{Cell, CellLight, Lamp, environment};
+pub(crate) use local_light::NEAR;
+pub use local_light::{LightAnchor, LocalLight};
 pub(crate) use octahedron::Octahedron;
 pub(crate) use texels::light_by_texels;

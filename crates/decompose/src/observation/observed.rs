@@ -1,5 +1,7 @@
 //! A surface with what the photos show of it.
 
+use std::sync::Arc;
+
 use glam::Vec3;
 use motes_scene::Surface;
 
@@ -8,6 +10,7 @@ use super::photo::Photo;
 use super::samples::{Sample, SeenView, Wanted, choose_samples, vertex_radiance};
 use super::traced_surface::TracedSurface;
 use crate::error::DecomposeError;
+use crate::illumination::LocalLight;
 
 /// A surface with what the photos show of it.
 #[derive(Debug)]
@@ -22,13 +25,16 @@ pub struct Observed<'a> {
     pub wanted: Wanted,
     /// What every vertex sends out, per light; empty where no light of the surface itself is modeled.
     pub vertex_radiance: Vec<Vec<Vec3>>,
+    /// What the light at infinity does not say, where the observations are divided by it.
+    pub local_light: Option<Arc<LocalLight>>,
 }
 
 impl<'a> Observed<'a> {
     /// A surface before any photo is looked at.
     pub fn unseen(scene: TracedSurface) -> Self {
         let (views, samples, vertex_radiance) = (Vec::new(), Vec::new(), Vec::new());
-        Self { scene, views, samples, wanted: Wanted::default(), vertex_radiance }
+        let (wanted, local_light) = (Wanted::default(), None);
+        Self { scene, views, samples, wanted, vertex_radiance, local_light }
     }
 
     /// Chooses points and looks up what is sent out under so many lights.
@@ -52,7 +58,7 @@ impl<'a> Observed<'a> {
         }
         let vertex_radiance =
             (0..lights).map(|light| vertex_radiance(&scene, &views, light)).collect();
-        Ok(Self { scene, views, samples, wanted, vertex_radiance })
+        Ok(Self { scene, views, samples, wanted, vertex_radiance, local_light: None })
     }
 
     /// The same photos on a surface that has moved.
@@ -60,8 +66,33 @@ impl<'a> Observed<'a> {
     /// # Errors
     /// When no point is seen by enough photos, or the mesh is broken.
     pub fn move_to(&mut self, surface: Surface, photos: &'a [Photo]) -> Result<(), DecomposeError> {
+        let local_light = self.local_light.take();
         *self = Self::of(surface, photos, self.wanted, self.vertex_radiance.len())?;
+        if let Some(local_light) = local_light {
+            self.light_evenly(local_light);
+        }
         Ok(())
+    }
+
+    /// Divides what the photos show of the points by a local light, which leaves what the light at infinity gives.
+    pub fn light_evenly(&mut self, local_light: Arc<LocalLight>) {
+        for sample in &mut self.samples {
+            let factor = local_light.factor(sample.position, sample.normal);
+            sample.observations.iter_mut().for_each(|o| o.radiance /= factor);
+        }
+        self.local_light = Some(local_light);
+    }
+
+    /// Factor of the local light where a pixel meets the surface; 1 without either.
+    pub(crate) fn local_factor(&self, view: &SeenView<'_>, i: usize) -> Vec3 {
+        let (Some(local_light), hit) = (&self.local_light, &view.hits[i]) else { return Vec3::ONE };
+        if !hit.is_hit() {
+            return Vec3::ONE;
+        }
+        let width = view.photo.camera.width;
+        let (x, y) = ((i % width) as f32 + 0.5, (i / width) as f32 + 0.5);
+        let (position, normal, _) = self.scene.frame(hit, -view.rays.direction(x, y));
+        local_light.factor(position, normal)
     }
 
     /// What these photos show of a surface.

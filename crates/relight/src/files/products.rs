@@ -7,7 +7,7 @@ use anyhow::Context as _;
 use motes_formats::decomposition::{scene_draft, write_decomposition};
 use motes_formats::environment::write_environment;
 use motes_formats::ply::{PlyWriteOptions, write_gaussians};
-use motes_scene::{ImageF32, Residual};
+use motes_scene::{ImageF32, Residual, attach_local_light, local_light_of};
 use motes_stage::Context;
 
 use super::{PictureJob, RelightReport, note_map_axes};
@@ -38,6 +38,11 @@ pub fn write_baked(
         // What is left of it is about the new light.
         residual.scale(0..baked.len(), relighter.residual_share());
         residual.attach(&mut baked);
+    }
+    if let Some(mut local_light) = local_light_of(&baked) {
+        // So is what is left of the light that is not at infinity.
+        local_light.iter_mut().flatten().for_each(|l| *l *= relighter.local_share());
+        attach_local_light(&local_light, &mut baked);
     }
     let options = PlyWriteOptions { render_mode: loaded.render_mode, ..PlyWriteOptions::default() };
     write_gaussians(output, &baked, &options)?;

@@ -4,7 +4,7 @@
 //! E_i(L)    radiance of a white matte Gaussian i under L, with shadows; normals smoothed where they are not sure
 //! g_i       = log (E_i(L') + ε' Ē') - log (E_i(L) + ε Ē)           Ē: mean over the Gaussians, ε: light from all around
 //! x         = argmin Σ a_i |x_i - g_i|² + Σ w_ij |x_i - x_j|²       a grows with the confidence c_i
-//! r_i       = m + R_i tanh((x_i - m) / R_i)                          m: median; R_i: the range that c_i allows
+//! r_i       = m + R_i tanh((x_i - m) / R_i) - (1 - a⁸) l_i           m: median; R_i: the range that c_i allows; l: local light
 //! shown     = w model + (1 - w) captured exp(r)
 //! w_i       = (1 - a⁸) / (1 + (k / (1 - k) (1 - c_i) / c_i (1 + metallic))⁴)    k: caution; a: likeness of the two lights
 //! ```
@@ -20,10 +20,11 @@ use motes_math::median::median;
 use motes_math::sh::{MAX_SH_DEGREE, sh_coefficients};
 use motes_math::sigmoid::sigmoid;
 use motes_math::srgb;
-use motes_scene::{Gaussians, Residual};
+use motes_scene::Gaussians;
 use rayon::prelude::*;
 
 use crate::lamps::Lights;
+use crate::log_layer;
 use crate::scene::RelightScene;
 use crate::surface_point::surface_point;
 use graph::Graph;
@@ -50,7 +51,7 @@ pub(crate) struct Ratio {
     /// Median of the log ratio.
     common: Vec3,
     /// Log ratio over the common one, of every Gaussian.
-    log_ratio: Residual,
+    log_ratio: Vec<Vec3>,
     /// Colors that stand for it.
     pub(crate) splats: Gaussians,
     /// Share of the model in what is shown, of every Gaussian.
@@ -88,16 +89,16 @@ impl Ratio {
         let middle =
             |c: usize| median(smooth.iter().map(|v| f64::from(v[c]))).unwrap_or(0.0) as f32;
         let common = Vec3::from_array([0, 1, 2].map(middle));
-        let limited = smooth.iter().zip(trust.confidence).flat_map(|(v, c)| {
+        let different = 1.0 - likeness_share(likeness);
+        let limited = smooth.iter().zip(trust.confidence).enumerate().map(|(i, (v, c))| {
             let range = mix(RANGE, *c);
-            (*v - common).map(|v| range * (v / range).tanh()).to_array()
+            // Found as smooth as it is, and gone with the light that it was part of.
+            let local = scene.local_log_factor.as_ref().map_or(Vec3::ZERO, |l| l[i]);
+            (*v - common).map(|v| range * (v / range).tanh()) - local * different
         });
-        // Harmonics of degree 0: a value over their constant.
-        let unit = 1.0 / motes_math::sh::SH_C0 as f32;
-        let log_ratio = Residual { degree: 0, log_ratio_sh: limited.map(|v| v * unit).collect() };
-        let splats = log_ratio.drawn(&scene.gaussians);
+        let log_ratio: Vec<Vec3> = limited.collect();
+        let splats = log_layer::drawn(&log_ratio, &scene.gaussians);
         let doubt = caution / (1.0 - caution).max(1e-6);
-        let different = 1.0 - likeness.powi(LIKENESS_POWER);
         let share = |(c, metallic): (f32, &f32)| {
             // Nothing is so sure that all caution would leave it.
             let odds = (1.0 - c).max(1e-3) / c.max(1e-3);
@@ -116,8 +117,7 @@ impl Ratio {
     /// there, all over black.
     pub(crate) fn pixel(&self, captured: Vec3, drawn: Vec3, alpha: f32, coverage: f32) -> Vec3 {
         let captured = (captured / coverage.max(1.0 / 255.0)).map(|v| srgb::decode(v.max(0.0)));
-        let ratio = drawn.map(|v| Residual::log_ratio(v, alpha) / alpha.max(1.0 / 255.0));
-        captured * (ratio + self.common).map(f32::exp)
+        captured * (log_layer::read(drawn, alpha) + self.common).map(f32::exp)
     }
 
     /// Linear color of a Gaussian, from the basis of the direction of view.
@@ -128,10 +128,14 @@ impl Ratio {
         for (y, v) in basis.iter().zip(row.chunks_exact(3)) {
             color += *y * Vec3::from_slice(v);
         }
-        let own = Vec3::from_slice(&self.log_ratio.log_ratio_sh[3 * i..3 * i + 3]);
-        let ratio = own * motes_math::sh::SH_C0 as f32 + self.common;
+        let ratio = self.log_ratio[i] + self.common;
         color.map(|v| srgb::decode(v.max(0.0))) * ratio.map(f32::exp)
     }
+}
+
+/// How far a light counts as the scene's own, from how much it is like it.
+pub(crate) fn likeness_share(likeness: f32) -> f32 {
+    likeness.powi(LIKENESS_POWER)
 }
 
 fn mix([low, high]: [f32; 2], t: f32) -> f32 {

@@ -115,6 +115,29 @@ pub(super) struct LightDocument {
     /// Pieces of the surface that shine.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub lamps: Vec<LampDocument>,
+    /// What the light at infinity does not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub local_light: Option<LocalLightDocument>,
+}
+
+/// A factor on the irradiance that varies smoothly over the scene.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub(super) struct LocalLightDocument {
+    /// Distance over which it changes, world units.
+    pub reach: f32,
+    /// Where it is known.
+    pub anchors: Vec<LightAnchorDocument>,
+}
+
+/// The factor at a place.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+pub(super) struct LightAnchorDocument {
+    /// World.
+    pub position: [f32; 3],
+    /// Unit normal of the surface there.
+    pub normal: [f32; 3],
+    /// Natural logarithm of the factor on the irradiance, linear RGB.
+    pub log_factor: [f32; 3],
 }
 
 /// A piece of the surface that shines.
@@ -131,7 +154,7 @@ pub(super) struct LampDocument {
 impl Document for LightDocument {
     const FORMAT: &'static str = "motes/decompose-light";
     const MAJOR: u32 = 1;
-    const MINOR: u32 = 1;
+    const MINOR: u32 = 2;
 }
 
 /// A rectangle of the map in `u` and `v`, 0 to 1 from its upper left corner.

@@ -1,10 +1,12 @@
 //! The parts of the state that steps change, each with its file in the folder of a step.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use crate::pipeline::STEPS;
 use crate::{
-    BaseColored, Cell, CellLight, Illumination, Lamp, Observed, State, TracedSurface, Wanted,
+    BaseColored, Cell, CellLight, Illumination, Lamp, LightAnchor, LocalLight, Observed, State,
+    TracedSurface, Wanted,
 };
 use motes_formats::FormatError;
 use motes_formats::documents::{Document as _, read_document, write_document};
@@ -13,7 +15,9 @@ use motes_formats::ply::{
 };
 use motes_scene::{ColumnValues, ExtraColumn, Gaussians, Materials, Residual};
 
-use super::documents::{LampDocument, LightDocument, StepDocument};
+use super::documents::{
+    LampDocument, LightAnchorDocument, LightDocument, LocalLightDocument, StepDocument,
+};
 use super::{materials, shading};
 use crate::files::errors::explained;
 
@@ -136,7 +140,32 @@ fn light_document(state: &State<'_>, made_by: &str) -> LightDocument {
             .map(|l| l.radiance.iter().map(|e| e.to_array()).collect())
             .collect(),
         lamps: lamp_documents(light),
+        local_light: state.observed.local_light.as_deref().map(local_light_document),
     }
+}
+
+fn local_light_document(light: &LocalLight) -> LocalLightDocument {
+    let anchor = |a: &LightAnchor| LightAnchorDocument {
+        position: a.position.to_array(),
+        normal: a.normal.to_array(),
+        log_factor: a.log_factor.to_array(),
+    };
+    LocalLightDocument {
+        reach: light.reach(),
+        anchors: light.anchors().iter().map(anchor).collect(),
+    }
+}
+
+fn local_light(document: &LocalLightDocument, path: &Path) -> anyhow::Result<LocalLight> {
+    let anchor = |a: &LightAnchorDocument| LightAnchor {
+        position: a.position.into(),
+        normal: a.normal.into(),
+        log_factor: a.log_factor.into(),
+    };
+    let anchors = document.anchors.iter().map(anchor).collect();
+    let cause = "no anchors, a value that is not finite, or a reach that is not above 0";
+    let found = LocalLight::new(anchors, document.reach);
+    Ok(found.ok_or_else(|| FormatError::invalid(path, "local_light", cause))?)
 }
 
 fn lamp_documents(light: &Illumination) -> Vec<LampDocument> {
@@ -300,5 +329,8 @@ fn restore_light(state: &mut State<'_>, path: &Path) -> anyhow::Result<()> {
         lamp_of_vertex,
         ..found
     };
+    if let Some(document) = &light.local_light {
+        state.observed.light_evenly(Arc::new(local_light(document, path)?));
+    }
     Ok(())
 }

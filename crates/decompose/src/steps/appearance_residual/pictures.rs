@@ -9,7 +9,7 @@ use relight::{
 
 use super::fit::ResidualView;
 use crate::error::DecomposeError;
-use crate::observation::Photo;
+use crate::observation::{Photo, SeenView};
 use crate::progress::Tick;
 use crate::state::State;
 
@@ -56,14 +56,17 @@ pub(super) fn pictures<'a>(
     let mut quality = QualityOptions::of(Quality::Standard);
     quality.residual = ResidualShare::OFF;
     let relighter = Relighter::new(&scene, &light.environment, &quality, inputs.seed);
-    let photos: Vec<&Photo> = inputs.photos.iter().filter(|photo| photo.light == 0).collect();
-    let count = photos.len().max(1) as f32;
-    let mut pictures = Vec::with_capacity(photos.len());
-    for (k, photo) in photos.into_iter().enumerate() {
+    let views: Vec<&SeenView<'a>> =
+        state.observed.views.iter().filter(|view| view.photo.light == 0).collect();
+    let count = views.len().max(1) as f32;
+    let mut pictures = Vec::with_capacity(views.len());
+    for (k, view) in views.into_iter().enumerate() {
+        let photo = view.photo;
         tick(k as f32 / count)?;
         let (camera, pose) = (&photo.camera, &photo.camera_from_world);
         let picture = relighter.picture(camera, pose, Background::Transparent, true);
-        let Some(components) = picture.components else { continue };
+        let Some(mut components) = picture.components else { continue };
+        light_locally(&mut components.color_linear, state, view);
         let mut weight = photo.weight.clone();
         for (weight, alpha) in weight.data.iter_mut().zip(&components.alpha.data) {
             if !(*alpha >= COVERED) {
@@ -73,4 +76,15 @@ pub(super) fn pictures<'a>(
         pictures.push(Picture { photo, color_linear: components.color_linear, weight });
     }
     Ok(pictures)
+}
+
+/// Puts the local light on a picture under the light at infinity.
+fn light_locally(color_linear: &mut ImageF32, state: &State<'_>, view: &SeenView<'_>) {
+    if state.observed.local_light.is_none() {
+        return;
+    }
+    for (i, pixel) in color_linear.data.chunks_exact_mut(3).enumerate() {
+        let factor = state.observed.local_factor(view, i).to_array();
+        pixel.iter_mut().zip(factor).for_each(|(v, factor)| *v *= factor);
+    }
 }

@@ -4,12 +4,15 @@ pub(crate) mod cost;
 mod evidence;
 pub(crate) mod glossy;
 pub(crate) mod lamps;
+mod local;
 mod options;
 pub(crate) mod pairs;
 mod priors;
 pub(crate) mod problem;
 pub(crate) mod solve;
 pub(crate) mod transport;
+
+use std::sync::Arc;
 
 use crate::report::{Term, numbers};
 use crate::state::{Illumination, State};
@@ -25,18 +28,27 @@ const LEAST_INDIRECT: f32 = 0.005;
 
 /// Finds the light of every capture, unless it is known, and whether light from the surface itself counts.
 pub fn run(state: &mut State<'_>, options: &Options) -> Vec<Term> {
-    let (mut sharp, mut lamps) = (None, None);
+    let (mut sharp, mut lamps, mut local) = (None, None, None);
     if state.inputs.known.lights.is_empty() {
         let problem = problem::LightProblem::of(state, options);
         let found = problem.with_candidates(&state.observed.views).solve();
         sharp = sharp_light(&found);
         lamps = lamps_term(&found);
+        local = found.local;
         state.light_cells = found.cells;
         state.illumination = Illumination {
             lamp_of_vertex: found.lamp_of_vertex,
             ..Illumination::of_cells(found.lights)
         };
     }
+    let local = local.map(|found| {
+        let kept = options.local_light == Switch::On || found.saved() >= local::LEAST_SAVING;
+        let term = found.term(kept);
+        if kept {
+            state.observed.light_evenly(Arc::new(found.light));
+        }
+        term
+    });
     let mut share = 0.0;
     if state.has_indirect() {
         share = evidence::share_of_bounce(state);
@@ -44,7 +56,7 @@ pub fn run(state: &mut State<'_>, options: &Options) -> Vec<Term> {
             state.observed.vertex_radiance.clear();
         }
     }
-    std::iter::once(indirect(state, share)).chain(sharp).chain(lamps).collect()
+    std::iter::once(indirect(state, share)).chain(sharp).chain(lamps).chain(local).collect()
 }
 
 /// What lamps give; none where no photo shows a surface clipped.

@@ -25,6 +25,11 @@ pub struct Options {
     #[arg(long, value_enum, default_value_t = Switch::Auto, value_name = "SWITCH", help_heading = "Model")]
     pub lamps: Switch,
 
+    /// Local light: irradiance that varies smoothly over the scene, as beside a lamp or a window; auto keeps it where
+    /// neighbors have more alike base colors with it, off takes all light from infinity
+    #[arg(long, value_enum, default_value_t = Switch::Auto, value_name = "SWITCH", help_heading = "Model")]
+    pub local_light: Switch,
+
     /// Weight of the prior that neighboring points of similar chromaticity share a base color
     #[arg(long, default_value_t = 1.0, value_name = "WEIGHT", help_heading = "Priors (expert)")]
     pub weight_base_color: f32,

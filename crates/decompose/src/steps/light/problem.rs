@@ -7,6 +7,7 @@ use motes_shading::environment::Orientation;
 use super::cost::SolveOptions;
 use super::evidence::{likeness, prior_log_base};
 use super::lamps::Lamps;
+use super::local::{self, FoundLocal};
 use super::options::Options;
 use super::pairs::{Pair, PairOptions, choose_pairs};
 use super::solve::{LitPoints, solve};
@@ -21,7 +22,7 @@ pub(super) const COLUMNS: usize = 32;
 /// A cell is divided when more than this share of all received light comes from it.
 pub(super) const SHARE: f32 = 0.03;
 /// Neighborhood of pairs, as a share of the distance between camera and point.
-const RADIUS: f32 = 0.05;
+pub(crate) const RADIUS: f32 = 0.05;
 /// Neighbors that pairs are drawn from: some shadow edges lie between.
 const AMONG: usize = 200;
 /// Difference of log chromaticity at which base colors are no longer alike. Sun and sky differ in color, so points that look
@@ -37,6 +38,12 @@ const LEAST_SAVING: f32 = 0.01;
 const LAMP_RAYS: u32 = 32;
 /// Weight of a pair of one point under two lights against a full pair.
 const SAME_POINT: f32 = 4.0;
+/// Added to the key of the pairs, of those that the local light is found by.
+const LOCAL_PAIRS: u64 = 0x10ca1;
+/// Neighborhood of those pairs, as [`RADIUS`]: a gradient is told by what is apart.
+const LOCAL_RADIUS: f32 = 0.15;
+/// Turns of light at infinity and local light.
+const LOCAL_TURNS: u64 = 2;
 /// Radiance below which what photos show has no color that could be told, photo units.
 const DIM: f32 = 1e-3;
 
@@ -84,6 +91,8 @@ pub(crate) struct FoundLight {
     pub lamp_share: f32,
     /// Costs of a smooth light without and with lamps, where there may be any.
     pub lamp_costs: Option<(f64, f64)>,
+    /// The light that is not at infinity, of a single capture.
+    pub local: Option<FoundLocal>,
 }
 
 impl<'a> LightProblem<'a> {
@@ -133,7 +142,7 @@ impl<'a> LightProblem<'a> {
             // The first pairs are near each other and may have any color; they are chosen again once the light is
             // roughly known.
             for pass in 0..if round == 0 { 2 } else { 1u64 } {
-                let pairs = self.pairs(&rows, &lit, &base, self.seed.wrapping_add(pass));
+                let pairs = self.pairs(&rows, &lit, &base, self.seed.wrapping_add(pass), RADIUS);
                 let cost = solve(&mut lights, &lit, &pairs, &mut [], &self.solve_options());
                 found.costs.push(cost);
             }
@@ -141,6 +150,7 @@ impl<'a> LightProblem<'a> {
             found.cells.push(lights[0].cells.len());
             if round == levels {
                 found.lamp_share = lamp_share(&lights[0], &lit[0]);
+                found.local = self.local_light(&mut lights, &rows, &lit);
             } else {
                 let hot = hot_cells(&lights, &lit);
                 let which = around(&lights[0].cells, &hot, levels);
@@ -150,6 +160,57 @@ impl<'a> LightProblem<'a> {
         found.lamp_of_vertex.clone_from(&self.lamps.of_vertex);
         found.lights = lights;
         found
+    }
+
+    /// What the light at infinity leaves of one capture, where neighbors are more alike with it; both are found by turns, since a light
+    /// at infinity that stands for a lamp is wrong everywhere else. None of several captures, whose rows are several lights'.
+    fn local_light(
+        &self,
+        lights: &mut [CellLight],
+        rows: &[Vec<u32>],
+        lit: &[LitPoints],
+    ) -> Option<FoundLocal> {
+        let ([rows_of_one], [lit_of_one]) = (rows, lit) else { return None };
+        if self.options.local_light == Switch::Off {
+            return None;
+        }
+        let place = |&p: &u32| {
+            let sample = &self.samples[p as usize];
+            (sample.position, sample.normal)
+        };
+        let places: Vec<(Vec3, Vec3)> = rows_of_one.iter().map(place).collect();
+        let first = self.local_of(lights, rows, lit_of_one, &places)?;
+        if self.options.local_light == Switch::Auto && first.saved() < local::LEAST_SAVING {
+            return Some(first);
+        }
+        let mut light = first.light;
+        for turn in 0..LOCAL_TURNS {
+            let radiance = lit_of_one.radiance.iter().zip(&places);
+            let radiance = radiance.map(|(l, (x, n))| *l / light.factor(*x, *n)).collect();
+            let even = [LitPoints { transport: lit_of_one.transport.clone(), radiance }];
+            let base = [base_colors(&even[0], &lights[0])];
+            let seed = self.seed.wrapping_add(LOCAL_PAIRS + turn);
+            let pairs = self.pairs(rows, &even, &base, seed, RADIUS);
+            solve(lights, &even, &pairs, &mut [], &self.solve_options());
+            light = self.local_of(lights, rows, lit_of_one, &places)?.light;
+        }
+        Some(FoundLocal { light, ..first })
+    }
+
+    /// What this light at infinity leaves.
+    fn local_of(
+        &self,
+        lights: &[CellLight],
+        rows: &[Vec<u32>],
+        lit: &LitPoints,
+        places: &[(Vec3, Vec3)],
+    ) -> Option<FoundLocal> {
+        let base = [base_colors(lit, lights.first()?)];
+        let log = |b: &Vec3| b.max(Vec3::splat(DIM)).map(f32::ln);
+        let log_base: Vec<Vec3> = base[0].iter().map(log).collect();
+        let seed = self.seed.wrapping_add(LOCAL_PAIRS);
+        let pairs = self.pairs(rows, std::slice::from_ref(lit), &base, seed, LOCAL_RADIUS);
+        local::find(&local::Points { places, log_base: &log_base }, &pairs, self.distance)
     }
 
     /// Leaves out pieces that light nothing, and all of them unless base colors are more alike with them; costs of a smooth
@@ -174,7 +235,7 @@ impl<'a> LightProblem<'a> {
         let mut lights = vec![self.even()];
         let (rows, mut lit) = self.lit_points(&lights[0], &bounces);
         self.start(&mut lights, &rows, &lit);
-        let pairs = self.pairs(&rows, &lit, &[], self.seed);
+        let pairs = self.pairs(&rows, &lit, &[], self.seed, RADIUS);
         let (_, cost) = solve(&mut lights, &lit, &pairs, &mut [], &self.solve_options());
         (cost, lights.swap_remove(0), lit.swap_remove(0))
     }
@@ -191,7 +252,7 @@ impl<'a> LightProblem<'a> {
         if self.lamps.seen.is_empty() {
             return;
         }
-        let pairs = self.pairs(rows, lit, &[], self.seed);
+        let pairs = self.pairs(rows, lit, &[], self.seed, RADIUS);
         let by_shading = self.solve_options();
         let options = SolveOptions { smooth: STIFF * by_shading.smooth, ..by_shading };
         solve(lights, lit, &pairs, &mut [], &options);
@@ -264,13 +325,14 @@ impl<'a> LightProblem<'a> {
             .unzip()
     }
 
-    /// Pairs of rows whose base colors are taken to be alike.
+    /// Pairs of rows whose base colors are taken to be alike, within `radius` (share of the distance to the cameras).
     pub(crate) fn pairs(
         &self,
         rows: &[Vec<u32>],
         lit: &[LitPoints],
         base: &[Vec<Vec3>],
         seed: u64,
+        radius: f32,
     ) -> Vec<Pair> {
         let prior = self.prior_log_base.as_deref();
         let mut all = Vec::new();
@@ -284,7 +346,7 @@ impl<'a> LightProblem<'a> {
             let pair_options = PairOptions {
                 count: 8,
                 among: AMONG,
-                radius: RADIUS * self.distance,
+                radius: radius * self.distance,
                 chroma,
                 seed,
             };

@@ -9,6 +9,7 @@ use super::options::Options;
 use super::profile::{Label, Profile};
 use super::regions::{RegionOptions, Regions, find_regions};
 use super::scale::weigh_scale;
+use super::telling::{Shown, without_weak_highlights};
 use crate::appearance::basis::Basis;
 use crate::appearance::{
     BasisScene, FoundMaterials, Kind, ModelOptions, PartMaterial, ScaleEvidence,
@@ -53,11 +54,17 @@ pub(crate) fn find_materials(
     }
     let region_options =
         RegionOptions { pieces: 200, price: options.weight_smooth_roughness, evidence: 0.2 };
-    let mut regions = find_regions(samples, &profile, &region_options);
+    let mut regions = match model.metallic {
+        Switch::Auto => believable_regions(samples, &mut profile, &region_options),
+        _ => find_regions(samples, &profile, &region_options, &[]),
+    };
+    if model.specular == Switch::Auto {
+        without_weak_highlights(&profile, &mut regions, &ROUGHNESS);
+    }
     let specular_gain = gain(&profile, &regions);
     if model.specular == Switch::Auto && specular_gain < LEAST_GAIN {
         profile.forbid(|label| label.kind != Kind::Matte);
-        regions = find_regions(samples, &profile, &region_options);
+        regions = find_regions(samples, &profile, &region_options, &[]);
     }
     let scale = weigh_scale(samples, &basis, &profile, &regions, model);
     FoundMaterials {
@@ -66,6 +73,29 @@ pub(crate) fn find_materials(
         is_metal_untold,
         ..collect(&basis, &profile, regions, samples, scale, model.uniform_metal)
     }
+}
+
+/// Times that parts are found without the metals that were doubted before; then there are none.
+const DOUBTS: usize = 3;
+
+/// Parts of which those that are called metal move with the viewer as metals do.
+fn believable_regions(
+    samples: &[Sample],
+    profile: &mut Profile,
+    options: &RegionOptions,
+) -> Regions {
+    let shown = Shown::of(samples);
+    let mut doubted = vec![false; samples.len()];
+    for _ in 0..DOUBTS {
+        let regions = find_regions(samples, profile, options, &doubted);
+        let more = shown.doubtful_metals(samples, profile, &regions);
+        if !more.contains(&true) {
+            return regions;
+        }
+        doubted.iter_mut().zip(more).for_each(|(d, more)| *d |= more);
+    }
+    profile.forbid(|label| label.kind == Kind::Metal);
+    find_regions(samples, profile, options, &doubted)
 }
 
 /// What a specular lobe costs a part, in units of the profile's cost: a free roughness always explains a little.

@@ -8,6 +8,7 @@ mod regions;
 mod report;
 mod rescale;
 mod scale;
+mod telling;
 
 use crate::error::DecomposeError;
 use crate::progress::Tick;

@@ -9,6 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::num::NonZero;
 
 use super::profile::Profile;
+use crate::appearance::Kind;
 use crate::observation::Sample;
 
 /// How parts are found.
@@ -34,11 +35,12 @@ pub(super) struct Regions {
 }
 
 /// Divides `samples` into parts. Flat pieces and what stands on them are known to be
-/// different things: their parts do not merge.
+/// different things: their parts do not merge. A part with a point that is `no_metal` (empty: none is) takes no metal's label.
 pub(super) fn find_regions(
     samples: &[Sample],
     profile: &Profile,
     options: &RegionOptions,
+    no_metal: &[bool],
 ) -> Regions {
     let count = profile.labels.len();
     if samples.is_empty() {
@@ -52,17 +54,25 @@ pub(super) fn find_regions(
             *sum += options.evidence * c;
         }
     }
-    let mut edges = adjacency(samples, &piece);
-    let priced = |c: &[f32]| {
-        c.iter().zip(&profile.prices).map(|(c, price)| c + price).fold(f32::INFINITY, f32::min)
+    let mut is_barred = vec![false; n];
+    piece.iter().zip(no_metal).for_each(|(&k, no)| is_barred[k as usize] |= no);
+    let price = |label: usize, is_barred: bool| match profile.labels[label].kind {
+        Kind::Metal if is_barred => f32::INFINITY,
+        _ => profile.prices[label],
     };
+    let priced = |c: &[f32], is_barred: bool| {
+        let all = c.iter().enumerate().map(|(label, c)| c + price(label, is_barred));
+        all.fold(f32::INFINITY, f32::min)
+    };
+    let mut edges = adjacency(samples, &piece);
     let mut parent: Vec<usize> = (0..n).collect();
     loop {
         // What merging saves: a price, minus what a common label loses.
         let gain = |a: usize, b: usize| {
-            let both = costs[a].iter().zip(&costs[b]).zip(&profile.prices);
-            let joint = both.map(|((x, y), price)| x + y + price).fold(f32::INFINITY, f32::min);
-            options.price - (joint - priced(&costs[a]) - priced(&costs[b]))
+            let both: Vec<f32> = costs[a].iter().zip(&costs[b]).map(|(x, y)| x + y).collect();
+            let joint = priced(&both, is_barred[a] || is_barred[b]);
+            options.price
+                - (joint - priced(&costs[a], is_barred[a]) - priced(&costs[b], is_barred[b]))
         };
         let top = edges
             .iter()
@@ -75,6 +85,7 @@ pub(super) fn find_regions(
         let moved = std::mem::take(&mut costs[b]);
         costs[a].iter_mut().zip(&moved).for_each(|(x, y)| *x += y);
         parent[b] = a;
+        is_barred[a] |= is_barred[b];
         edges = edges
             .iter()
             .map(|&(x, y)| {
@@ -93,13 +104,13 @@ pub(super) fn find_regions(
     let roots: Vec<usize> = (0..n).filter(|&k| parent[k] == k).collect();
     let number: BTreeMap<usize, u32> =
         roots.iter().enumerate().map(|(i, &r)| (r, i as u32)).collect();
-    let argmin = |c: &Vec<f32>| {
-        let priced: Vec<f32> = c.iter().zip(&profile.prices).map(|(c, price)| c + price).collect();
-        (0..priced.len()).min_by(|&x, &y| priced[x].total_cmp(&priced[y])).unwrap_or(0)
+    let argmin = |r: usize| {
+        let priced = |label: usize| costs[r][label] + price(label, is_barred[r]);
+        (0..count).min_by(|&x, &y| priced(x).total_cmp(&priced(y))).unwrap_or(0)
     };
     Regions {
         of_sample: piece.iter().map(|&k| number[&root(k as usize)]).collect(),
-        label: roots.iter().map(|&r| argmin(&costs[r])).collect(),
+        label: roots.iter().map(|&r| argmin(r)).collect(),
         costs: roots.iter().map(|&r| costs[r].clone()).collect(),
     }
 }

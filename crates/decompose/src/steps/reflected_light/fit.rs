@@ -6,7 +6,7 @@ use crate::appearance::FoundMaterials;
 use crate::illumination::CellLight;
 use crate::steps::light::cost::SolveOptions;
 use crate::steps::light::glossy::{Glossy, GlossyScene};
-use crate::steps::light::problem::{LightProblem, base_colors};
+use crate::steps::light::problem::{LightProblem, RADIUS, base_colors};
 use crate::steps::light::solve::solve;
 
 /// Where reflections are fitted, the light is smoother by this factor (they tell single cells apart, and their errors with them), ...
@@ -26,7 +26,7 @@ pub(super) fn fit_to_reflections(
     let (rows, lit) = problem.lit_points(first, &problem.bounces());
     let base: Vec<Vec<Vec3>> =
         lit.iter().zip(&*lights).map(|(l, light)| base_colors(l, light)).collect();
-    let pairs = problem.pairs(&rows, &lit, &base, problem.seed);
+    let pairs = problem.pairs(&rows, &lit, &base, problem.seed, RADIUS);
     let mut glossy: Vec<Glossy> = (0..problem.lights)
         .map(|l| {
             let scene = GlossyScene {

@@ -54,6 +54,11 @@ pub fn run(
     for (shading, view) in shadings.iter_mut().zip(views.iter().chain(&held_out)) {
         shading.darken(view, scene, &dark);
     }
+    if state.observed.local_light.is_some() {
+        for (shading, view) in shadings.iter_mut().zip(views.iter().chain(&held_out)) {
+            shading.light(|i| state.observed.local_factor(view, i));
+        }
+    }
     state.shading = shadings;
     Ok(())
 }

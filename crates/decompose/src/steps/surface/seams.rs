@@ -30,17 +30,19 @@ pub(super) fn flatten(
     flat
 }
 
-/// Drops what lies on the sheets, which have meshes of their own.
+/// Drops what lies on the sheets, which have meshes of their own, and under them. What is deeper than a plane beside its sheet is no part of
+/// it: a mattress that gives way, a niche in a wall, the floor before a table.
 pub(super) fn cut_planes(mesh: &mut Mesh, sheets: &[Sheet], voxel: f32) {
     let keep: Vec<bool> = mesh
         .triangles
         .iter()
         .map(|&t| {
             let n = mesh.area_normal(t).normalize_or_zero();
+            let corners = mesh.corners(t);
             sheets.iter().all(|s| {
-                let high =
-                    mesh.corners(t).map(|p| s.plane.height(p)).into_iter().fold(f32::MIN, f32::max);
-                high > if n.dot(s.plane.normal) > ALONG { 0.5 * voxel } else { 0.0 }
+                let high = corners.map(|p| s.plane.height(p)).into_iter().fold(f32::MIN, f32::max);
+                let is_beside = corners.iter().any(|p| !s.covers(*p));
+                is_beside || high > if n.dot(s.plane.normal) > ALONG { 0.5 * voxel } else { 0.0 }
             })
         })
         .collect();
@@ -81,7 +83,8 @@ pub(super) fn skirts(mesh: &mut Mesh, sheets: &[Sheet], reach: impl Fn(&Mesh, Ve
     }
 }
 
-/// Drops pieces that never rise by `height` (in units of `grain`, per vertex) over the sheet below them: noise of the plane's depth.
+/// Drops pieces that never rise by `height` (in units of `grain`, per vertex) over the sheet below them: noise of the plane's depth. A piece
+/// that reaches beyond the sheet is more than that.
 pub(super) fn drop_crumbs(
     mesh: &mut Mesh,
     sheets: &[Sheet],
@@ -94,7 +97,9 @@ pub(super) fn drop_crumbs(
         let mut top = vec![f32::MIN; mesh.vertices.len()];
         for (&label, &t) in labels.iter().zip(&mesh.triangles) {
             for p in mesh.corners(t) {
-                top[label as usize] = top[label as usize].max(sheet.plane.height(p) / grain(p));
+                let height =
+                    if sheet.covers(p) { sheet.plane.height(p) / grain(p) } else { f32::MAX };
+                top[label as usize] = top[label as usize].max(height);
             }
         }
         dropped.iter_mut().zip(top).for_each(|(d, top)| *d |= top > f32::MIN && top < height);

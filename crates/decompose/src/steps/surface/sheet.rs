@@ -94,6 +94,11 @@ impl Sheet {
         inside.then(|| (c.y * self.size.x + c.x) as usize)
     }
 
+    /// Whether a point lies over or under the part of the plane that is surface.
+    pub(super) fn covers(&self, p: Vec3) -> bool {
+        self.at(p).is_some_and(|i| self.filled[i])
+    }
+
     /// Dilation, then erosion, by a square.
     fn close(&mut self) {
         for grow in [true, false] {
@@ -155,7 +160,7 @@ impl Sheet {
             let ray = view.ray((i % width) as f32 + 0.5, (i / width) as f32 + 0.5);
             let Some(c) = crossing(&self.plane, view, ray) else { return false };
             let (on, through) = verdict(&self.plane, view, &c, ray, *z, tolerance, voxel);
-            let flat = (on || through) && self.at(c.at).is_some_and(|i| self.filled[i]);
+            let flat = (on || through) && self.covers(c.at);
             if flat {
                 *z = c.depth;
             }

@@ -1,0 +1,285 @@
+//! The part of the light that is not at infinity ([`LocalLight`]), found from what the light at infinity leaves.
+//!
+//! With `b_p = L_p / S_p` the base colors under the light at infinity, the log factors `l_j` at the anchors minimize
+//!
+//! ```text
+//! mean_pairs w ρ(log b_a - log b_b - (g_a - g_b)) + λ mean_j |l_j - mean of its neighbors|² + μ mean_j |l_j|²
+//! ```
+//!
+//! with `g_p = Σ_j w_pj l_j` and the pairs of the light itself: neighbors have one base color. Curvature is dear, so a gradient over a
+//! wall is light and a step from one thing to the next is base color. Reweighted least squares; conjugate gradients.
+
+use glam::Vec3;
+
+use super::pairs::Pair;
+use crate::illumination::{LightAnchor, LocalLight, NEAR};
+use crate::mesh::conjugate_gradients;
+use crate::report::{Term, numbers};
+
+/// Distance over which the factor changes, as a share of the distance between cameras and points.
+const REACH: f32 = 0.12;
+/// Anchors at most.
+const MOST_ANCHORS: usize = 400;
+/// `λ`.
+const CURVATURE: f32 = 0.05;
+/// `μ`: holds the mean, which pairs do not tell.
+const SIZE: f32 = 1e-3;
+/// `σ` of `ρ`, as that of the light.
+const SIGMA: f32 = 0.05;
+/// Rounds of reweighting.
+const ROUNDS: usize = 12;
+/// Steps of each.
+const STEPS: usize = 200;
+/// Log factors stay within this: a factor of 20.
+const RANGE: f32 = 3.0;
+/// Every so manieth point is left out to judge the fit.
+const LEFT_OUT: usize = 4;
+/// Share of the cost of the pairs left out that it has to save.
+pub(super) const LEAST_SAVING: f64 = 0.03;
+
+/// Points under one light.
+pub(super) struct Points<'a> {
+    /// Position, world, and unit normal.
+    pub places: &'a [(Vec3, Vec3)],
+    /// Logarithm of radiance over irradiance.
+    pub log_base: &'a [Vec3],
+}
+
+/// What was found, and what it saves of the cost of pairs that were left out.
+#[derive(Debug)]
+pub(crate) struct FoundLocal {
+    pub light: LocalLight,
+    /// Cost of the pairs left out, without and with it.
+    pub costs: [f64; 2],
+}
+
+impl FoundLocal {
+    /// Share of the cost that it saves.
+    pub(crate) fn saved(&self) -> f64 {
+        1.0 - self.costs[1] / self.costs[0].max(f64::MIN_POSITIVE)
+    }
+
+    /// Standard deviation of the logarithm over the anchors, all channels.
+    fn spread(&self) -> f64 {
+        let all = self.light.anchors().iter().flat_map(|a| a.log_factor.to_array());
+        let (n, squares) = all.fold((0.0, 0.0), |(n, q), v| (n + 1.0, q + f64::from(v).powi(2)));
+        f64::sqrt(squares / f64::max(n, 1.0))
+    }
+
+    /// In words and numbers.
+    pub(crate) fn term(&self, kept: bool) -> Term {
+        let (saved, spread) = (100.0 * self.saved(), self.spread());
+        Term {
+            name: "local light".into(),
+            kept,
+            evidence: format!(
+                "irradiance that varies over the scene by a factor of {:.2} makes neighbors that were left out {saved:.0} % more alike{}",
+                spread.exp(),
+                if kept { "" } else { ": less than it must be worth" },
+            ),
+            numbers: numbers([
+                ("cost_without", Some(self.costs[0])),
+                ("cost", Some(self.costs[1])),
+                ("log_spread", Some(spread)),
+                ("anchors", Some(self.light.anchors().len() as f64)),
+            ]),
+        }
+    }
+}
+
+/// Fits the local light of points at a median `distance` from the cameras; none where there is nothing to fit.
+pub(super) fn find(points: &Points<'_>, pairs: &[Pair], distance: f32) -> Option<FoundLocal> {
+    let start = anchored(points.places, REACH * distance)?;
+    let is_left_out =
+        |pair: &Pair| [pair.a, pair.b].iter().any(|p| (*p as usize).is_multiple_of(LEFT_OUT));
+    let (judges, told): (Vec<Pair>, Vec<Pair>) = pairs.iter().copied().partition(is_left_out);
+    let weights: Vec<Vec<(usize, f32)>> =
+        points.places.iter().map(|(x, n)| start.weights(*x, *n)).collect();
+    let fit = |pairs: &[Pair]| solve(&start, &weights, points.log_base, pairs);
+    let nothing = vec![Vec3::ZERO; start.anchors().len()];
+    let by_others = fit(&told);
+    let cost = |factors: &[Vec3]| cost(factors, &weights, points.log_base, &judges);
+    let costs = [cost(&nothing), cost(&by_others)];
+    let all = fit(pairs);
+    Some(FoundLocal { light: start.with(&all), costs })
+}
+
+/// Farthest points as anchors, until every point has one within `reach` (in place, or in normal) or there are enough.
+fn anchored(places: &[(Vec3, Vec3)], reach: f32) -> Option<LocalLight> {
+    if !(reach > 0.0) {
+        return None;
+    }
+    let distance = |a: &(Vec3, Vec3), b: &(Vec3, Vec3)| {
+        ((a.0 - b.0) / reach).length_squared() + (a.1 - b.1).length_squared()
+    };
+    let mut nearest = vec![f32::INFINITY; places.len()];
+    let mut anchors = Vec::new();
+    let mut next = 0;
+    while anchors.len() < MOST_ANCHORS {
+        let Some(seed) = places.get(next) else { break };
+        let (position, normal) = *seed;
+        anchors.push(LightAnchor { position, normal, log_factor: Vec3::ZERO });
+        nearest.iter_mut().zip(places).for_each(|(d, p)| *d = d.min(distance(p, seed)));
+        let far = nearest.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1).then(b.0.cmp(&a.0)));
+        match far {
+            Some((p, d)) if *d > 1.0 => next = p,
+            _ => break,
+        }
+    }
+    LocalLight::new(anchors, reach)
+}
+
+fn value(factors: &[Vec3], weights: &[(usize, f32)]) -> Vec3 {
+    weights.iter().map(|(j, w)| factors[*j] * *w).sum()
+}
+
+/// What the base colors of a pair differ by, less what the factors explain.
+fn left(factors: &[Vec3], weights: &[Vec<(usize, f32)>], log_base: &[Vec3], pair: &Pair) -> Vec3 {
+    let [a, b] = [pair.a as usize, pair.b as usize];
+    log_base[a] - log_base[b] - value(factors, &weights[a]) + value(factors, &weights[b])
+}
+
+fn root(left: Vec3) -> f32 {
+    (left.length_squared() / 3.0 + SIGMA * SIGMA).sqrt()
+}
+
+/// Mean cost of the pairs.
+fn cost(factors: &[Vec3], weights: &[Vec<(usize, f32)>], log_base: &[Vec3], pairs: &[Pair]) -> f64 {
+    let (mut sum, mut total) = (0.0, 0.0);
+    for pair in pairs {
+        let root = root(left(factors, weights, log_base, pair));
+        sum += f64::from(pair.weight * (root - SIGMA));
+        total += f64::from(pair.weight);
+    }
+    sum / f64::max(total, f64::MIN_POSITIVE)
+}
+
+/// Log factors at the anchors of `start`.
+fn solve(
+    start: &LocalLight,
+    weights: &[Vec<(usize, f32)>],
+    log_base: &[Vec3],
+    pairs: &[Pair],
+) -> Vec<Vec3> {
+    let n = start.anchors().len();
+    let total: f32 = pairs.iter().map(|p| p.weight).sum::<f32>().max(f32::MIN_POSITIVE);
+    let around: Vec<Vec<(usize, f32)>> = start
+        .anchors()
+        .iter()
+        .enumerate()
+        .map(|(j, anchor)| {
+            let near = start.weights(anchor.position, anchor.normal);
+            let others: Vec<usize> = near.into_iter().map(|(k, _)| k).filter(|k| *k != j).collect();
+            let share = 1.0 / others.len().clamp(1, NEAR) as f32;
+            others.into_iter().map(|k| (k, share)).collect()
+        })
+        .collect();
+    let mut factors = vec![Vec3::ZERO; n];
+    for _ in 0..ROUNDS {
+        let trust: Vec<f32> = pairs
+            .iter()
+            .map(|pair| pair.weight / (total * root(left(&factors, weights, log_base, pair))))
+            .collect();
+        let mut wanted = vec![Vec3::ZERO; n];
+        for (pair, trust) in pairs.iter().zip(&trust) {
+            let [a, b] = [pair.a as usize, pair.b as usize];
+            let pull = (log_base[a] - log_base[b]) * *trust;
+            weights[a].iter().for_each(|(j, w)| wanted[*j] += pull * *w);
+            weights[b].iter().for_each(|(j, w)| wanted[*j] -= pull * *w);
+        }
+        let apply = |l: &[Vec3]| {
+            let mut out: Vec<Vec3> = l.iter().map(|v| *v * (SIZE / n as f32)).collect();
+            for (pair, trust) in pairs.iter().zip(&trust) {
+                let [a, b] = [&weights[pair.a as usize], &weights[pair.b as usize]];
+                let pull = (value(l, a) - value(l, b)) * *trust;
+                a.iter().for_each(|(j, w)| out[*j] += pull * *w);
+                b.iter().for_each(|(j, w)| out[*j] -= pull * *w);
+            }
+            for (j, near) in around.iter().enumerate().filter(|(_, near)| !near.is_empty()) {
+                let bend = (l[j] - value(l, near)) * (2.0 * CURVATURE / n as f32);
+                out[j] += bend;
+                near.iter().for_each(|(k, w)| out[*k] -= bend * *w);
+            }
+            out
+        };
+        factors = conjugate_gradients::solve(wanted, apply, STEPS);
+    }
+    let bound = |v: Vec3| v.clamp(Vec3::splat(-RANGE), Vec3::splat(RANGE));
+    factors.into_iter().map(bound).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A wall of 40 x 40 points, of `paint` (log) at its places, beside a lamp of `strength`.
+    fn wall(paint: impl Fn(usize, usize) -> f32, strength: f32) -> FoundLocal {
+        let lamp = Vec3::new(0.3, 0.5, 0.25);
+        let place = |i: usize| Vec3::new((i % 40) as f32 / 40.0, (i / 40) as f32 / 40.0, 0.0);
+        let lit = |x: Vec3| (1.0 + strength * 0.02 / (x - lamp).length_squared()).ln();
+        let places: Vec<(Vec3, Vec3)> = (0..1600).map(|i| (place(i), Vec3::Z)).collect();
+        let log_base: Vec<Vec3> =
+            (0..1600).map(|i| Vec3::splat(lit(place(i)) + paint(i % 40, i / 40))).collect();
+        let pairs: Vec<Pair> = (0..1600u32)
+            .flat_map(|i| {
+                [1u32, 2, 40, 81].map(|step| Pair { a: i, b: (i + step) % 1600, weight: 1.0 })
+            })
+            .filter(|p| (places[p.a as usize].0 - places[p.b as usize].0).length() < 0.1)
+            .collect();
+        find(&Points { places: &places, log_base: &log_base }, &pairs, 1.0).unwrap()
+    }
+
+    /// Standard deviation of what is left of the lamp on the wall.
+    fn left_of_lamp(found: &FoundLocal, strength: f32) -> f32 {
+        let bare = wall(|_, _| 0.0, 0.0);
+        assert!(bare.saved().abs() < 1e-6 || bare.costs[0] < 1e-9);
+        let lamp = Vec3::new(0.3, 0.5, 0.25);
+        let rest: Vec<f32> = (0..1600)
+            .map(|i| {
+                let x = Vec3::new((i % 40) as f32 / 40.0, (i / 40) as f32 / 40.0, 0.0);
+                let lit = (1.0 + strength * 0.02 / (x - lamp).length_squared()).ln();
+                lit - found.light.log_factor(x, Vec3::Z).x
+            })
+            .collect();
+        let mean = rest.iter().sum::<f32>() / 1600.0;
+        (rest.iter().map(|v| (v - mean).powi(2)).sum::<f32>() / 1600.0).sqrt()
+    }
+
+    #[test]
+    fn the_glow_of_a_lamp_is_light_and_not_paint() {
+        let found = wall(|_, _| 0.0, 20.0);
+        let left = left_of_lamp(&found, 20.0);
+        println!("saved {:.3}, left {left:.3}", found.saved());
+        assert!(found.saved() > 0.5 && left < 0.1, "{} {left}", found.saved());
+    }
+
+    #[test]
+    fn paint_is_paint() {
+        // Two halves, and a checkerboard.
+        let halves = wall(|x, _| if x < 20 { 0.0 } else { 1.0 }, 0.0);
+        let step = halves.light.log_factor(Vec3::new(0.9, 0.5, 0.0), Vec3::Z).x
+            - halves.light.log_factor(Vec3::new(0.1, 0.5, 0.0), Vec3::Z).x;
+        println!("halves: saved {:.3}, step {step:.3}", halves.saved());
+        assert!(step.abs() < 0.3, "{step}");
+        let board = wall(|x, y| 0.5 * ((x / 5 + y / 5) % 2) as f32, 0.0);
+        println!("board: saved {:.3}", board.saved());
+        assert!(board.saved() < LEAST_SAVING, "{}", board.saved());
+    }
+
+    #[test]
+    fn a_lamp_beside_a_painted_wall_is_found() {
+        let found = wall(|x, y| 0.5 * ((x / 5 + y / 5) % 2) as f32, 20.0);
+        let left = left_of_lamp(&found, 20.0);
+        println!("saved {:.3}, left {left:.3}", found.saved());
+        assert!(left < 0.2, "{left}");
+    }
+
+    #[test]
+    fn nothing_is_found_of_nothing() {
+        assert!(find(&Points { places: &[], log_base: &[] }, &[], 1.0).is_none());
+        let one = [(Vec3::ZERO, Vec3::Z)];
+        let found = find(&Points { places: &one, log_base: &[Vec3::ONE] }, &[], 1.0).unwrap();
+        assert_eq!(found.light.log_factor(Vec3::ZERO, Vec3::Z), Vec3::ZERO);
+        assert!(find(&Points { places: &one, log_base: &[Vec3::ONE] }, &[], f32::NAN).is_none());
+    }
+}

@@ -1,0 +1,167 @@
+//! What speaks for a metal, and for a sharp highlight.
+//!
+//! A metal shows what is around it: from elsewhere it shows something else. Paint, wood and cloth belong to their place, whoever
+//! looks. With `x_pk` the logarithm of what photo `k` shows of point `p`, less the photo's own gain:
+//!
+//! ```text
+//! share = mean_p var_k x_pk / var_p median_k x_pk
+//! ```
+//!
+//! Errors of surface and light are sharp, too, and a label that is free to mirror anything explains some of them; this share does not
+//! depend on light, normals or roughness.
+
+use motes_math::median::median;
+
+use super::profile::{Label, Profile};
+use super::regions::Regions;
+use crate::appearance::Kind;
+use crate::observation::Sample;
+use crate::observation::samples::luminance;
+
+/// Share from which a part may be a metal (docs/benchmarks/decompose.md).
+const LEAST_SHARE: f32 = 0.25;
+/// Least roughness of a highlight that the generic coat of a dielectric has.
+const SHARP: f32 = 0.3;
+/// Share of the cost of a part without highlights that a sharper one must save.
+const LEAST_SHARP_GAIN: f32 = 0.2;
+/// Linear photo value below which ratios are noise.
+const BLACK: f32 = 0.01;
+/// Photos that a point must be seen in.
+const LEAST_PHOTOS: usize = 3;
+
+/// Of every point that enough photos see: variance over the photos, and the median.
+pub(super) struct Shown(Vec<Option<[f64; 2]>>);
+
+impl Shown {
+    pub(super) fn of(samples: &[Sample]) -> Self {
+        let logs: Vec<Vec<(usize, f64)>> = samples
+            .iter()
+            .map(|s| {
+                let log = |radiance| f64::from((luminance(radiance).max(0.0) + BLACK).ln());
+                s.observations.iter().map(|o| (o.photo as usize, log(o.radiance))).collect()
+            })
+            .collect();
+        let gains = gains(&logs);
+        let of = |values: &Vec<(usize, f64)>| {
+            let x: Vec<f64> = values.iter().map(|&(k, v)| v - gains[k]).collect();
+            let mean = x.iter().sum::<f64>() / x.len().max(1) as f64;
+            let variance = x.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / x.len() as f64;
+            let middle = median(x.iter().copied())?;
+            (x.len() >= LEAST_PHOTOS).then_some([variance, middle])
+        };
+        Self(logs.iter().map(of).collect())
+    }
+
+    /// How much of what is seen of a part moves with the viewer, over what stays at its place; 0 of a part nobody sees.
+    fn moving_share(&self, of_sample: &[u32], part: usize) -> f32 {
+        let members: Vec<[f64; 2]> = self
+            .0
+            .iter()
+            .zip(of_sample)
+            .filter(|(_, own)| **own as usize == part)
+            .filter_map(|(shown, _)| *shown)
+            .collect();
+        let n = members.len().max(1) as f64;
+        let moving = members.iter().map(|m| m[0]).sum::<f64>() / n;
+        let mean = members.iter().map(|m| m[1]).sum::<f64>() / n;
+        let lasting = members.iter().map(|m| (m[1] - mean).powi(2)).sum::<f64>() / n;
+        if moving > 0.0 { (moving / lasting.max(1e-12)) as f32 } else { 0.0 }
+    }
+
+    /// Points of parts that are called metal without moving like one.
+    pub(super) fn doubtful_metals(
+        &self,
+        samples: &[Sample],
+        profile: &Profile,
+        regions: &Regions,
+    ) -> Vec<bool> {
+        let is_doubtful: Vec<bool> = regions
+            .label
+            .iter()
+            .enumerate()
+            .map(|(part, &label)| {
+                profile.labels[label].kind == Kind::Metal
+                    && self.moving_share(&regions.of_sample, part) < LEAST_SHARE
+            })
+            .collect();
+        (0..samples.len()).map(|p| is_doubtful[regions.of_sample[p] as usize]).collect()
+    }
+}
+
+/// Median over the points of how far each photo lies above what others show of them; 0 of a photo that shows none.
+fn gains(logs: &[Vec<(usize, f64)>]) -> Vec<f64> {
+    let photos = logs.iter().flatten().map(|(k, _)| k + 1).max().unwrap_or(0);
+    let mut over: Vec<Vec<f64>> = vec![Vec::new(); photos];
+    for values in logs.iter().filter(|v| v.len() >= LEAST_PHOTOS) {
+        let middle = median(values.iter().map(|(_, v)| *v)).unwrap_or(0.0);
+        values.iter().for_each(|(k, v)| over[*k].push(v - middle));
+    }
+    over.into_iter().map(|v| median(v.into_iter()).unwrap_or(0.0)).collect()
+}
+
+/// Takes sharp highlights from parts that hardly need them: a mirror in the wrong place is worse than none.
+pub(super) fn without_weak_highlights(profile: &Profile, regions: &mut Regions, roughness: &[f32]) {
+    let is_sharp = |l: &Label| l.kind == Kind::Dielectric && roughness[l.roughness] < SHARP;
+    let Some(matte) = profile.labels.iter().position(|l| l.kind == Kind::Matte) else { return };
+    for (label, costs) in regions.label.iter_mut().zip(&regions.costs) {
+        let saved = 1.0 - costs[*label] / costs[matte].max(f32::MIN_POSITIVE);
+        if !is_sharp(&profile.labels[*label]) || saved >= LEAST_SHARP_GAIN {
+            continue;
+        }
+        let allowed = (0..costs.len())
+            .filter(|&l| profile.labels[l].kind != Kind::Metal && !is_sharp(&profile.labels[l]));
+        let priced = |l: usize| costs[l] + profile.prices[l];
+        let best = allowed.min_by(|&a, &b| priced(a).total_cmp(&priced(b)));
+        *label = best.unwrap_or(matte);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+    use crate::observation::Observation;
+
+    /// Points whose base colors differ by `paint` (log), and that show `mirrored` (log) of what is around them.
+    fn share(paint: f32, mirrored: f32, gain: f32) -> f32 {
+        let samples: Vec<Sample> = (0..80)
+            .map(|p: u32| {
+                let observations = (0..12u32)
+                    .map(|k| {
+                        let place = paint * (1.9 * p as f32).sin();
+                        let moving = mirrored * (0.7 * (p + 3 * k) as f32).sin();
+                        Observation {
+                            photo: k,
+                            light: 0,
+                            to_viewer: Vec3::Z,
+                            radiance: Vec3::splat((place + moving + gain * (k % 3) as f32).exp()),
+                            weight: 1.0,
+                        }
+                    })
+                    .collect();
+                Sample::facing_z(observations)
+            })
+            .collect();
+        Shown::of(&samples).moving_share(&vec![0; samples.len()], 0)
+    }
+
+    #[test]
+    fn what_belongs_to_its_place_is_no_metal() {
+        assert!(share(0.5, 0.1, 0.0) < LEAST_SHARE);
+        assert!(share(0.1, 0.5, 0.0) > 4.0 * LEAST_SHARE);
+    }
+
+    #[test]
+    fn exposure_of_the_photos_is_not_taken_for_reflection() {
+        let [without, with] = [0.0, 0.4].map(|gain| share(0.5, 0.1, gain));
+        assert!(with < LEAST_SHARE && (with - without).abs() < 0.05, "{without} {with}");
+    }
+
+    #[test]
+    fn a_part_that_nobody_sees_moves_nothing() {
+        let unseen = vec![Sample::facing_z(Vec::new()); 3];
+        assert_eq!(Shown::of(&unseen).moving_share(&[0; 3], 0), 0.0);
+        assert_eq!(Shown::of(&[]).moving_share(&[], 0), 0.0);
+    }
+}
