@@ -7,7 +7,8 @@
 
 use fearless_simd::{Simd, prelude::*, u16x32};
 
-use crate::simd::{BLOCKS, PIXEL_X, PIXEL_Y, block_mask};
+use crate::simd::{BLOCKS, PIXEL_X, PIXEL_Y};
+use crate::spans::{Span, TileColumns};
 use crate::splat::Splat;
 
 /// Splats per batch: one bit each in a word.
@@ -27,6 +28,29 @@ pub(crate) struct Item {
     /// `-threshold`
     pub(crate) limit: f32,
     pub(crate) color: [f32; 3],
+    /// Of the center, pixels.
+    x: f32,
+}
+
+impl Item {
+    /// Of a splat relative to the left end of the strip with top `y0`: what all tiles of the strip
+    /// share.
+    #[inline(always)]
+    pub(crate) fn of_strip(splat: &Splat, y0: f32) -> Self {
+        let y = y0 - splat.y;
+        Self {
+            sa: splat.sa,
+            sb: splat.sb,
+            sd: splat.sd,
+            // What is left of `e0` when the center is at the left edge of the tile.
+            e0: splat.sb * y,
+            d0: splat.sd * y,
+            base: -splat.level,
+            limit: -splat.threshold,
+            color: splat.color,
+            x: splat.x,
+        }
+    }
 }
 
 /// Up to [`BATCH`] consecutive splats of a tile.
@@ -43,36 +67,27 @@ impl Batch {
         Self { items: [Item::default(); BATCH], masks: [0; BATCH], bits: [0; BLOCKS] }
     }
 
-    /// Fills [`Self::items`] with the splats `entries` (at most [`BATCH`]) for the tile at a corner.
+    /// Fills [`Self::items`] with the `entries` (at most [`BATCH`]) of a strip for the tile with
+    /// left edge `x0`.
     #[inline(always)]
-    pub(crate) fn pack(&mut self, splats: &[Splat], entries: &[u32], [x0, y0]: [f32; 2]) {
+    pub(crate) fn pack(&mut self, strip: &[Item], entries: &[u32], x0: f32) {
         for (item, &entry) in self.items.iter_mut().zip(entries) {
-            let s = &splats[entry as usize];
-            let (x, y) = (x0 - s.x, y0 - s.y);
-            *item = Item {
-                sa: s.sa,
-                sb: s.sb,
-                sd: s.sd,
-                e0: s.sa * x + s.sb * y,
-                d0: s.sd * y,
-                base: -s.level,
-                limit: -s.threshold,
-                color: s.color,
-            };
+            *item = strip[entry as usize];
+            item.e0 += item.sa * (x0 - item.x);
         }
     }
 
-    /// Fills [`Self::masks`] for the same splats.
+    /// Fills [`Self::masks`] for the same entries.
     #[inline(always)]
     pub(crate) fn find_masks<S: Simd>(
         &mut self,
         simd: S,
-        splats: &[Splat],
+        spans: &[Span],
         entries: &[u32],
-        [x0, y0]: [f32; 2],
+        columns: &TileColumns,
     ) {
         for (mask, &entry) in self.masks.iter_mut().zip(entries) {
-            *mask = block_mask(simd, &splats[entry as usize], x0, y0);
+            *mask = columns.mask(simd, &spans[entry as usize]);
         }
         if let Some(rest) = self.masks.get_mut(entries.len()..) {
             rest.fill(0);
