@@ -33,10 +33,10 @@ impl TilePlane {
     #[inline(always)]
     pub(crate) fn load_rows(&mut self, rows: &[f32], stride: usize, x0: usize) {
         for y in 0..TILE {
+            let row = &rows[y * stride + x0..][..TILE];
             for bx in 0..TILE / BLOCK {
-                let from = y * stride + x0 + bx * BLOCK;
                 let to = first_lane(bx, y);
-                self.0[to..to + BLOCK].copy_from_slice(&rows[from..from + BLOCK]);
+                self.0[to..to + BLOCK].copy_from_slice(&row[bx * BLOCK..(bx + 1) * BLOCK]);
             }
         }
     }
@@ -45,10 +45,10 @@ impl TilePlane {
     #[inline(always)]
     pub(crate) fn store_rows(&self, rows: &mut [f32], stride: usize, x0: usize) {
         for y in 0..TILE {
+            let row = &mut rows[y * stride + x0..][..TILE];
             for bx in 0..TILE / BLOCK {
-                let to = y * stride + x0 + bx * BLOCK;
                 let from = first_lane(bx, y);
-                rows[to..to + BLOCK].copy_from_slice(&self.0[from..from + BLOCK]);
+                row[bx * BLOCK..(bx + 1) * BLOCK].copy_from_slice(&self.0[from..from + BLOCK]);
             }
         }
     }

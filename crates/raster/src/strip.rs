@@ -12,7 +12,6 @@ use crate::batch::{BATCH, Batch, Item};
 use crate::binning::Bins;
 use crate::forward::{ForwardTile, PairCount, forward_batch};
 use crate::options::{RenderOptions, TILE};
-use crate::simd::TilePlane;
 use crate::spans::{BLOCK_ROWS, TileColumns};
 
 /// Precision of the sums of gradients over tiles and rows.
@@ -191,6 +190,7 @@ impl Strip<'_> {
         moments.clear();
         moments.resize(count, [T::default(); MOMENTS]);
         let items = self.items();
+        let behind = self.behind(image, gradient);
         let mut batch = Batch::new();
         let mut sums = [[0.0; MOMENTS]; BATCH];
         for t in 0..stride / TILE {
@@ -198,7 +198,10 @@ impl Strip<'_> {
                 continue;
             }
             let mut tile = BackwardTile::new();
-            self.load(&mut tile, image, gradient, t);
+            for (c, plane) in tile.gradient.iter_mut().enumerate() {
+                plane.load_rows(&gradient[c * TILE * stride..], stride, t * TILE);
+            }
+            tile.behind.load_rows(&behind, stride, t * TILE);
             for part in parts(bins, y, t) {
                 let items = &items[part.base..];
                 let (part_masks, rest) = masks.split_at(part.entries.len());
@@ -231,25 +234,22 @@ impl Strip<'_> {
         }
     }
 
+    /// `g·color + dL/dT_end T_end` of the finished strip: what lies behind the first splat. Like
+    /// [`Self::items`], it brings near what the tiles read column by column.
     #[inline(always)]
-    fn load(&self, tile: &mut BackwardTile, image: &[f32], gradient: &[f32], t: usize) {
-        let stride = self.stride;
-        let plane = TILE * stride;
-        let mut value = TilePlane::filled(0.0);
-        for c in 0..3 {
-            let rows = c * plane..(c + 1) * plane;
-            tile.gradient[c].load_rows(&gradient[rows.clone()], stride, t * TILE);
-            value.load_rows(&image[rows], stride, t * TILE);
-            for ((s, g), v) in tile.behind.0.iter_mut().zip(&tile.gradient[c].0).zip(&value.0) {
-                *s += g * v;
+    fn behind(&self, image: &[f32], gradient: &[f32]) -> Vec<f32> {
+        let plane = TILE * self.stride;
+        let mut behind = vec![0.0; plane];
+        for (y, behind) in behind.chunks_exact_mut(self.stride).enumerate() {
+            // The final transmittance acts like one more color channel: 0 on every splat, 1 behind.
+            for c in 0..4 {
+                let row = c * plane + y * self.stride..c * plane + (y + 1) * self.stride;
+                let values = gradient[row.clone()].iter().zip(&image[row]);
+                for (sum, (g, value)) in behind.iter_mut().zip(values) {
+                    *sum += g * value;
+                }
             }
         }
-        // The final transmittance acts like one more color channel: 0 on every splat, 1 behind.
-        let mut d_transmittance = TilePlane::filled(0.0);
-        d_transmittance.load_rows(&gradient[3 * plane..], stride, t * TILE);
-        value.load_rows(&image[3 * plane..], stride, t * TILE);
-        for ((s, g), v) in tile.behind.0.iter_mut().zip(&d_transmittance.0).zip(&value.0) {
-            *s += g * v;
-        }
+        behind
     }
 }
