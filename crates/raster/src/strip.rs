@@ -8,7 +8,7 @@ use std::ops::{AddAssign, Range};
 use fearless_simd::{Simd, dispatch};
 
 use crate::backward::{BackwardTile, MOMENTS, backward_batch};
-use crate::batch::{BATCH, Batch, Item};
+use crate::batch::{BATCH, Batch, StripItem};
 use crate::binning::Bins;
 use crate::forward::{ForwardTile, PairCount, forward_batch};
 use crate::options::{RenderOptions, TILE};
@@ -99,12 +99,12 @@ impl Strip<'_> {
     /// Splats of the rows of tiles, one row after the other, relative to the strip. They are read
     /// in the order of memory here and stay near for the tiles, which ask for them in leaps.
     #[inline(always)]
-    fn items(&self) -> Vec<Item> {
+    fn items(&self) -> Vec<StripItem> {
         let top = (self.y * TILE) as f32;
         let rows = &self.bins.rows[rows_of_strip(self.bins, self.y)];
         let mut items = Vec::with_capacity(rows.iter().map(|row| row.splats.len()).sum());
         for row in rows {
-            items.extend(row.splats.iter().map(|splat| Item::of_strip(splat, top)));
+            items.extend(row.splats.iter().map(|splat| StripItem::new(splat, top)));
         }
         items
     }
@@ -136,7 +136,7 @@ impl Strip<'_> {
                         break;
                     }
                     batch.find_masks(simd, spans, entries, &columns);
-                    batch.pack(items, entries, (t * TILE) as f32);
+                    batch.pack(simd, items, entries, (t * TILE) as f32);
                     masks.extend_from_slice(&batch.masks[..entries.len()]);
                     batch.transpose(simd);
                     forward_batch::<S, DEGREE, COUNT>(
@@ -211,7 +211,7 @@ impl Strip<'_> {
                     if alive == 0 {
                         break;
                     }
-                    batch.pack(items, entries, (t * TILE) as f32);
+                    batch.pack(simd, items, entries, (t * TILE) as f32);
                     let mut touched = backward_batch::<S, DEGREE>(
                         simd,
                         &batch,
