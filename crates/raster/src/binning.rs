@@ -158,9 +158,8 @@ impl TileRow {
     /// Fills [`Self::ranges`], half-open ranges of tile columns, and [`Self::spans`].
     #[inline(always)]
     fn find_ranges<S: Simd>(&mut self, simd: S, row: usize, tile: usize, tiles_x: usize) {
-        let zero = S::f32s::simd_from(simd, 0.0);
         let top = row * tile;
-        let (strips, scale) = (tile.div_ceil(TILE), BLOCK as f32 / tile as f32);
+        let (strips, per_tile) = (tile.div_ceil(TILE), (tile / BLOCK) as f32);
         self.ranges.clear();
         self.spans.iter_mut().for_each(Vec::clear);
         for splats in self.splats.chunks(S::f32s::LEN) {
@@ -179,10 +178,11 @@ impl TileRow {
                 }
                 spans.extend_from_slice(&pack(rows)[..BLOCK_ROWS * splats.len()]);
             }
-            let last = ((all.last * scale).floor() + 1.0).max(zero);
-            let first = (all.first * scale).floor().min(last);
-            let ranges = first.as_slice().iter().zip(last.as_slice()).take(splats.len());
-            self.ranges.extend(ranges.map(|(&first, &last)| (first as u32, last as u32)));
+            let end = (all.end + (per_tile - 1.0)) * per_tile.recip();
+            let first = all.first * per_tile.recip();
+            let ranges = first.as_slice().iter().zip(end.as_slice()).take(splats.len());
+            let ranges = ranges.map(|(&first, &end)| (first as u32, end as u32));
+            self.ranges.extend(ranges.map(|(first, end)| (first.min(end), end)));
         }
     }
 

@@ -12,9 +12,8 @@ use crate::splat::{SLACK, Splat};
 /// Rows of blocks in a strip.
 pub(crate) const BLOCK_ROWS: usize = 4;
 
-/// Eight numbers of 16 bits, two in a word: the first columns of the four rows of blocks, then `!last`
-/// of the last ones, so that both are compared alike. A row that is not reached starts at
-/// [`i16::MAX`].
+/// Eight numbers of 16 bits, two in a word: the first columns of the four rows of blocks, then the
+/// negated ends, so that both are compared alike.
 pub(crate) type Span = [i32; BLOCK_ROWS];
 
 /// Shapes of splats, one per lane.
@@ -29,27 +28,24 @@ pub(crate) struct Shapes<S: Simd> {
     reach: S::f32s,
 }
 
-/// First and last column of blocks, one splat per lane; a splat that reaches none has infinity and
-/// -1.
+/// Columns of blocks from `first` to before `end`, fractions to be cut off, one splat per lane.
+/// Infinity and 0 where none is reached.
 #[derive(Clone, Copy)]
 pub(crate) struct Columns<S: Simd> {
     pub(crate) first: S::f32s,
-    pub(crate) last: S::f32s,
+    pub(crate) end: S::f32s,
 }
 
 impl<S: Simd> Columns<S> {
     #[inline(always)]
     pub(crate) fn none(simd: S) -> Self {
-        Self {
-            first: S::f32s::simd_from(simd, f32::INFINITY),
-            last: S::f32s::simd_from(simd, -1.0),
-        }
+        Self { first: S::f32s::simd_from(simd, f32::INFINITY), end: S::f32s::simd_from(simd, 0.0) }
     }
 
-    /// From the first of the two to the last of them.
+    /// All columns from those of the one to those of the other.
     #[inline(always)]
     pub(crate) fn hull(self, other: Self) -> Self {
-        Self { first: self.first.min(other.first), last: self.last.max(other.last) }
+        Self { first: self.first.min(other.first), end: self.end.max(other.end) }
     }
 }
 
@@ -91,13 +87,13 @@ impl<S: Simd> Shapes<S> {
         let left = self.slope * left_y - self.inverse_sa * left_reach - SLACK;
         let right = self.slope * right_y + self.inverse_sa * right_reach + SLACK;
         // Block column i holds centers 4i + 0.5 ... 4i + 3.5.
-        let (side, scale) = (BLOCK as f32, (BLOCK as f32).recip());
-        let first = ((self.x + left - (side - 0.5)) * scale).ceil().max(zero);
-        let last = ((self.x + right - 0.5) * scale).floor().min(columns - 1.0);
+        let scale = (BLOCK as f32).recip();
+        let first = ((self.x + left + 0.5) * scale).max(zero);
+        let end = ((self.x + right + (BLOCK as f32 - 0.5)) * scale).max(zero).min(columns);
         // NaN reaches nothing.
-        let reached = touched & first.simd_le(last);
+        let reached = touched & first.simd_le(end);
         let none = Columns::none(simd);
-        Columns { first: reached.select(first, none.first), last: reached.select(last, none.last) }
+        Columns { first: reached.select(first, none.first), end: reached.select(end, none.end) }
     }
 }
 
@@ -105,13 +101,14 @@ impl<S: Simd> Shapes<S> {
 #[inline(always)]
 pub(crate) fn pack<S: Simd>(rows: [Columns<S>; BLOCK_ROWS]) -> [i32; BLOCK_ROWS * MAX_LANES] {
     let [a, b, c, d] = rows;
-    let first = |row: Columns<S>| row.first.min(f32::from(i16::MAX)).to_int::<S::i32s>();
-    let last = |row: Columns<S>| (-row.last - 1.0).max(f32::from(i16::MIN)).to_int::<S::i32s>();
+    let limit = f32::from(i16::MAX);
+    let first = |row: Columns<S>| row.first.min(limit).to_int::<S::i32s>();
+    let end = |row: Columns<S>| (-row.end.min(limit + 1.0)).to_int::<S::i32s>();
     let two = |low: S::i32s, high: S::i32s| (low & 0xffff) | (high << 16);
     let (ab, cd) = (two(first(a), first(b)), two(first(c), first(d)));
-    let (last_ab, last_cd) = (two(last(a), last(b)), two(last(c), last(d)));
-    let evens = ab.interleave(last_ab);
-    let odds = cd.interleave(last_cd);
+    let (end_ab, end_cd) = (two(end(a), end(b)), two(end(c), end(d)));
+    let evens = ab.interleave(end_ab);
+    let odds = cd.interleave(end_cd);
     let (low, high) = (evens.0.interleave(odds.0), evens.1.interleave(odds.1));
     let mut words = [0; BLOCK_ROWS * MAX_LANES];
     for (words, four) in words.chunks_exact_mut(S::i32s::LEN).zip([low.0, low.1, high.0, high.1]) {

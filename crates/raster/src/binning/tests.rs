@@ -91,13 +91,14 @@ fn ranges_in_lanes_are_those_of_one_splat() {
                 for (got, splat) in tiles.ranges.iter().zip(splats) {
                     let expected = tile_range(splat, (row * tile) as f32, tile, tiles_x);
                     several += usize::from(got.1 > got.0 + 1);
-                    // Rounding may decide otherwise within the slack of a bound.
+                    // Rounding may decide otherwise within the slack of a bound, and lanes keep a row
+                    // of blocks that is passed between two centers.
                     differ += usize::from(got.1 - got.0 != expected.1 - expected.0);
                 }
             }
         }
     }
-    assert!(several > 500 && differ <= 3, "{several} wide, {differ} different");
+    assert!(several > 500 && differ <= 10, "{several} wide, {differ} different");
 }
 
 #[test]
