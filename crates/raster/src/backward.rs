@@ -72,8 +72,10 @@ pub(crate) fn backward_batch<S: Simd, const DEGREE: usize>(
             let mut lane = block * LANES;
             while lane < (block + 1) * LANES {
                 let t = tile.transmittance.lanes(simd, lane);
+                let alive = t.simd_ge(transmittance_min);
+                block_alive |= alive.any_true();
                 let (e, d, depth) = falloff(simd, item, lane);
-                let seen = depth.simd_le(item.limit) & t.simd_ge(transmittance_min);
+                let seen = depth.simd_le(item.limit) & alive;
                 let raw = exp2_minus_8::<S, DEGREE>(simd, depth);
                 let alpha = seen.select(raw.min(ALPHA_MAX), zero);
                 let weight = alpha * t;
@@ -85,8 +87,7 @@ pub(crate) fn backward_batch<S: Simd, const DEGREE: usize>(
                 let own = weight * gc;
                 let behind = tile.behind.lanes(simd, lane) - own;
                 tile.behind.set_lanes::<S>(lane, behind);
-                let t_next = t - weight;
-                tile.transmittance.set_lanes::<S>(lane, t_next);
+                tile.transmittance.set_lanes::<S>(lane, t - weight);
                 // Above the cap alpha is constant, so nothing flows through its exponent.
                 let v = own - behind * (alpha / (one - alpha));
                 let v = raw.simd_lt(ALPHA_MAX).select(v, zero);
@@ -100,9 +101,9 @@ pub(crate) fn backward_batch<S: Simd, const DEGREE: usize>(
                 sum[6] = weight.mul_add(gr, sum[6]);
                 sum[7] = weight.mul_add(gg, sum[7]);
                 sum[8] = weight.mul_add(gb, sum[8]);
-                block_alive |= t_next.simd_ge(transmittance_min).any_true();
                 lane += S::f32s::LEN;
             }
+            // Found one splat late, which then adds nothing: the comparison serves twice.
             if !block_alive {
                 tile.alive &= !(1 << block);
             }

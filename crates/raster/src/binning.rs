@@ -8,10 +8,12 @@
 use fearless_simd::{Simd, dispatch, prelude::*};
 use rayon::prelude::*;
 
-use crate::lanes::{MAX_LANES, transpose};
+use crate::options::TILE;
 use crate::parameters::{RasterParameters, Sorting};
+use crate::simd::BLOCK;
 use crate::sort::sort_by_high_word;
-use crate::splat::{SLACK, Splat};
+use crate::spans::{BLOCK_ROWS, Columns, Shapes, Span, pack};
+use crate::splat::Splat;
 
 /// Gaussians per task: fixed, so that work splits the same way at any thread count.
 pub(crate) const CHUNK: usize = 1024;
@@ -80,6 +82,8 @@ pub(crate) struct TileRow {
     keys: Vec<u64>,
     spare: Vec<u64>,
     ranges: Vec<(u32, u32)>,
+    /// Words of the [`Span`] of each splat, for each strip in the row.
+    spans: [Vec<i32>; 2],
     cursor: Vec<u32>,
 }
 
@@ -87,6 +91,11 @@ impl TileRow {
     /// Splats of tile `t`, front to back.
     pub(crate) fn tile(&self, t: usize) -> &[u32] {
         &self.entries[self.tile_start[t] as usize..self.tile_start[t + 1] as usize]
+    }
+
+    /// What each splat reaches in strip `k` of the row.
+    pub(crate) fn spans(&self, k: usize) -> &[Span] {
+        self.spans[k].as_chunks().0
     }
 
     /// As [`Self::tile`]; `None` past the right edge.
@@ -124,12 +133,7 @@ impl TileRow {
 
     #[inline(always)]
     fn list_tiles<S: Simd>(&mut self, simd: S, row: usize, tile: usize, tiles_x: usize) {
-        let y0 = (row * tile) as f32;
-        self.ranges.clear();
-        for splats in self.splats.chunks(S::f32s::LEN) {
-            let ranges = tile_ranges(simd, splats, y0, tile, tiles_x);
-            self.ranges.extend_from_slice(&ranges[..splats.len()]);
-        }
+        self.find_ranges(simd, row, tile, tiles_x);
         self.tile_start.clear();
         self.tile_start.resize(tiles_x + 1, 0);
         for &(first, last) in &self.ranges {
@@ -148,6 +152,37 @@ impl TileRow {
                 self.entries[*slot as usize] = i as u32;
                 *slot += 1;
             }
+        }
+    }
+
+    /// Fills [`Self::ranges`], half-open ranges of tile columns, and [`Self::spans`].
+    #[inline(always)]
+    fn find_ranges<S: Simd>(&mut self, simd: S, row: usize, tile: usize, tiles_x: usize) {
+        let top = row * tile;
+        let (strips, per_tile) = (tile.div_ceil(TILE), (tile / BLOCK) as f32);
+        self.ranges.clear();
+        self.spans.iter_mut().for_each(Vec::clear);
+        for splats in self.splats.chunks(S::f32s::LEN) {
+            let shapes = Shapes::gather(simd, splats);
+            let mut all = Columns::none(simd);
+            for (spans, strip) in self.spans[..strips].iter_mut().zip(top / TILE..) {
+                let mut rows = [Columns::none(simd); BLOCK_ROWS];
+                for (k, columns) in rows.iter_mut().enumerate() {
+                    let y0 = strip * TILE + k * BLOCK;
+                    // A row of small tiles is half of a strip.
+                    if (top..top + tile).contains(&y0) {
+                        let count = tiles_x * tile / BLOCK;
+                        *columns = shapes.columns(simd, y0 as f32, count as f32);
+                        all = all.hull(*columns);
+                    }
+                }
+                spans.extend_from_slice(&pack(rows)[..BLOCK_ROWS * splats.len()]);
+            }
+            let end = (all.end + (per_tile - 1.0)) * per_tile.recip();
+            let first = all.first * per_tile.recip();
+            let ranges = first.as_slice().iter().zip(end.as_slice()).take(splats.len());
+            let ranges = ranges.map(|(&first, &end)| (first as u32, end as u32));
+            self.ranges.extend(ranges.map(|(first, end)| (first.min(end), end)));
         }
     }
 
@@ -234,55 +269,6 @@ fn row_range(splat: &Splat, tile: usize, rows: usize) -> (usize, usize) {
     let first = (first.max(0.0) as usize).min(rows);
     let last = if last >= 0.0 { (last as usize + 1).min(rows) } else { 0 };
     (first.min(last), last)
-}
-
-/// Half-open ranges of tile columns that splats, one per lane, reach in the row with top `y0`:
-/// [`Splat::band`] over the row.
-#[inline(always)]
-fn tile_ranges<S: Simd>(
-    simd: S,
-    splats: &[Splat],
-    y0: f32,
-    tile: usize,
-    tiles_x: usize,
-) -> [(u32, u32); MAX_LANES] {
-    let n = S::f32s::LEN;
-    let zero = S::f32s::simd_from(simd, 0.0);
-    let mut values = [zero; MAX_LANES];
-    for (lane, splat) in splats.iter().enumerate() {
-        let row = splat.values();
-        for part in 0..MAX_LANES / n {
-            values[part * n + lane] = S::f32s::from_slice(simd, &row[part * n..(part + 1) * n]);
-        }
-    }
-    for part in values.chunks_exact_mut(n) {
-        transpose::<S>(part);
-    }
-    let [x, y, _, sb, sd, level, threshold, ..] = values;
-    let [.., half_height, rightmost_dy, inverse_sa, _, _] = values;
-    let top = -y + (y0 + 0.5);
-    let low = top.max(-half_height);
-    let high = (top + (tile - 1) as f32).min(half_height);
-    let touched = low.simd_le(high + SLACK);
-    let d_right = rightmost_dy.max(low).min(high);
-    let d_left = (-rightmost_dy).max(low).min(high);
-    let (k, slope) = (level - threshold, -(sb * inverse_sa));
-    let (right, left) = (d_right * sd, d_left * sd);
-    let left = slope * d_left - inverse_sa * (k - left * left).max(zero).sqrt() - SLACK;
-    let right = slope * d_right + inverse_sa * (k - right * right).max(zero).sqrt() + SLACK;
-    // First and last pixel center of a tile column are at 0.5 and tile - 0.5.
-    let (side, scale) = (tile as f32, (tile as f32).recip());
-    let first = ((x + left - (side - 0.5)) * scale).max(zero).ceil();
-    let last = (x + right - 0.5) * scale;
-    let listed = touched & last.simd_ge(0.0);
-    let last = listed.select((last.floor() + 1.0).min(tiles_x as f32), zero);
-    // NaN makes an empty range.
-    let first = first.simd_lt(last).select(first, last);
-    let mut out = [(0, 0); MAX_LANES];
-    for (out, (first, last)) in out.iter_mut().zip(first.as_slice().iter().zip(last.as_slice())) {
-        *out = (*first as u32, *last as u32);
-    }
-    out
 }
 
 #[cfg(test)]

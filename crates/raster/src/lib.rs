@@ -37,6 +37,7 @@ mod scalars;
 mod shade;
 mod simd;
 mod sort;
+mod spans;
 mod splat;
 mod strip;
 mod view;

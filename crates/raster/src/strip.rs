@@ -8,11 +8,11 @@ use std::ops::{AddAssign, Range};
 use fearless_simd::{Simd, dispatch};
 
 use crate::backward::{BackwardTile, MOMENTS, backward_batch};
-use crate::batch::{BATCH, Batch};
+use crate::batch::{BATCH, Batch, StripItem};
 use crate::binning::Bins;
 use crate::forward::{ForwardTile, PairCount, forward_batch};
 use crate::options::{RenderOptions, TILE};
-use crate::simd::TilePlane;
+use crate::spans::{BLOCK_ROWS, TileColumns};
 
 /// Precision of the sums of gradients over tiles and rows.
 pub(crate) trait Total: Copy + Default + Send + Sync + From<f32> + AddAssign {
@@ -42,6 +42,8 @@ pub(crate) fn rows_of_strip(bins: &Bins, y: usize) -> Range<usize> {
 /// One list of splats and the blocks of a 16×16 tile that it serves.
 struct Part<'a> {
     row: usize,
+    /// Splats of the strip that belong to rows of tiles above this one.
+    base: usize,
     entries: &'a [u32],
     blocks: u16,
 }
@@ -49,6 +51,7 @@ struct Part<'a> {
 /// The lists for tile `t` of strip `y`.
 fn parts(bins: &Bins, y: usize, t: usize) -> impl Iterator<Item = Part<'_>> {
     let per_side = TILE.div_ceil(bins.tile);
+    let first_row = rows_of_strip(bins, y).start;
     rows_of_strip(bins, y).flat_map(move |row| {
         (0..per_side).filter_map(move |column| {
             let tile = t * TILE / bins.tile + column;
@@ -58,7 +61,8 @@ fn parts(bins: &Bins, y: usize, t: usize) -> impl Iterator<Item = Part<'_>> {
                 8 => 0x0033 << (8 * column + 2 * (row - 2 * y)),
                 _ => u16::MAX,
             };
-            Some(Part { row, entries, blocks })
+            let base = if row == first_row { 0 } else { bins.rows[first_row].ids.len() };
+            Some(Part { row, base, entries, blocks })
         })
     })
 }
@@ -92,6 +96,19 @@ impl Strip<'_> {
         })
     }
 
+    /// Splats of the rows of tiles, one row after the other, relative to the strip. They are read
+    /// in the order of memory here and stay near for the tiles, which ask for them in leaps.
+    #[inline(always)]
+    fn items(&self) -> Vec<StripItem> {
+        let top = (self.y * TILE) as f32;
+        let rows = &self.bins.rows[rows_of_strip(self.bins, self.y)];
+        let mut items = Vec::with_capacity(rows.iter().map(|row| row.splats.len()).sum());
+        for row in rows {
+            items.extend(row.splats.iter().map(|splat| StripItem::new(splat, top)));
+        }
+        items
+    }
+
     #[inline(always)]
     fn forward_with<S: Simd, const DEGREE: usize, const COUNT: bool>(
         &self,
@@ -103,21 +120,25 @@ impl Strip<'_> {
         let stop = options.parameters.transmittance_min;
         let mut pairs = PairCount::default();
         let plane = TILE * stride;
+        let items = self.items();
+        // Brings near, in the order of memory, what the tiles write column by column.
+        rows.fill(0.0);
         let mut batch = Batch::new();
         masks.clear();
         for t in 0..stride / TILE {
             let mut tile = ForwardTile::new();
-            let corner = [(t * TILE) as f32, (y * TILE) as f32];
+            let columns = TileColumns::new(t * BLOCK_ROWS);
             for part in parts(bins, y, t) {
-                let splats = &bins.rows[part.row].splats;
+                let items = &items[part.base..];
+                let spans = bins.rows[part.row].spans(y - part.row * bins.tile / TILE);
                 let end = masks.len() + part.entries.len();
                 for entries in part.entries.chunks(BATCH) {
                     let alive = tile.alive & part.blocks;
                     if alive == 0 {
                         break;
                     }
-                    batch.pack(splats, entries, corner);
-                    batch.find_masks(simd, splats, entries, corner);
+                    batch.find_masks(simd, spans, entries, &columns);
+                    batch.pack(simd, items, entries, (t * TILE) as f32);
                     masks.extend_from_slice(&batch.masks[..entries.len()]);
                     batch.transpose(simd);
                     forward_batch::<S, DEGREE, COUNT>(
@@ -170,7 +191,8 @@ impl Strip<'_> {
         let count = rows_of_strip(bins, y).map(|row| bins.rows[row].ids.len()).sum();
         moments.clear();
         moments.resize(count, [T::default(); MOMENTS]);
-        let first_row = rows_of_strip(bins, y).start;
+        let items = self.items();
+        let behind = self.behind(image, gradient);
         let mut batch = Batch::new();
         let mut sums = [[0.0; MOMENTS]; BATCH];
         for t in 0..stride / TILE {
@@ -178,11 +200,12 @@ impl Strip<'_> {
                 continue;
             }
             let mut tile = BackwardTile::new();
-            self.load(&mut tile, image, gradient, t);
-            let corner = [(t * TILE) as f32, (y * TILE) as f32];
+            for (c, plane) in tile.gradient.iter_mut().enumerate() {
+                plane.load_rows(&gradient[c * TILE * stride..], stride, t * TILE);
+            }
+            tile.behind.load_rows(&behind, stride, t * TILE);
             for part in parts(bins, y, t) {
-                let splats = &bins.rows[part.row].splats;
-                let base = if part.row == first_row { 0 } else { bins.rows[first_row].ids.len() };
+                let items = &items[part.base..];
                 let (part_masks, rest) = masks.split_at(part.entries.len());
                 masks = rest;
                 for (entries, masks) in part.entries.chunks(BATCH).zip(part_masks.chunks(BATCH)) {
@@ -190,7 +213,7 @@ impl Strip<'_> {
                     if alive == 0 {
                         break;
                     }
-                    batch.pack(splats, entries, corner);
+                    batch.pack(simd, items, entries, (t * TILE) as f32);
                     let mut touched = backward_batch::<S, DEGREE>(
                         simd,
                         &batch,
@@ -203,7 +226,7 @@ impl Strip<'_> {
                     while touched != 0 {
                         let k = touched.trailing_zeros() as usize & (BATCH - 1);
                         touched &= touched - 1;
-                        let totals = &mut moments[base + entries[k] as usize];
+                        let totals = &mut moments[part.base + entries[k] as usize];
                         for (total, sum) in totals.iter_mut().zip(sums[k]) {
                             *total += T::from(sum);
                         }
@@ -213,25 +236,22 @@ impl Strip<'_> {
         }
     }
 
+    /// `g·color + dL/dT_end T_end` of the finished strip: what lies behind the first splat. Like
+    /// [`Self::items`], it brings near what the tiles read column by column.
     #[inline(always)]
-    fn load(&self, tile: &mut BackwardTile, image: &[f32], gradient: &[f32], t: usize) {
-        let stride = self.stride;
-        let plane = TILE * stride;
-        let mut value = TilePlane::filled(0.0);
-        for c in 0..3 {
-            let rows = c * plane..(c + 1) * plane;
-            tile.gradient[c].load_rows(&gradient[rows.clone()], stride, t * TILE);
-            value.load_rows(&image[rows], stride, t * TILE);
-            for ((s, g), v) in tile.behind.0.iter_mut().zip(&tile.gradient[c].0).zip(&value.0) {
-                *s += g * v;
+    fn behind(&self, image: &[f32], gradient: &[f32]) -> Vec<f32> {
+        let plane = TILE * self.stride;
+        let mut behind = vec![0.0; plane];
+        for (y, behind) in behind.chunks_exact_mut(self.stride).enumerate() {
+            // The final transmittance acts like one more color channel: 0 on every splat, 1 behind.
+            for c in 0..4 {
+                let row = c * plane + y * self.stride..c * plane + (y + 1) * self.stride;
+                let values = gradient[row.clone()].iter().zip(&image[row]);
+                for (sum, (g, value)) in behind.iter_mut().zip(values) {
+                    *sum += g * value;
+                }
             }
         }
-        // The final transmittance acts like one more color channel: 0 on every splat, 1 behind.
-        let mut d_transmittance = TilePlane::filled(0.0);
-        d_transmittance.load_rows(&gradient[3 * plane..], stride, t * TILE);
-        value.load_rows(&image[3 * plane..], stride, t * TILE);
-        for ((s, g), v) in tile.behind.0.iter_mut().zip(&d_transmittance.0).zip(&value.0) {
-            *s += g * v;
-        }
+        behind
     }
 }

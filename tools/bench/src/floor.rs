@@ -8,6 +8,7 @@
 //! stores that the order of the loops asks for (forward: the state of a block stays in registers;
 //! backward: the moments of a splat do). A real scene adds what lists and blocks cost.
 
+use std::array::from_fn;
 use std::hint::black_box;
 
 use fearless_simd::{Level, Simd, dispatch, prelude::*};
@@ -20,11 +21,10 @@ const PIXELS: usize = 256;
 #[derive(Clone, Copy)]
 #[repr(C, align(64))]
 struct Splat {
-    sa: f32,
-    sb: f32,
-    sd: f32,
-    e0: f32,
-    d0: f32,
+    e_in_block: [f32; 16],
+    d_in_block: [f32; 16],
+    e_of_block: [f32; 16],
+    d_of_row: [f32; 4],
     base: f32,
     limit: f32,
     color: [f32; 3],
@@ -46,20 +46,6 @@ impl Plane {
     }
 }
 
-/// Pixel centers.
-static X: Plane = centers(true);
-static Y: Plane = centers(false);
-
-const fn centers(along_x: bool) -> Plane {
-    let mut plane = Plane([0.0; PIXELS]);
-    let mut p = 0;
-    while p < PIXELS {
-        plane.0[p] = (if along_x { p % 16 } else { p / 16 }) as f32 + 0.5;
-        p += 1;
-    }
-    plane
-}
-
 /// Nanoseconds per pair: forward, backward.
 #[derive(Clone, Copy, Debug, serde::Serialize)]
 pub(crate) struct Floor {
@@ -73,12 +59,17 @@ pub(crate) fn measure(level: Level) -> Floor {
         .map(|i| {
             let f = i as f32;
             // Wide and faint: every lane is seen and no pixel is ever finished.
+            let (sa, sb, sd) = (0.02, 0.003, 0.015);
+            let e0 = -sa * (8.0 + (f * 0.7).sin() * 6.0);
+            let d0 = -sd * (8.0 + (f * 1.3).cos() * 6.0);
+            // Of the pixel, of the column and of the row `i`; four of each make a block and a tile.
+            let center = |i: usize| i as f32 + 0.5;
+            let corner = |i: usize| 4.0 * i as f32;
             Splat {
-                sa: 0.02,
-                sb: 0.003,
-                sd: 0.015,
-                e0: -0.02 * (8.0 + (f * 0.7).sin() * 6.0),
-                d0: -0.015 * (8.0 + (f * 1.3).cos() * 6.0),
+                e_in_block: from_fn(|i| sa * center(i % 4) + sb * center(i / 4)),
+                d_in_block: from_fn(|i| sd * center(i / 4)),
+                e_of_block: from_fn(|i| sa * corner(i / 4) + sb * corner(i % 4) + e0),
+                d_of_row: from_fn(|i| sd * corner(i) + d0),
                 base: 0.7,
                 limit: 0.999,
                 color: [0.5, 0.4, 0.3],
@@ -86,7 +77,7 @@ pub(crate) fn measure(level: Level) -> Floor {
         })
         .collect();
     let pairs = (SPLATS * PIXELS) as f64;
-    let mut planes: [Plane; 5] = std::array::from_fn(|_| Plane([0.0; PIXELS]));
+    let mut planes: [Plane; 5] = from_fn(|_| Plane([0.0; PIXELS]));
     let mut state = planes.clone();
     let forward = || {
         planes[3].0.fill(1.0);
@@ -119,16 +110,23 @@ fn exp2<S: Simd>(simd: S, y: S::f32s) -> S::f32s {
     r4 * r4
 }
 
+/// `E` and `D` of some lanes.
+#[inline(always)]
+fn offsets<S: Simd>(simd: S, s: &Splat, lane: usize) -> (S::f32s, S::f32s) {
+    let (block, at) = (lane / 16, lane % 16);
+    let in_block = |values: &[f32; 16]| S::f32s::from_slice(simd, &values[at..at + S::f32s::LEN]);
+    let e = in_block(&s.e_in_block) + s.e_of_block[block];
+    (e, in_block(&s.d_in_block) + s.d_of_row[block % 4])
+}
+
 #[inline(always)]
 fn forward<S: Simd>(simd: S, splats: &[Splat], planes: &mut [Plane; 5]) {
     let zero = S::f32s::simd_from(simd, 0.0);
     for lane in (0..PIXELS).step_by(S::f32s::LEN) {
-        let (px, py) = (X.load(simd, lane), Y.load(simd, lane));
         let [mut r, mut g, mut b] = [zero; 3];
         let mut t = planes[3].load(simd, lane);
         for s in splats {
-            let e = px.mul_add(s.sa, py.mul_add(s.sb, s.e0));
-            let d = py.mul_add(s.sd, s.d0);
+            let (e, d) = offsets(simd, s, lane);
             let depth = e.mul_add(e, d.mul_add(d, s.base));
             let seen = depth.simd_le(s.limit) & t.simd_ge(1e-4);
             let weight = seen.select(exp2(simd, depth).min(0.99) * t, zero);
@@ -151,9 +149,7 @@ fn backward<S: Simd>(simd: S, splats: &[Splat], planes: &mut [Plane; 5]) -> f32 
     for s in splats {
         let mut sum = [zero; 9];
         for lane in (0..PIXELS).step_by(S::f32s::LEN) {
-            let (px, py) = (X.load(simd, lane), Y.load(simd, lane));
-            let e = px.mul_add(s.sa, py.mul_add(s.sb, s.e0));
-            let d = py.mul_add(s.sd, s.d0);
+            let (e, d) = offsets(simd, s, lane);
             let depth = e.mul_add(e, d.mul_add(d, s.base));
             let t = planes[4].load(simd, lane);
             let seen = depth.simd_le(s.limit) & t.simd_ge(1e-4);

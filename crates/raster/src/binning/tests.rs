@@ -55,17 +55,24 @@ fn every_touched_tile_lists_the_splat_once_in_depth_order() {
     }
 }
 
-/// Of one splat, as [`tile_ranges`].
+/// Tiles of one splat in the row with top `y0`, from the bands of its rows of blocks.
 fn tile_range(splat: &Splat, y0: f32, tile: usize, tiles_x: usize) -> (u32, u32) {
-    let top = y0 + 0.5 - splat.y;
-    let Some((left, right)) = splat.band(top, top + (tile - 1) as f32) else {
-        return (0, 0);
-    };
-    let (side, scale) = (tile as f32, (tile as f32).recip());
-    let first = ((splat.x + left - (side - 0.5)) * scale).max(0.0).ceil() as u32;
-    let last = (splat.x + right - 0.5) * scale;
-    let last = if last >= 0.0 { (last as u32 + 1).min(tiles_x as u32) } else { 0 };
-    (first.min(last), last)
+    let side = BLOCK as f32;
+    let mut tiles = (u32::MAX, 0);
+    for k in 0..tile / BLOCK {
+        let top = y0 + k as f32 * side + 0.5 - splat.y;
+        let Some((left, right)) = splat.band(top, top + side - 1.0) else {
+            continue;
+        };
+        let first = ((splat.x + left - (side - 0.5)) / side).max(0.0).ceil();
+        let last =
+            ((splat.x + right - 0.5) / side).floor().min((tiles_x * tile / BLOCK) as f32 - 1.0);
+        if first <= last {
+            let tile = |block: f32| block as u32 / (tile / BLOCK) as u32;
+            tiles = (tiles.0.min(tile(first)), tiles.1.max(tile(last) + 1));
+        }
+    }
+    (tiles.0.min(tiles.1), tiles.1)
 }
 
 #[test]
@@ -76,20 +83,22 @@ fn ranges_in_lanes_are_those_of_one_splat() {
     splats.push(Splat { rightmost_dy: f32::NAN, ..splats[3] });
     let (mut several, mut differ) = (0, 0);
     for level in levels() {
-        for (tile, y0) in [(8, 24.0), (16, 0.0), (32, 32.0)] {
+        for (tile, row) in [(8, 3), (16, 0), (32, 1)] {
             let tiles_x = 70usize.div_ceil(tile);
             for splats in splats.chunks(3) {
-                let got = dispatch!(level, simd => tile_ranges(simd, splats, y0, tile, tiles_x));
-                for (got, splat) in got.iter().zip(splats) {
-                    let expected = tile_range(splat, y0, tile, tiles_x);
+                let mut tiles = TileRow { splats: splats.to_vec(), ..TileRow::default() };
+                dispatch!(level, simd => tiles.find_ranges(simd, row, tile, tiles_x));
+                for (got, splat) in tiles.ranges.iter().zip(splats) {
+                    let expected = tile_range(splat, (row * tile) as f32, tile, tiles_x);
                     several += usize::from(got.1 > got.0 + 1);
-                    // Rounding may decide otherwise within the slack of a bound.
+                    // Rounding may decide otherwise within the slack of a bound, and lanes keep a row
+                    // of blocks that is passed between two centers.
                     differ += usize::from(got.1 - got.0 != expected.1 - expected.0);
                 }
             }
         }
     }
-    assert!(several > 500 && differ <= 3, "{several} wide, {differ} different");
+    assert!(several > 500 && differ <= 10, "{several} wide, {differ} different");
 }
 
 #[test]
