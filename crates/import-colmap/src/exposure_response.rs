@@ -3,10 +3,12 @@
 //! A model that fits an exposure per training photo cannot know that of a photo it never saw, and a
 //! held-out photo's pixels must not be used. Its metadata may: exposure time, ISO speed and f-number
 //! say how bright the camera was set. The brightness `b` of point `p` in photo `i` (log of the mean
-//! sRGB-encoded value around it) is `surface_p + g_i`; both are found by alternating medians over the
-//! training photos, which stand shadows, occluders and highlights. Then `g = slope (stops -
-//! reference) + constant` is fitted by least squares, and kept when it explains the gains better
-//! than no response by more than its cost (Schwarz 1978, the Bayesian information criterion).
+//! sRGB-encoded value around it) is `surface_p + g_i`; both minimize the sum of Huber losses over the
+//! training photos, which stands shadows, occluders and highlights. (Medians in turn would stand them
+//! too, but stop where no single value can be improved alone, with the gains of photos that share few
+//! points too small.) Then `g = slope (stops - reference) + constant` is fitted by least squares, and
+//! kept when it explains the gains better than no response by more than its cost (Schwarz 1978, the
+//! Bayesian information criterion).
 
 use motes_math::median::median;
 use motes_scene::{ExposureResponse, ImageU8};
@@ -16,8 +18,11 @@ use motes_scene::{ExposureResponse, ImageU8};
 const HALF_SIDE: f64 = 0.005;
 /// Encoded values beyond these are clipped or mostly noise.
 const USABLE: [f64; 2] = [0.08, 0.95];
-/// Alternations; the gains of 20 photos settle to 1e-3 within 30.
-const ROUNDS: usize = 60;
+/// Alternations; the gains of 20 photos settle to 1e-3 within 100.
+const ROUNDS: usize = 200;
+/// Residuals of log brightness beyond this count linearly: about the median of those between photos of
+/// bark and ground taken by hand.
+const HUBER: f64 = 0.05;
 /// A photo with fewer points says nothing about its gain.
 const MIN_POINTS: usize = 20;
 /// Fewer photos make no trend.
@@ -108,7 +113,10 @@ pub(crate) fn note(fitted: Option<FittedResponse>) -> Option<String> {
     ))
 }
 
-/// Log gain per photo, median 0.
+/// Log gain per photo, median 0: what minimizes `Σ huber(b_ip - surface_p - g_i)`.
+///
+/// The surfaces and the gains take turns. Each turn is a mean with the weights of iteratively reweighted
+/// least squares, so the sum never rises, and since it is convex and smooth the turns end at its least.
 fn gains(photos: &[PhotoBrightness], points: usize) -> Vec<f64> {
     let mut of_point: Vec<Vec<(usize, f64)>> = vec![Vec::new(); points];
     for (i, photo) in photos.iter().enumerate() {
@@ -117,20 +125,32 @@ fn gains(photos: &[PhotoBrightness], points: usize) -> Vec<f64> {
         }
     }
     let mut gains = vec![0.0; photos.len()];
-    let mut surface = vec![0.0; points];
+    let first = of_point.iter().map(|seen| seen.iter().map(|s| s.1).collect());
+    let mut surface: Vec<f64> = first.map(middle_or_zero).collect();
     for _ in 0..ROUNDS {
-        for (value, seen) in surface.iter_mut().zip(&of_point) {
-            *value = middle_or_zero(seen.iter().map(|&(i, b)| b - gains[i]).collect());
-        }
         for (gain, photo) in gains.iter_mut().zip(photos) {
             // A point that one photo alone sees fits any gain.
             let shared = photo.samples.iter().filter(|(p, _)| of_point[*p].len() > 1);
-            *gain = middle_or_zero(shared.map(|&(p, b)| b - surface[p]).collect());
+            *gain = huber_mean(shared.map(|&(p, b)| b - surface[p]), *gain);
         }
         let middle = middle_or_zero(gains.clone());
         gains.iter_mut().for_each(|gain| *gain -= middle);
+        for (value, seen) in surface.iter_mut().zip(&of_point) {
+            *value = huber_mean(seen.iter().map(|&(i, b)| b - gains[i]), *value);
+        }
     }
     gains
+}
+
+/// The mean with weights `min(1, HUBER / |value - before|)`; `before` of nothing.
+fn huber_mean(values: impl Iterator<Item = f64>, before: f64) -> f64 {
+    let (mut sum, mut weights) = (0.0, 0.0);
+    for value in values {
+        let weight = HUBER / (value - before).abs().max(HUBER);
+        sum += weight * value;
+        weights += weight;
+    }
+    if weights > 0.0 { sum / weights } else { before }
 }
 
 /// 0 of nothing.

@@ -24,7 +24,15 @@ const COVER_GAIN: f32 = 3.0;
 const OPEN: f32 = 0.5;
 /// Learning rate of the color.
 const RATE: f32 = 1e-2;
-/// Gaussians of the sphere that stands for a single color in the model that is written.
+/// Distance of the [`surroundings`] over that of the shell: behind every Gaussian of it, near enough to
+/// share its parallax.
+const BEHIND: f64 = 1.3;
+/// Width of the kernel that colors them, radians: a few of their Gaussians, which stand 0.14 apart.
+const REACH: f64 = 0.25;
+/// Weight of the mean color, where all points in one place have 1: it takes over at four widths.
+const MEAN_WEIGHT: f64 = 1e-3;
+/// Gaussians of a closed sphere: of the surroundings, and of what stands for a single color in the model
+/// that is written.
 const DOME: usize = 642;
 
 /// A background color under optimization.
@@ -196,14 +204,57 @@ pub(crate) fn shell(
     g
 }
 
-/// A closed sphere of one color: what a background color becomes in a file that has none.
-pub(crate) fn dome(color: [f32; 3], center: DVec3, radius: f64) -> Gaussians {
-    let spacing = (4.0 * std::f64::consts::PI / DOME as f64).sqrt() * radius;
+/// At most `most` Gaussians on a closed sphere behind the `shell`, for the directions that no photo shows:
+/// the mean of the shell nearby, and far from all of it `mean`. Black there would be seen as soon as a view
+/// turns a little farther than the photos did.
+pub(crate) fn surroundings(
+    shell: &Gaussians,
+    mean: [f32; 3],
+    (center, radius): (DVec3, f64),
+    most: usize,
+) -> Gaussians {
+    let seen: Vec<(DVec3, [f64; 3])> = (0..shell.len())
+        .map(|i| {
+            let direction = Vec3::from(shell.means[i]).as_dvec3() - center;
+            let color = std::array::from_fn(|c| 0.5 + SH_C0 * f64::from(shell.sh_of(i)[c]));
+            (direction.normalize_or_zero(), color)
+        })
+        .collect();
+    let color = |direction: DVec3| {
+        let mut sum = mean.map(|m| MEAN_WEIGHT * f64::from(m));
+        let mut weights = MEAN_WEIGHT;
+        for (other, color) in &seen {
+            let kernel = ((direction.dot(*other) - 1.0) / (REACH * REACH)).exp();
+            let weight = kernel / seen.len() as f64;
+            weights += weight;
+            for (sum, c) in sum.iter_mut().zip(color) {
+                *sum += weight * c;
+            }
+        }
+        sum.map(|s| (s / weights) as f32)
+    };
+    sphere(color, (center, BEHIND * radius), DOME.min(most))
+}
+
+/// A closed sphere of `count` nearly opaque Gaussians, colored by their directions.
+fn sphere(
+    color: impl Fn(DVec3) -> [f32; 3],
+    (center, radius): (DVec3, f64),
+    count: usize,
+) -> Gaussians {
+    let spacing = (4.0 * std::f64::consts::PI / count.max(1) as f64).sqrt() * radius;
     let mut g = Gaussians::empty(0);
-    for i in 0..DOME {
-        push(&mut g, (center + radius * fibonacci(i, DOME)).as_vec3(), color, spacing as f32, 0.99);
+    for i in 0..count {
+        let direction = fibonacci(i, count);
+        let point = (center + radius * direction).as_vec3();
+        push(&mut g, point, color(direction), spacing as f32, 0.99);
     }
     g
+}
+
+/// A closed sphere of one color: what a background color becomes in a file that has none.
+pub(crate) fn dome(color: [f32; 3], center: DVec3, radius: f64) -> Gaussians {
+    sphere(|_| color, (center, radius), DOME)
 }
 
 /// Point `i` of `n` nearly evenly spread on the unit sphere: the golden angle.

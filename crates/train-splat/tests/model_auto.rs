@@ -157,6 +157,12 @@ fn a_far_background_is_kept_where_the_photos_show_one() {
     assert_eq!(found.kept, "shell", "{found:?}");
     let far = trainer.state.gaussians.means.iter().filter(|m| m[0].hypot(m[1]).hypot(m[2]) > 30.0);
     assert!(far.count() > 50);
+    // Where no photo looked it goes on, behind.
+    let (center, radius) = (trainer.state.scene.shell_center, trainer.state.scene.shell_radius);
+    let from_center = |m: &[f32; 3]| (glam::Vec3::from(*m).as_dvec3() - center).length();
+    let behind =
+        trainer.state.gaussians.means.iter().filter(|m| from_center(m) > 1.2 * radius).count();
+    assert!(behind > 100, "{behind} of {}", trainer.state.gaussians.len());
 }
 
 #[test]

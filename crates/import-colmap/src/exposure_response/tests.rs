@@ -10,6 +10,11 @@ fn scatter(a: usize, b: usize) -> f64 {
 
 /// `count` photos on a ring, each sharing points with its neighbors; every tenth sample is wrong.
 fn photos(count: usize, slope: f64) -> (Vec<PhotoBrightness>, usize) {
+    photos_with_noise(count, slope, 0.04)
+}
+
+/// The same with noise of this width on each sample.
+fn photos_with_noise(count: usize, slope: f64, width: f64) -> (Vec<PhotoBrightness>, usize) {
     let points = count * 40;
     let photos = (0..count)
         .map(|i| {
@@ -19,7 +24,7 @@ fn photos(count: usize, slope: f64) -> (Vec<PhotoBrightness>, usize) {
                 .map(|k| {
                     let point = (i * 40 + k) % points;
                     let outlier = if k % 10 == 0 { 0.8 * scatter(i, k) } else { 0.0 };
-                    let noise = 0.04 * (scatter(point, i) - 0.5);
+                    let noise = width * (scatter(point, i) - 0.5);
                     (point, -1.0 + 0.5 * scatter(point, 7) + gain + noise + outlier)
                 })
                 .collect();
@@ -35,6 +40,13 @@ fn the_slope_is_found_between_surfaces_of_different_brightness() {
     let fitted = fit(&photos, points).unwrap();
     assert!((fitted.response.slope_per_stop - 0.26).abs() < 0.02, "{fitted:?}");
     assert!(fitted.evidence > 20.0 && fitted.photos == 20, "{fitted:?}");
+}
+
+#[test]
+fn noise_as_wide_as_the_gains_does_not_move_the_slope() {
+    let (photos, points) = photos_with_noise(40, 0.15, 0.3);
+    let fitted = fit(&photos, points).unwrap();
+    assert!((fitted.response.slope_per_stop - 0.15).abs() < 0.02, "{fitted:?}");
 }
 
 #[test]

@@ -111,3 +111,32 @@ fn the_shell_shows_what_the_photos_show_beyond_the_points() {
     assert!(image.row(2, 24)[56] > 0.6 && image.row(0, 24)[56] < 0.25, "{}", image.row(2, 24)[56]);
     assert_eq!(shell(&sky, &views, 0, where_to, 100).len(), 100);
 }
+
+#[test]
+fn beside_the_photos_the_shell_goes_on_in_the_colors_at_their_edge() {
+    // Open directions around +x are red, those around -x blue; the mean of all is green.
+    let mut seen = Gaussians::empty(0);
+    for (x, color) in [(1.0, [0.9, 0.1, 0.1]), (-1.0, [0.1, 0.1, 0.9])] {
+        for i in 0..40 {
+            let angle = 0.05 * (f64::from(i) - 20.0);
+            let direction = DVec3::new(x, angle, 0.3 * angle).normalize();
+            push(&mut seen, direction.as_vec3() * 20.0, color, 1.0, 0.9);
+        }
+    }
+    let g = surroundings(&seen, [0.1, 0.8, 0.1], (DVec3::ZERO, 20.0), 100_000);
+    assert!(g.means.iter().all(|m| Vec3::from(*m).length() > 25.0), "behind the shell");
+    assert_eq!(surroundings(&seen, [0.5; 3], (DVec3::ZERO, 20.0), 100).len(), 100);
+    let camera = Pinhole { fx: 30.0, fy: 30.0, cx: 24.0, cy: 24.0, width: 48, height: 48 };
+    let middle = |to: DVec3| {
+        let pose = Pose::look_at(DVec3::ZERO, to, DVec3::Z).unwrap();
+        let got = render(&g, &camera, &pose, &RenderOptions::default());
+        let at = 3 * (24 * 48 + 24);
+        [got.color.data[at], got.color.data[at + 1], got.color.data[at + 2]]
+    };
+    let [red, _, blue] = middle(DVec3::new(1.0, 0.0, 0.5));
+    assert!(red > 0.7 && blue < 0.3, "above the red ones: {red} {blue}");
+    let [red, _, blue] = middle(DVec3::new(-1.0, 0.0, 0.5));
+    assert!(blue > 0.7 && red < 0.3, "above the blue ones: {red} {blue}");
+    let [red, green, blue] = middle(DVec3::new(0.0, 0.1, -1.0));
+    assert!(green > 0.6 && red < 0.3 && blue < 0.3, "far from both: {red} {green} {blue}");
+}

@@ -10,7 +10,7 @@ use crate::auto::rules::{self, Choices};
 use crate::auto::{
     BackgroundModel, Decision, ExposureModel, ModelChoice, ModelState, ProbeCost, detail,
 };
-use crate::background::{BackgroundColor, OpenSky, append, shell};
+use crate::background::{BackgroundColor, OpenSky, append, shell, surroundings};
 use crate::exposure::{NEEDED_SPREAD, gain_spread};
 use crate::loss::ColorTransform;
 use crate::options::{Background, FitOptions};
@@ -243,7 +243,12 @@ impl Trainer {
                 let most = (SHELL_SHARE * self.plan.max_gaussians as f64) as usize;
                 let place = self.state.scene;
                 let place = (place.shell_center, place.shell_radius);
-                let more = shell(sky, &self.views, 0, place, most);
+                let mut more = shell(sky, &self.views, 0, place, most);
+                // A probe asks whether what photos show pays, not what is guessed beside it.
+                if self.probe.is_none() {
+                    let guessed = surroundings(&more, sky.mean, place, most);
+                    append(&mut more, &guessed);
+                }
                 let state = &mut self.state;
                 append(&mut state.gaussians, &more);
                 let n = state.gaussians.len();
