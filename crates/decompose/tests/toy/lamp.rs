@@ -30,20 +30,22 @@ fn spread(d: &Found) -> f64 {
     (all.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n).sqrt()
 }
 
-fn decomposed(radiance: f32, lamps: Switch) -> Found {
+fn decomposed(radiance: f32, lamps: Switch, local_light: Switch) -> Found {
     let shining = surface_with_lamp(radiance);
     let scene = TracedSurface::new(shining.clone()).expect("a mesh");
     let photos =
         photos(&scene, &light(SKY, SKY), |p| Material::lambert(Vec3::splat(base_color(p))));
     let mut options = options();
     options.light.lamps = lamps;
+    options.light.local_light = local_light;
     let dark = Surface { emission_linear: Vec::new(), ..shining };
     run_with(&options, dark, &photos, Known::default()).expect("a decomposition")
 }
 
 #[test]
 fn a_lamp_that_the_photos_clip_is_found_by_what_it_lights() {
-    let (with, without) = (decomposed(LAMP, Switch::Auto), decomposed(LAMP, Switch::Off));
+    let off = Switch::Off;
+    let (with, without) = (decomposed(LAMP, Switch::Auto, off), decomposed(LAMP, off, off));
     assert_sound(&with);
     let term = with.term("lamps").expect("a lamp");
     let lamps = &with.lights[0].lamps;
@@ -63,12 +65,20 @@ fn a_lamp_that_the_photos_clip_is_found_by_what_it_lights() {
     assert!((0.6..1.7).contains(&ratio), "{ratio}");
     assert!(spread(&with) < 0.7 * spread(&without));
     assert!(without.term("lamps").is_none() && without.lights[0].lamps.is_empty());
+
+    // What no lamp stands for is found as light of the place.
+    let local = decomposed(LAMP, off, Switch::Auto);
+    assert_sound(&local);
+    println!("local light: spread {:.3}", spread(&local));
+    assert!(local.term("local light").is_some_and(|term| term.kept));
+    assert!(without.term("local light").is_none());
+    assert!(spread(&local) < 0.7 * spread(&without));
 }
 
 #[test]
 fn a_white_thing_that_is_only_overexposed_is_no_lamp() {
     // It sends what clips, and lights hardly anything.
-    let d = decomposed(1.02, Switch::Auto);
+    let d = decomposed(1.02, Switch::Auto, Switch::Auto);
     assert_sound(&d);
     assert!(d.lights[0].lamps.is_empty(), "{:?}", d.term("lamps"));
 }

@@ -1,5 +1,6 @@
 //! The light that leaves the base colors of like points alike.
 
+mod by_turns;
 pub(crate) mod cost;
 mod evidence;
 pub(crate) mod glossy;

@@ -7,7 +7,7 @@ use motes_shading::environment::Orientation;
 use super::cost::SolveOptions;
 use super::evidence::{likeness, prior_log_base};
 use super::lamps::Lamps;
-use super::local::{self, FoundLocal};
+use super::local::FoundLocal;
 use super::options::Options;
 use super::pairs::{Pair, PairOptions, choose_pairs};
 use super::solve::{LitPoints, solve};
@@ -38,14 +38,8 @@ const LEAST_SAVING: f32 = 0.01;
 const LAMP_RAYS: u32 = 32;
 /// Weight of a pair of one point under two lights against a full pair.
 const SAME_POINT: f32 = 4.0;
-/// Added to the key of the pairs, of those that the local light is found by.
-const LOCAL_PAIRS: u64 = 0x10ca1;
-/// Neighborhood of those pairs, as [`RADIUS`]: a gradient is told by what is apart.
-const LOCAL_RADIUS: f32 = 0.15;
-/// Turns of light at infinity and local light.
-const LOCAL_TURNS: u64 = 2;
 /// Radiance below which what photos show has no color that could be told, photo units.
-const DIM: f32 = 1e-3;
+pub(super) const DIM: f32 = 1e-3;
 
 /// Points and the captures that show them.
 #[derive(Debug)]
@@ -160,57 +154,6 @@ impl<'a> LightProblem<'a> {
         found.lamp_of_vertex.clone_from(&self.lamps.of_vertex);
         found.lights = lights;
         found
-    }
-
-    /// What the light at infinity leaves of one capture, where neighbors are more alike with it; both are found by turns, since a light
-    /// at infinity that stands for a lamp is wrong everywhere else. None of several captures, whose rows are several lights'.
-    fn local_light(
-        &self,
-        lights: &mut [CellLight],
-        rows: &[Vec<u32>],
-        lit: &[LitPoints],
-    ) -> Option<FoundLocal> {
-        let ([rows_of_one], [lit_of_one]) = (rows, lit) else { return None };
-        if self.options.local_light == Switch::Off {
-            return None;
-        }
-        let place = |&p: &u32| {
-            let sample = &self.samples[p as usize];
-            (sample.position, sample.normal)
-        };
-        let places: Vec<(Vec3, Vec3)> = rows_of_one.iter().map(place).collect();
-        let first = self.local_of(lights, rows, lit_of_one, &places)?;
-        if self.options.local_light == Switch::Auto && first.saved() < local::LEAST_SAVING {
-            return Some(first);
-        }
-        let mut light = first.light;
-        for turn in 0..LOCAL_TURNS {
-            let radiance = lit_of_one.radiance.iter().zip(&places);
-            let radiance = radiance.map(|(l, (x, n))| *l / light.factor(*x, *n)).collect();
-            let even = [LitPoints { transport: lit_of_one.transport.clone(), radiance }];
-            let base = [base_colors(&even[0], &lights[0])];
-            let seed = self.seed.wrapping_add(LOCAL_PAIRS + turn);
-            let pairs = self.pairs(rows, &even, &base, seed, RADIUS);
-            solve(lights, &even, &pairs, &mut [], &self.solve_options());
-            light = self.local_of(lights, rows, lit_of_one, &places)?.light;
-        }
-        Some(FoundLocal { light, ..first })
-    }
-
-    /// What this light at infinity leaves.
-    fn local_of(
-        &self,
-        lights: &[CellLight],
-        rows: &[Vec<u32>],
-        lit: &LitPoints,
-        places: &[(Vec3, Vec3)],
-    ) -> Option<FoundLocal> {
-        let base = [base_colors(lit, lights.first()?)];
-        let log = |b: &Vec3| b.max(Vec3::splat(DIM)).map(f32::ln);
-        let log_base: Vec<Vec3> = base[0].iter().map(log).collect();
-        let seed = self.seed.wrapping_add(LOCAL_PAIRS);
-        let pairs = self.pairs(rows, std::slice::from_ref(lit), &base, seed, LOCAL_RADIUS);
-        local::find(&local::Points { places, log_base: &log_base }, &pairs, self.distance)
     }
 
     /// Leaves out pieces that light nothing, and all of them unless base colors are more alike with them; costs of a smooth

@@ -88,7 +88,7 @@ fn believable_regions(
     let mut doubted = vec![false; samples.len()];
     for _ in 0..DOUBTS {
         let regions = find_regions(samples, profile, options, &doubted);
-        let more = shown.doubtful_metals(samples, profile, &regions);
+        let more = shown.doubtful_metals(samples, profile, &regions, &ROUGHNESS);
         if !more.contains(&true) {
             return regions;
         }

@@ -18,8 +18,10 @@ use crate::appearance::Kind;
 use crate::observation::Sample;
 use crate::observation::samples::luminance;
 
-/// Share from which a part may be a metal (docs/benchmarks/decompose.md).
+/// Share from which a part may be a rough metal (docs/benchmarks/decompose.md).
 const LEAST_SHARE: f32 = 0.25;
+/// Roughness from which a metal needs that evidence: what is sharper shows a picture of its surroundings, which a fit does not invent.
+const ROUGH: f32 = 0.45;
 /// Least roughness of a highlight that the generic coat of a dielectric has.
 const SHARP: f32 = 0.3;
 /// Share of the cost of a part without highlights that a sharper one must save.
@@ -68,19 +70,22 @@ impl Shown {
         if moving > 0.0 { (moving / lasting.max(1e-12)) as f32 } else { 0.0 }
     }
 
-    /// Points of parts that are called metal without moving like one.
+    /// Points of parts that are called a rough metal without moving like one.
     pub(super) fn doubtful_metals(
         &self,
         samples: &[Sample],
         profile: &Profile,
         regions: &Regions,
+        roughness: &[f32],
     ) -> Vec<bool> {
         let is_doubtful: Vec<bool> = regions
             .label
             .iter()
             .enumerate()
             .map(|(part, &label)| {
-                profile.labels[label].kind == Kind::Metal
+                let Label { kind, roughness: r } = profile.labels[label];
+                kind == Kind::Metal
+                    && roughness[r] >= ROUGH
                     && self.moving_share(&regions.of_sample, part) < LEAST_SHARE
             })
             .collect();
@@ -96,7 +101,7 @@ fn gains(logs: &[Vec<(usize, f64)>]) -> Vec<f64> {
         let middle = median(values.iter().map(|(_, v)| *v)).unwrap_or(0.0);
         values.iter().for_each(|(k, v)| over[*k].push(v - middle));
     }
-    over.into_iter().map(|v| median(v.into_iter()).unwrap_or(0.0)).collect()
+    over.into_iter().map(|v| median(v).unwrap_or(0.0)).collect()
 }
 
 /// Takes sharp highlights from parts that hardly need them: a mirror in the wrong place is worse than none.
