@@ -35,7 +35,7 @@ const RANGE: f32 = 3.0;
 /// Every so manieth point is left out to judge the fit.
 const LEFT_OUT: usize = 4;
 /// Share of the cost of the pairs left out that it has to save.
-pub(super) const LEAST_SAVING: f64 = 0.15;
+pub(super) const LEAST_SAVING: f64 = 0.1;
 
 /// Points under one light.
 pub(super) struct Points<'a> {
