@@ -4,6 +4,7 @@ use glam::Vec3;
 use motes_scene::Switch;
 
 use super::local::{self, FoundLocal};
+use super::pairs::Pair;
 use super::problem::{DIM, LightProblem, RADIUS, base_colors};
 use super::solve::{LitPoints, solve};
 use crate::illumination::CellLight;
@@ -33,37 +34,41 @@ impl LightProblem<'_> {
             (sample.position, sample.normal)
         };
         let places: Vec<(Vec3, Vec3)> = rows_of_one.iter().map(place).collect();
-        let first = self.local_of(lights, rows, lit_of_one, &places)?;
-        if self.options.local_light == Switch::Auto && first.saved() < local::LEAST_SAVING {
-            return Some(first);
+        let (base, pairs) = self.local_pairs(lights, rows, lit_of_one);
+        let points = local::Points { places: &places, log_base: &base };
+        let costs = local::judge(&points, &pairs, self.distance)?;
+        let mut found = FoundLocal { light: local::fit(&points, &pairs, self.distance)?, costs };
+        if !found.is_kept(self.options.local_light) {
+            return Some(found);
         }
-        let mut light = first.light;
+        let transport = lit_of_one.transport.clone();
+        let mut even = [LitPoints { transport, radiance: Vec::new() }];
         for turn in 0..LOCAL_TURNS {
             let radiance = lit_of_one.radiance.iter().zip(&places);
-            let radiance = radiance.map(|(l, (x, n))| *l / light.factor(*x, *n)).collect();
-            let even = [LitPoints { transport: lit_of_one.transport.clone(), radiance }];
+            even[0].radiance =
+                radiance.map(|(l, (x, n))| *l / found.light.factor(*x, *n)).collect();
             let base = [base_colors(&even[0], &lights[0])];
             let seed = self.seed.wrapping_add(LOCAL_PAIRS + turn);
             let pairs = self.pairs(rows, &even, &base, seed, RADIUS);
             solve(lights, &even, &pairs, &mut [], &self.solve_options());
-            light = self.local_of(lights, rows, lit_of_one, &places)?.light;
+            let (base, pairs) = self.local_pairs(lights, rows, lit_of_one);
+            let points = local::Points { places: &places, log_base: &base };
+            found.light = local::fit(&points, &pairs, self.distance)?;
         }
-        Some(FoundLocal { light, ..first })
+        Some(found)
     }
 
-    /// What this light at infinity leaves.
-    fn local_of(
+    /// Logarithms of what this light at infinity leaves, and the pairs that should be alike in it.
+    fn local_pairs(
         &self,
         lights: &[CellLight],
         rows: &[Vec<u32>],
         lit: &LitPoints,
-        places: &[(Vec3, Vec3)],
-    ) -> Option<FoundLocal> {
-        let base = [base_colors(lit, lights.first()?)];
+    ) -> (Vec<Vec3>, Vec<Pair>) {
+        let base = [base_colors(lit, &lights[0])];
         let log = |b: &Vec3| b.max(Vec3::splat(DIM)).map(f32::ln);
-        let log_base: Vec<Vec3> = base[0].iter().map(log).collect();
+        let log_base = base[0].iter().map(log).collect();
         let seed = self.seed.wrapping_add(LOCAL_PAIRS);
-        let pairs = self.pairs(rows, std::slice::from_ref(lit), &base, seed, LOCAL_RADIUS);
-        local::find(&local::Points { places, log_base: &log_base }, &pairs, self.distance)
+        (log_base, self.pairs(rows, std::slice::from_ref(lit), &base, seed, LOCAL_RADIUS))
     }
 }

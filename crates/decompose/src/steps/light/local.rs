@@ -10,6 +10,7 @@
 //! wall is light and a step from one thing to the next is base color. Reweighted least squares; conjugate gradients.
 
 use glam::Vec3;
+use motes_scene::Switch;
 
 use super::pairs::Pair;
 use crate::illumination::{LightAnchor, LocalLight, NEAR};
@@ -35,7 +36,7 @@ const RANGE: f32 = 3.0;
 /// Every so manieth point is left out to judge the fit.
 const LEFT_OUT: usize = 4;
 /// Share of the cost of the pairs left out that it has to save.
-pub(super) const LEAST_SAVING: f64 = 0.1;
+const LEAST_SAVING: f64 = 0.1;
 
 /// Points under one light.
 pub(super) struct Points<'a> {
@@ -56,7 +57,13 @@ pub(crate) struct FoundLocal {
 impl FoundLocal {
     /// Share of the cost that it saves.
     pub(crate) fn saved(&self) -> f64 {
-        1.0 - self.costs[1] / self.costs[0].max(f64::MIN_POSITIVE)
+        let [without, with] = self.costs;
+        if without > 0.0 { 1.0 - with / without } else { 0.0 }
+    }
+
+    /// Whether it is part of the model.
+    pub(crate) fn is_kept(&self, wanted: Switch) -> bool {
+        wanted == Switch::On || self.saved() >= LEAST_SAVING
     }
 
     /// Standard deviation of the logarithm over the anchors, all channels.
@@ -87,21 +94,34 @@ impl FoundLocal {
     }
 }
 
+/// Anchors that a point takes from, and how much of each.
+type Weights = Vec<(usize, f32)>;
+
+impl Points<'_> {
+    /// Anchors for points at a median `distance` from the cameras, and what every point takes from them.
+    fn anchored(&self, distance: f32) -> Option<(LocalLight, Vec<Weights>)> {
+        let start = anchored(self.places, REACH * distance)?;
+        let weights = self.places.iter().map(|(x, n)| start.weights(*x, *n)).collect();
+        Some((start, weights))
+    }
+}
+
 /// Fits the local light of points at a median `distance` from the cameras; none where there is nothing to fit.
-pub(super) fn find(points: &Points<'_>, pairs: &[Pair], distance: f32) -> Option<FoundLocal> {
-    let start = anchored(points.places, REACH * distance)?;
+pub(super) fn fit(points: &Points<'_>, pairs: &[Pair], distance: f32) -> Option<LocalLight> {
+    let (start, weights) = points.anchored(distance)?;
+    let all = solve(&start, &weights, points.log_base, pairs);
+    Some(start.with(&all))
+}
+
+/// What [`fit`] saves of the pairs of points that it is not told of.
+pub(super) fn judge(points: &Points<'_>, pairs: &[Pair], distance: f32) -> Option<[f64; 2]> {
+    let (start, weights) = points.anchored(distance)?;
     let is_left_out =
         |pair: &Pair| [pair.a, pair.b].iter().any(|p| (*p as usize).is_multiple_of(LEFT_OUT));
     let (judges, told): (Vec<Pair>, Vec<Pair>) = pairs.iter().copied().partition(is_left_out);
-    let weights: Vec<Vec<(usize, f32)>> =
-        points.places.iter().map(|(x, n)| start.weights(*x, *n)).collect();
-    let fit = |pairs: &[Pair]| solve(&start, &weights, points.log_base, pairs);
-    let nothing = vec![Vec3::ZERO; start.anchors().len()];
-    let by_others = fit(&told);
-    let cost = |factors: &[Vec3]| cost(factors, &weights, points.log_base, &judges);
-    let costs = [cost(&nothing), cost(&by_others)];
-    let all = fit(pairs);
-    Some(FoundLocal { light: start.with(&all), costs })
+    let by_others = solve(&start, &weights, points.log_base, &told);
+    let nothing = vec![Vec3::ZERO; by_others.len()];
+    Some([nothing, by_others].map(|factors| cost(&factors, &weights, points.log_base, &judges)))
 }
 
 /// Farthest points as anchors, until every point has one within `reach` (in place, or in normal) or there are enough.
@@ -134,7 +154,7 @@ fn value(factors: &[Vec3], weights: &[(usize, f32)]) -> Vec3 {
 }
 
 /// What the base colors of a pair differ by, less what the factors explain.
-fn left(factors: &[Vec3], weights: &[Vec<(usize, f32)>], log_base: &[Vec3], pair: &Pair) -> Vec3 {
+fn left(factors: &[Vec3], weights: &[Weights], log_base: &[Vec3], pair: &Pair) -> Vec3 {
     let [a, b] = [pair.a as usize, pair.b as usize];
     log_base[a] - log_base[b] - value(factors, &weights[a]) + value(factors, &weights[b])
 }
@@ -144,7 +164,7 @@ fn root(left: Vec3) -> f32 {
 }
 
 /// Mean cost of the pairs.
-fn cost(factors: &[Vec3], weights: &[Vec<(usize, f32)>], log_base: &[Vec3], pairs: &[Pair]) -> f64 {
+fn cost(factors: &[Vec3], weights: &[Weights], log_base: &[Vec3], pairs: &[Pair]) -> f64 {
     let (mut sum, mut total) = (0.0, 0.0);
     for pair in pairs {
         let root = root(left(factors, weights, log_base, pair));
@@ -155,15 +175,10 @@ fn cost(factors: &[Vec3], weights: &[Vec<(usize, f32)>], log_base: &[Vec3], pair
 }
 
 /// Log factors at the anchors of `start`.
-fn solve(
-    start: &LocalLight,
-    weights: &[Vec<(usize, f32)>],
-    log_base: &[Vec3],
-    pairs: &[Pair],
-) -> Vec<Vec3> {
+fn solve(start: &LocalLight, weights: &[Weights], log_base: &[Vec3], pairs: &[Pair]) -> Vec<Vec3> {
     let n = start.anchors().len();
     let total: f32 = pairs.iter().map(|p| p.weight).sum::<f32>().max(f32::MIN_POSITIVE);
-    let around: Vec<Vec<(usize, f32)>> = start
+    let around: Vec<Weights> = start
         .anchors()
         .iter()
         .enumerate()
@@ -211,6 +226,11 @@ fn solve(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn find(points: &Points<'_>, pairs: &[Pair], distance: f32) -> Option<FoundLocal> {
+        let costs = judge(points, pairs, distance)?;
+        Some(FoundLocal { light: fit(points, pairs, distance)?, costs })
+    }
 
     /// A wall of 40 x 40 points, of `paint` (log) at its places, beside a lamp of `strength`.
     fn wall(paint: impl Fn(usize, usize) -> f32, strength: f32) -> FoundLocal {

@@ -43,7 +43,7 @@ pub fn run(state: &mut State<'_>, options: &Options) -> Vec<Term> {
         };
     }
     let local = local.map(|found| {
-        let kept = options.local_light == Switch::On || found.saved() >= local::LEAST_SAVING;
+        let kept = found.is_kept(options.local_light);
         let term = found.term(kept);
         if kept {
             state.observed.light_evenly(Arc::new(found.light));

@@ -60,8 +60,8 @@ pub(super) fn find_regions(
         Kind::Metal if is_barred => f32::INFINITY,
         _ => profile.prices[label],
     };
-    let priced = |c: &[f32], is_barred: bool| {
-        let all = c.iter().enumerate().map(|(label, c)| c + price(label, is_barred));
+    let priced = |costs: &mut dyn Iterator<Item = f32>, is_barred: bool| {
+        let all = costs.enumerate().map(|(label, c)| c + price(label, is_barred));
         all.fold(f32::INFINITY, f32::min)
     };
     let mut edges = adjacency(samples, &piece);
@@ -69,10 +69,10 @@ pub(super) fn find_regions(
     loop {
         // What merging saves: a price, minus what a common label loses.
         let gain = |a: usize, b: usize| {
-            let both: Vec<f32> = costs[a].iter().zip(&costs[b]).map(|(x, y)| x + y).collect();
-            let joint = priced(&both, is_barred[a] || is_barred[b]);
-            options.price
-                - (joint - priced(&costs[a], is_barred[a]) - priced(&costs[b], is_barred[b]))
+            let mut both = costs[a].iter().zip(&costs[b]).map(|(x, y)| x + y);
+            let joint = priced(&mut both, is_barred[a] || is_barred[b]);
+            let own = |k: usize| priced(&mut costs[k].iter().copied(), is_barred[k]);
+            options.price - (joint - own(a) - own(b))
         };
         let top = edges
             .iter()
