@@ -5,6 +5,7 @@ use motes_scene::{Gaussians, ImageF32};
 use rayon::prelude::*;
 
 use crate::frame::Frame;
+use crate::options::BLUR_VARIANCE_PX2;
 use crate::parameters::RasterParameters;
 use crate::render::Aovs;
 use crate::splat::Splat;
@@ -25,6 +26,13 @@ pub(crate) fn tile_aovs(
             false => Vec3::ZERO,
         })
         .collect();
+    let peaks: Vec<Peak> = (0..gaussians.len())
+        .into_par_iter()
+        .map(|i| match frame.projected()[i].is_visible() {
+            true => Peak::new(gaussians, i, view),
+            false => Peak::default(),
+        })
+        .collect();
     let rows: Vec<Vec<PixelAovs>> = (0..height)
         .into_par_iter()
         .map(|y| {
@@ -33,10 +41,11 @@ pub(crate) fn tile_aovs(
                     let list = frame.bins().list_at(x, y);
                     let splats = list.iter().flat_map(|(row, entries)| {
                         entries.iter().map(|&e| {
-                            (&row.splats[e as usize], normals[row.ids[e as usize] as usize])
+                            let id = row.ids[e as usize] as usize;
+                            (&row.splats[e as usize], normals[id], &peaks[id])
                         })
                     });
-                    composite(splats, x as f32 + 0.5, y as f32 + 0.5, parameters)
+                    composite(splats, [x as f32 + 0.5, y as f32 + 0.5], view, parameters)
                 })
                 .collect()
         })
@@ -59,25 +68,67 @@ struct PixelAovs {
     normal: Vec3,
 }
 
+/// Where a ray passes the densest point of a Gaussian. The depth of its center would do for a small one; a wide one that is seen
+/// at a grazing angle covers many depths.
+#[derive(Clone, Copy, Default)]
+struct Peak {
+    /// From the camera frame to the axes of the Gaussian in units of its standard deviations.
+    to_local: Mat3,
+    /// Its center in those, from the camera.
+    center: Vec3,
+    /// Three of its largest standard deviations: depth changes by no more.
+    reach: f32,
+}
+
+impl Peak {
+    fn new(gaussians: &Gaussians, i: usize, view: &ViewTransform) -> Self {
+        let [w, x, y, z] = gaussians.rotations[i];
+        let axes = Mat3::from_quat(Quat::from_xyzw(x, y, z, w).normalize());
+        let offset = view.offset_to(gaussians.means[i]);
+        // Nothing is thinner than the blur of the picture.
+        let pixel = view.rotation.row(2).dot(offset) / view.focal[0].max(view.focal[1]);
+        let blur = BLUR_VARIANCE_PX2.sqrt() * pixel;
+        let sigmas = Vec3::from(gaussians.log_scales[i]).exp().max(Vec3::splat(blur.max(1e-30)));
+        let whiten = Mat3::from_diagonal(sigmas.recip()) * axes.transpose();
+        Self {
+            to_local: whiten * view.rotation.transpose(),
+            center: whiten * offset,
+            reach: 3.0 * sigmas.max_element(),
+        }
+    }
+
+    /// Depth on a ray whose direction has depth 1, near that of the center.
+    fn depth(&self, ray: Vec3, center_depth: f32) -> f32 {
+        let d = self.to_local * ray;
+        let peak = d.dot(self.center) / d.length_squared();
+        let (near, far) = (center_depth - self.reach, center_depth + self.reach);
+        // What is around the camera has no depth but that of its center.
+        if near > 0.0 && peak.is_finite() { peak.clamp(near, far) } else { center_depth }
+    }
+}
+
 fn composite<'a>(
-    splats: impl Iterator<Item = (&'a Splat, Vec3)>,
-    x: f32,
-    y: f32,
+    splats: impl Iterator<Item = (&'a Splat, Vec3, &'a Peak)>,
+    [x, y]: [f32; 2],
+    view: &ViewTransform,
     parameters: &RasterParameters,
 ) -> PixelAovs {
+    let slope = |at: f32, k: usize| (at - view.principal[k]) / view.focal[k];
+    let ray = Vec3::new(slope(x, 0), slope(y, 1), 1.0);
     let mut transmittance = 1.0f32;
     let (mut depth, mut weights, mut normal, mut median) = (0.0f32, 0.0f32, Vec3::ZERO, 0.0f32);
-    for (s, n) in splats {
+    for (s, n, peak) in splats {
         let Some(alpha) = s.alpha_at(x, y, parameters.exp_degree.into()) else {
             continue;
         };
         let weight = alpha * transmittance;
-        depth += weight * s.depth;
+        let at = peak.depth(ray, s.depth);
+        depth += weight * at;
         normal += weight * n;
         weights += weight;
         let next = transmittance - weight;
         if transmittance > 0.5 && next <= 0.5 {
-            median = s.depth;
+            median = at;
         }
         transmittance = next;
         if transmittance < parameters.transmittance_min {

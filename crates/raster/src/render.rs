@@ -11,9 +11,10 @@ use crate::view::ViewTransform;
 /// Depth and normals of a rendering.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Aovs {
-    /// Mean depth weighted by contribution, `[h, w, 1]`: camera z, world units; 0 where nothing is.
+    /// Mean depth weighted by contribution, `[h, w, 1]`: camera z, world units; 0 where nothing is. A Gaussian lies where the ray passes
+    /// its densest point, up to three standard deviations from its center.
     pub depth_expected: ImageF32,
-    /// Depth at which the transmittance passes 1/2, same units; 0 where it never does.
+    /// Depth of the Gaussian at which the transmittance passes 1/2, same units; 0 where it never does.
     pub depth_median: ImageF32,
     /// Unit normal in world axes, `[h, w, 3]`: shortest axes of the Gaussians, facing the camera,
     /// weighted by contribution; 0 where nothing is.

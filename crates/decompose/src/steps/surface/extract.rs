@@ -7,6 +7,7 @@ use motes_scene::{Gaussians, Surface, UnitWorld};
 
 use super::creases;
 use super::depth_prior;
+use super::flatness::{Witnesses, fitted};
 use super::options::Options;
 use super::planes::{self, dominant_planes};
 use super::refine::{self, Round};
@@ -118,9 +119,15 @@ fn surface_of(
     let tolerance = options.plane_tolerance * voxel;
     let samples = planes::samples(views, &maps, SAMPLE_STRIDE);
     let planes = dominant_planes(&samples, tolerance, voxel, options.plane_share, MOST_PLANES);
+    report.planes_found = planes.len();
+    let witnesses = Witnesses::new(views, &maps, tolerance, voxel);
     let sheets: Vec<Sheet> = planes
         .into_iter()
-        .filter_map(|p| Sheet::new(p, views, &maps, tolerance, voxel, SHEET_CELL * voxel))
+        .map(|p| fitted(p, &witnesses))
+        .filter_map(|p| {
+            let sheet = Sheet::new(p, views, &maps, tolerance, voxel, SHEET_CELL * voxel)?;
+            sheet.without_relief(&witnesses.rivals(&p))
+        })
         .collect();
     let flat = seams::flatten(&sheets, views, &mut maps, tolerance, voxel);
     for ((map, front), flat) in maps.iter_mut().zip(&front).zip(&flat) {

@@ -4,6 +4,7 @@ mod contour;
 mod creases;
 mod depth_prior;
 mod extract;
+mod flatness;
 mod options;
 mod outlines;
 mod patches;

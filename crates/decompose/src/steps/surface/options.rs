@@ -46,7 +46,7 @@ pub struct Options {
     pub rest_passes: usize,
     /// Depth is read where the transmittance to this power passes 1/2: 1 is the median, larger
     /// values are closer to the front
-    #[arg(long, default_value_t = 10.0, value_name = "FACTOR")]
+    #[arg(long, default_value_t = 4.0, value_name = "FACTOR")]
     pub front_power: f32,
     /// Length over which depth is smoothed where the photos have no texture, as a share of their longer side; 0 keeps the
     /// depth of the Gaussians

@@ -23,8 +23,11 @@ pub struct GeometryReport {
     /// Share of the pixels without texture, whose depth follows from what is around them.
     #[serde(default)]
     pub untextured: f64,
-    /// Dominant planes that were found.
+    /// Dominant planes that the photos know for flat,
     pub planes: usize,
+    /// of those that fit the depth.
+    #[serde(default)]
+    pub planes_found: usize,
     /// Planar faces of objects that were found.
     #[serde(default, alias = "facets")]
     pub planar_faces: usize,

@@ -4,6 +4,7 @@
 use glam::{IVec2, Vec2, Vec3};
 
 use super::contour;
+use super::flatness::Rivals;
 use super::planes::Plane;
 use super::splat_depth::DepthMap;
 use super::view::View;
@@ -11,6 +12,11 @@ use crate::mesh::Mesh;
 
 /// Cells at most: a larger plane gets larger cells.
 const MOST_CELLS: f32 = 400_000.0;
+/// Cells to each side of one whose patches speak for it; it is relief when the plane leaves so many times the squared difference that depth
+/// leaves. Noise of brightness, 0 to 1.
+const RELIEF_REACH: i32 = 4;
+const RELIEF: f32 = 1.1;
+const NOISE: f32 = 0.5 / 255.0;
 /// Gaps up to this many cells are closed.
 const CLOSE: i32 = 3;
 
@@ -80,10 +86,7 @@ impl Sheet {
         }
         let filled = score.iter().map(|&s| s > 0).collect();
         let origin = plane.normal * plane.offset + axes[0] * low.x + axes[1] * low.y;
-        let mut sheet = Self { plane, axes, origin, cell, size, filled };
-        sheet.close();
-        sheet.fill_holes();
-        Some(sheet)
+        Some(Self { plane, axes, origin, cell, size, filled })
     }
 
     fn at(&self, p: Vec3) -> Option<usize> {
@@ -97,6 +100,48 @@ impl Sheet {
     /// Whether a point lies over or under the part of the plane that is surface.
     pub(super) fn covers(&self, p: Vec3) -> bool {
         self.at(p).is_some_and(|i| self.filled[i])
+    }
+
+    /// The sheet without the cells around which depth explains the photos better than the plane, its gaps and holes closed; `None`
+    /// when depth explains all of it better.
+    pub(super) fn without_relief(mut self, rivals: &[Rivals]) -> Option<Self> {
+        let mut sums = vec![[0.0f32; 3]; self.filled.len()];
+        for r in rivals {
+            if let Some(i) = self.at(r.at) {
+                let add = [r.by_plane, r.by_depth, 1.0];
+                sums[i].iter_mut().zip(add).for_each(|(s, a)| *s += a);
+            }
+        }
+        let of_plane = sums.iter().zip(&self.filled).filter(|(_, f)| **f);
+        let total =
+            of_plane.fold([0.0; 3], |t: [f32; 3], (s, _)| std::array::from_fn(|k| t[k] + s[k]));
+        if is_relief(total, 1.0) {
+            return None;
+        }
+        for step in [IVec2::X, IVec2::Y] {
+            sums = self.summed_along(&sums, step);
+        }
+        self.filled.iter_mut().zip(sums).for_each(|(filled, s)| *filled &= !is_relief(s, RELIEF));
+        self.close();
+        self.fill_holes();
+        Some(self)
+    }
+
+    /// Sums over the cells up to `RELIEF_REACH` away along one axis.
+    fn summed_along(&self, values: &[[f32; 3]], step: IVec2) -> Vec<[f32; 3]> {
+        let of = |i: i32| {
+            let c = IVec2::new(i % self.size.x, i / self.size.x);
+            let mut sum = [0.0; 3];
+            for k in -RELIEF_REACH..=RELIEF_REACH {
+                let q = c + step * k;
+                if q.cmpge(IVec2::ZERO).all() && q.cmplt(self.size).all() {
+                    let value = values[(q.y * self.size.x + q.x) as usize];
+                    sum.iter_mut().zip(value).for_each(|(s, v)| *s += v);
+                }
+            }
+            sum
+        };
+        (0..values.len() as i32).map(of).collect()
     }
 
     /// Dilation, then erosion, by a square.
@@ -179,6 +224,12 @@ impl Sheet {
             contour::filled([self.size.x as usize, self.size.y as usize], &self.filled);
         Mesh { vertices: points.into_iter().map(on_plane).collect(), triangles }
     }
+}
+
+/// Whether a plane leaves more than `factor` times the squared differences that depth leaves, beyond noise; sums by plane and by depth, and
+/// their number.
+fn is_relief([by_plane, by_depth, count]: [f32; 3], factor: f32) -> bool {
+    by_plane > factor * by_depth + NOISE * NOISE * count
 }
 
 /// Whether a pixel with depth `z` sees the plane, and whether it looks through it.

@@ -76,6 +76,12 @@ impl View {
         self.rotation.transpose() * d.extend(1.0)
     }
 
+    /// What a pixel sees at a depth.
+    #[inline]
+    pub(super) fn place(&self, [x, y]: [usize; 2], depth: f32) -> Vec3 {
+        self.center + self.ray(x as f32 + 0.5, y as f32 + 0.5) * depth
+    }
+
     /// Column and row of the pixel that contains a point of the picture.
     #[inline]
     pub(super) fn pixel(&self, x: f32, y: f32) -> Option<usize> {
@@ -99,6 +105,23 @@ impl View {
         }
         let [a, b, c, d] = four.map(|k| Vec3::from(self.color[k].map(f32::from)) / 255.0);
         Some(a.lerp(b, u).lerp(c.lerp(d, u), v))
+    }
+
+    /// Brightness between the centers of pixels, as in `luma`; none outside of the picture or where it does not count.
+    pub(super) fn luma_at(&self, x: f32, y: f32) -> Option<f32> {
+        let (x, y) = (x - 0.5, y - 0.5);
+        let (right, bottom) = ((self.width - 1) as f32, (self.height - 1) as f32);
+        if !(x >= 0.0 && y >= 0.0 && x < right && y < bottom) {
+            return None;
+        }
+        let at = y as usize * self.width + x as usize;
+        if !(self.weight[at] > 0.5) {
+            return None;
+        }
+        let (u, v) = (x.fract(), y.fract());
+        let mix = |k: usize| self.luma[k] + (self.luma[k + 1] - self.luma[k]) * u;
+        let (top, low) = (mix(at), mix(at + self.width));
+        Some(top + (low - top) * v)
     }
 
     /// Length that one pixel covers at depth 1.

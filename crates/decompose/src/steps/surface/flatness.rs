@@ -1,0 +1,172 @@
+//! Which planes the photos know for flat.
+//!
+//! A crumpled blanket lies within the tolerance of a plane, and so does noisy depth on a table. The photos tell them apart: what one of
+//! them shows is carried into others, over the plane and over the depth of the Gaussians. On a table the plane carries it better, or
+//! there is no texture and both carry it alike. Where depth does, the relief is real.
+
+use glam::Vec3;
+use motes_math::median::upper_median;
+use rayon::prelude::*;
+
+use super::planes::Plane;
+use super::splat_depth::DepthMap;
+use super::view::View;
+
+mod fit;
+
+pub(super) use fit::fitted;
+
+/// Pixels between the patches that are compared.
+const STRIDE: usize = 3;
+/// Samples along the side of a patch, odd, and pixels between them.
+const SIDE: usize = 5;
+const SPACING: usize = 2;
+const RIM: usize = SIDE / 2 * SPACING;
+/// Samples of a patch that the other photo must show.
+const LEAST_SAMPLES: usize = SIDE * SIDE / 2;
+/// Photos that a patch is carried into: those whose sight is turned most nearly by this angle, radians.
+const PARTNERS: usize = 4;
+const TURN: f32 = 0.25;
+/// A place that something nearer than this many voxels hides is not seen.
+const HIDDEN: f32 = 6.0;
+/// A larger squared difference says no more (brightness raised to 1/2.2, 0 to 1).
+const MOST_DIFFERENCE: f32 = 0.01;
+
+/// The photos of a capture as planes are judged by.
+pub(super) struct Witnesses<'a> {
+    views: &'a [View],
+    maps: &'a [DepthMap],
+    /// Per photo, those it is compared with.
+    partners: Vec<Vec<usize>>,
+    /// Distance from a plane at which a pixel of the size of a voxel lies on it, unit world.
+    tolerance: f32,
+    voxel: f32,
+}
+
+/// One patch: where it lies on the plane, and the mean squared differences that plane and depth leave.
+pub(super) struct Rivals {
+    pub(super) at: Vec3,
+    pub(super) by_plane: f32,
+    pub(super) by_depth: f32,
+}
+
+/// Places that the samples of a patch see, with their brightness.
+type Patch = [(Vec3, f32); SIDE * SIDE];
+
+impl<'a> Witnesses<'a> {
+    pub(super) fn new(views: &'a [View], maps: &'a [DepthMap], tolerance: f32, voxel: f32) -> Self {
+        let partners = (0..views.len()).map(|i| partners(i, views, &maps[i])).collect();
+        Self { views, maps, partners, tolerance, voxel }
+    }
+
+    /// Compares a plane with the depth of the patches that lie on it.
+    pub(super) fn rivals(&self, plane: &Plane) -> Vec<Rivals> {
+        let held = self.held(plane, STRIDE);
+        let of = |i: usize| {
+            let compared = |&at: &[usize; 2]| {
+                let [on_plane, on_depth] = self.patches(plane, i, at)?;
+                let (mut by_plane, mut by_depth, mut count) = (0.0, 0.0, 0.0);
+                for &j in &self.partners[i] {
+                    let costs = [&on_plane, &on_depth].map(|p| self.difference(p, j));
+                    if let [Some(a), Some(b)] = costs {
+                        by_plane += a;
+                        by_depth += b;
+                        count += 1.0;
+                    }
+                }
+                let at = on_plane[on_plane.len() / 2].0;
+                let mean = |sum: f32| sum / count;
+                (count > 0.0).then(|| Rivals {
+                    at,
+                    by_plane: mean(by_plane),
+                    by_depth: mean(by_depth),
+                })
+            };
+            held[i].iter().filter_map(compared).collect::<Vec<_>>()
+        };
+        let all: Vec<_> = (0..held.len()).into_par_iter().with_max_len(1).map(of).collect();
+        all.into_iter().flatten().collect()
+    }
+
+    /// Per photo, every `stride`-th pixel whose depth lies on the plane.
+    fn held(&self, plane: &Plane, stride: usize) -> Vec<Vec<[usize; 2]>> {
+        let of = |(view, map): (&View, &DepthMap)| {
+            let mut held = Vec::new();
+            for y in (RIM..view.height.saturating_sub(RIM)).step_by(stride) {
+                for x in (RIM..view.width.saturating_sub(RIM)).step_by(stride) {
+                    let z = map.depth[y * view.width + x];
+                    let reach = self.tolerance * (z * view.footprint() / self.voxel).max(1.0);
+                    if z > 0.0 && plane.height(view.place([x, y], z)).abs() <= reach {
+                        held.push([x, y]);
+                    }
+                }
+            }
+            held
+        };
+        self.views.par_iter().zip(self.maps).with_max_len(1).map(of).collect()
+    }
+
+    /// The patch around a pixel of photo `i` on the plane, and at its depth; `None` where a sample has no depth.
+    fn patches(&self, plane: &Plane, i: usize, [x, y]: [usize; 2]) -> Option<[Patch; 2]> {
+        let (view, map) = (&self.views[i], &self.maps[i]);
+        let height = plane.height(view.center);
+        let mut patches = [[(Vec3::ZERO, 0.0); SIDE * SIDE]; 2];
+        for k in 0..SIDE * SIDE {
+            let pixel = [x + k % SIDE * SPACING - RIM, y + k / SIDE * SPACING - RIM];
+            let at = pixel[1] * view.width + pixel[0];
+            let z = map.depth[at];
+            let ray = view.place(pixel, 1.0) - view.center;
+            let flat = -height / plane.normal.dot(ray);
+            if !(z > 0.0 && height > 0.0 && flat > 0.0 && flat.is_finite() && view.weight[at] > 0.5)
+            {
+                return None;
+            }
+            for (patch, z) in patches.iter_mut().zip([flat, z]) {
+                patch[k] = (view.center + ray * z, view.luma[at]);
+            }
+        }
+        Some(patches)
+    }
+
+    /// Mean squared difference between a patch and what photo `j` shows in its place, without that of their means.
+    fn difference(&self, patch: &Patch, j: usize) -> Option<f32> {
+        let (view, map) = (&self.views[j], &self.maps[j]);
+        let (mut sum, mut squares, mut count) = (0.0f32, 0.0f32, 0usize);
+        for &(place, luma) in patch {
+            let Some(q) = view.project(place) else { continue };
+            let Some(shown) = view.luma_at(q.x, q.y) else { continue };
+            let z = map.depth[view.pixel(q.x, q.y)?];
+            if z > 0.0 && z < q.z - HIDDEN * self.voxel {
+                continue;
+            }
+            let d = shown - luma;
+            sum += d;
+            squares += d * d;
+            count += 1;
+        }
+        let n = count as f32;
+        let variance = || (squares / n - (sum / n).powi(2)).clamp(0.0, MOST_DIFFERENCE);
+        (count >= LEAST_SAMPLES).then(variance)
+    }
+}
+
+/// The photos that see the middle of photo `i` from another side.
+fn partners(i: usize, views: &[View], map: &DepthMap) -> Vec<usize> {
+    let view = &views[i];
+    let mut depths: Vec<f32> = map.depth.iter().copied().filter(|z| *z > 0.0).collect();
+    let Some(median) = upper_median(&mut depths, f32::total_cmp) else { return Vec::new() };
+    let seen = view.place([view.width / 2, view.height / 2], median);
+    let turned = |j: usize| {
+        let q = views[j].project(seen)?;
+        views[j].pixel(q.x, q.y)?;
+        let turn = (view.center - seen).angle_between(views[j].center - seen);
+        Some(((turn - TURN).abs(), j))
+    };
+    let mut ranked: Vec<(f32, usize)> =
+        (0..views.len()).filter(|&j| j != i).filter_map(turned).collect();
+    ranked.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    ranked.into_iter().take(PARTNERS).map(|(_, j)| j).collect()
+}
+
+#[cfg(test)]
+mod tests;
