@@ -67,7 +67,7 @@ fn a_lamp_that_the_photos_clip_is_found_by_what_it_lights() {
     assert!(without.term("lamps").is_none() && without.lights[0].lamps.is_empty());
 
     // What no lamp stands for is found as light of the place.
-    let local = decomposed(LAMP, off, Switch::Auto);
+    let local = decomposed(LAMP, off, Switch::On);
     assert_sound(&local);
     println!("local light: spread {:.3}", spread(&local));
     assert!(local.term("local light").is_some_and(|term| term.kept));

@@ -37,6 +37,8 @@ const RANGE: f32 = 3.0;
 const LEFT_OUT: usize = 4;
 /// Share of the cost of the pairs left out that it has to save.
 const LEAST_SAVING: f64 = 0.1;
+/// Spread of the log factors it has to have, a factor of 1.9: base colors that change a little from place to place look like weak light.
+const LEAST_SPREAD: f64 = 0.64;
 
 /// Points under one light.
 pub(super) struct Points<'a> {
@@ -63,7 +65,8 @@ impl FoundLocal {
 
     /// Whether it is part of the model.
     pub(crate) fn is_kept(&self, wanted: Switch) -> bool {
-        wanted == Switch::On || self.saved() >= LEAST_SAVING
+        let is_evident = self.saved() >= LEAST_SAVING && self.spread() >= LEAST_SPREAD;
+        wanted == Switch::On || is_evident
     }
 
     /// Standard deviation of the logarithm over the anchors, all channels.

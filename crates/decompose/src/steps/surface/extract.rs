@@ -9,7 +9,7 @@ use super::creases;
 use super::depth_prior;
 use super::flatness::{Witnesses, fitted};
 use super::options::Options;
-use super::planes::{self, dominant_planes};
+use super::planes::{self, Plane, dominant_planes};
 use super::refine::{self, Round};
 use super::report::{GeometryReport, StepTime};
 use super::seams;
@@ -117,18 +117,12 @@ fn surface_of(
     report.untextured = depth_prior::smooth_untextured(views, &mut maps, &mut front, voxel, length);
     parts.begin("planes", 0.2)?;
     let tolerance = options.plane_tolerance * voxel;
-    let samples = planes::samples(views, &maps, SAMPLE_STRIDE);
-    let planes = dominant_planes(&samples, tolerance, voxel, options.plane_share, MOST_PLANES);
+    let planes = {
+        let samples = planes::samples(views, &maps, SAMPLE_STRIDE);
+        dominant_planes(&samples, tolerance, voxel, options.plane_share, MOST_PLANES)
+    };
     report.planes_found = planes.len();
-    let witnesses = Witnesses::new(views, &maps, tolerance, voxel);
-    let sheets: Vec<Sheet> = planes
-        .into_iter()
-        .map(|p| fitted(p, &witnesses))
-        .filter_map(|p| {
-            let sheet = Sheet::new(p, views, &maps, tolerance, voxel, SHEET_CELL * voxel)?;
-            sheet.without_relief(&witnesses.rivals(&p))
-        })
-        .collect();
+    let sheets = sheets(planes, views, &maps, tolerance, voxel);
     let flat = seams::flatten(&sheets, views, &mut maps, tolerance, voxel);
     for ((map, front), flat) in maps.iter_mut().zip(&front).zip(&flat) {
         let pixels = map.depth.iter_mut().zip(&front.depth).zip(flat);
@@ -181,6 +175,23 @@ fn surface_of(
         mesh.append(part);
     }
     Ok((mesh, normals, report))
+}
+
+/// The parts of planes that the photos know for flat.
+fn sheets(
+    planes: Vec<Plane>,
+    views: &[View],
+    maps: &[DepthMap],
+    tolerance: f32,
+    voxel: f32,
+) -> Vec<Sheet> {
+    let witnesses = Witnesses::new(views, maps, tolerance, voxel);
+    let flat = |plane: Plane| {
+        let plane = fitted(plane, &witnesses);
+        let sheet = Sheet::new(plane, views, maps, tolerance, voxel, SHEET_CELL * voxel)?;
+        sheet.without_bumps(&witnesses.rivals(&plane))
+    };
+    planes.into_iter().filter_map(flat).collect()
 }
 
 /// Drops what belongs to the planes and what is too small to be anything. Returns the number of pieces.

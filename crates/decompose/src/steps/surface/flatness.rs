@@ -2,7 +2,7 @@
 //!
 //! A crumpled blanket lies within the tolerance of a plane, and so does noisy depth on a table. The photos tell them apart: what one of
 //! them shows is carried into others, over the plane and over the depth of the Gaussians. On a table the plane carries it better, or
-//! there is no texture and both carry it alike. Where depth does, the relief is real.
+//! there is no texture and both carry it alike. Where depth does, the ground is uneven.
 
 use glam::Vec3;
 use motes_math::median::upper_median;

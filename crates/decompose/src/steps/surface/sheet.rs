@@ -12,10 +12,10 @@ use crate::mesh::Mesh;
 
 /// Cells at most: a larger plane gets larger cells.
 const MOST_CELLS: f32 = 400_000.0;
-/// Cells to each side of one whose patches speak for it; it is relief when the plane leaves so many times the squared difference that depth
+/// Cells to each side of one whose patches speak for it; it is uneven when the plane leaves so many times the squared difference that depth
 /// leaves. Noise of brightness, 0 to 1.
-const RELIEF_REACH: i32 = 4;
-const RELIEF: f32 = 1.1;
+const BUMP_REACH: i32 = 4;
+const BUMP: f32 = 1.1;
 const NOISE: f32 = 0.5 / 255.0;
 /// Gaps up to this many cells are closed.
 const CLOSE: i32 = 3;
@@ -104,7 +104,7 @@ impl Sheet {
 
     /// The sheet without the cells around which depth explains the photos better than the plane, its gaps and holes closed; `None`
     /// when depth explains all of it better.
-    pub(super) fn without_relief(mut self, rivals: &[Rivals]) -> Option<Self> {
+    pub(super) fn without_bumps(mut self, rivals: &[Rivals]) -> Option<Self> {
         let mut sums = vec![[0.0f32; 3]; self.filled.len()];
         for r in rivals {
             if let Some(i) = self.at(r.at) {
@@ -115,24 +115,24 @@ impl Sheet {
         let of_plane = sums.iter().zip(&self.filled).filter(|(_, f)| **f);
         let total =
             of_plane.fold([0.0; 3], |t: [f32; 3], (s, _)| std::array::from_fn(|k| t[k] + s[k]));
-        if is_relief(total, 1.0) {
+        if is_uneven(total) {
             return None;
         }
         for step in [IVec2::X, IVec2::Y] {
             sums = self.summed_along(&sums, step);
         }
-        self.filled.iter_mut().zip(sums).for_each(|(filled, s)| *filled &= !is_relief(s, RELIEF));
+        self.filled.iter_mut().zip(sums).for_each(|(filled, s)| *filled &= !is_uneven(s));
         self.close();
         self.fill_holes();
         Some(self)
     }
 
-    /// Sums over the cells up to `RELIEF_REACH` away along one axis.
+    /// Sums over the cells up to `BUMP_REACH` away along one axis.
     fn summed_along(&self, values: &[[f32; 3]], step: IVec2) -> Vec<[f32; 3]> {
         let of = |i: i32| {
             let c = IVec2::new(i % self.size.x, i / self.size.x);
             let mut sum = [0.0; 3];
-            for k in -RELIEF_REACH..=RELIEF_REACH {
+            for k in -BUMP_REACH..=BUMP_REACH {
                 let q = c + step * k;
                 if q.cmpge(IVec2::ZERO).all() && q.cmplt(self.size).all() {
                     let value = values[(q.y * self.size.x + q.x) as usize];
@@ -226,10 +226,9 @@ impl Sheet {
     }
 }
 
-/// Whether a plane leaves more than `factor` times the squared differences that depth leaves, beyond noise; sums by plane and by depth, and
-/// their number.
-fn is_relief([by_plane, by_depth, count]: [f32; 3], factor: f32) -> bool {
-    by_plane > factor * by_depth + NOISE * NOISE * count
+/// Whether a plane leaves more of the squared differences than depth does; sums by plane and by depth, and their number.
+fn is_uneven([by_plane, by_depth, count]: [f32; 3]) -> bool {
+    by_plane > BUMP * by_depth + NOISE * NOISE * count
 }
 
 /// Whether a pixel with depth `z` sees the plane, and whether it looks through it.

@@ -54,7 +54,7 @@ fn ratio(height: f32, texture: f32, noise: f32) -> f32 {
 }
 
 #[test]
-fn noise_of_depth_is_told_from_relief() {
+fn noise_of_depth_is_told_from_bumps() {
     // Both lie a voxel and a half around the plane.
     let (table, blanket) = (ratio(0.0, 0.1, 0.75 * VOXEL), ratio(1.5 * VOXEL, 0.1, 0.0));
     assert!(table < 0.5, "a table is flat: {table}");
