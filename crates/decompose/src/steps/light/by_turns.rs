@@ -37,7 +37,8 @@ impl LightProblem<'_> {
         let (base, pairs) = self.local_pairs(lights, rows, lit_of_one);
         let points = local::Points { places: &places, log_base: &base };
         let costs = local::judge(&points, &pairs, self.distance)?;
-        let mut found = FoundLocal { light: local::fit(&points, &pairs, self.distance)?, costs };
+        let light = local::fit(&points, &pairs, self.distance)?;
+        let mut found = FoundLocal { spread: local::spread(&light, &places), light, costs };
         if !found.is_kept(self.options.local_light) {
             return Some(found);
         }
@@ -55,6 +56,7 @@ impl LightProblem<'_> {
             let points = local::Points { places: &places, log_base: &base };
             found.light = local::fit(&points, &pairs, self.distance)?;
         }
+        found.spread = local::spread(&found.light, &places);
         Some(found)
     }
 

@@ -37,8 +37,9 @@ const RANGE: f32 = 3.0;
 const LEFT_OUT: usize = 4;
 /// Share of the cost of the pairs left out that it has to save.
 const LEAST_SAVING: f64 = 0.1;
-/// Spread of the log factors it has to have, a factor of 1.9: base colors that change a little from place to place look like weak light.
-const LEAST_SPREAD: f64 = 0.64;
+/// Standard deviation of its logarithm over the points that it has to have: base colors that change a little from place to place look
+/// like weak light.
+const LEAST_SPREAD: f64 = 0.4;
 
 /// Points under one light.
 pub(super) struct Points<'a> {
@@ -54,6 +55,8 @@ pub(crate) struct FoundLocal {
     pub light: LocalLight,
     /// Cost of the pairs left out, without and with it.
     pub costs: [f64; 2],
+    /// Standard deviation of its logarithm over the points, mean of the channels.
+    pub spread: f64,
 }
 
 impl FoundLocal {
@@ -65,20 +68,13 @@ impl FoundLocal {
 
     /// Whether it is part of the model.
     pub(crate) fn is_kept(&self, wanted: Switch) -> bool {
-        let is_evident = self.saved() >= LEAST_SAVING && self.spread() >= LEAST_SPREAD;
+        let is_evident = self.saved() >= LEAST_SAVING && self.spread >= LEAST_SPREAD;
         wanted == Switch::On || is_evident
-    }
-
-    /// Standard deviation of the logarithm over the anchors, all channels.
-    fn spread(&self) -> f64 {
-        let all = self.light.anchors().iter().flat_map(|a| a.log_factor.to_array());
-        let (n, squares) = all.fold((0.0, 0.0), |(n, q), v| (n + 1.0, q + f64::from(v).powi(2)));
-        f64::sqrt(squares / f64::max(n, 1.0))
     }
 
     /// In words and numbers.
     pub(crate) fn term(&self, kept: bool) -> Term {
-        let (saved, spread) = (100.0 * self.saved(), self.spread());
+        let (saved, spread) = (100.0 * self.saved(), self.spread);
         Term {
             name: "local light".into(),
             kept,
@@ -114,6 +110,15 @@ pub(super) fn fit(points: &Points<'_>, pairs: &[Pair], distance: f32) -> Option<
     let (start, weights) = points.anchored(distance)?;
     let all = solve(&start, &weights, points.log_base, pairs);
     Some(start.with(&all))
+}
+
+/// Standard deviation of the log factors at the points, mean of the channels.
+pub(super) fn spread(light: &LocalLight, places: &[(Vec3, Vec3)]) -> f64 {
+    let mean = |v: Vec3| f64::from(v.element_sum()) / 3.0;
+    let all = places.iter().map(|(x, n)| mean(light.log_factor(*x, *n)));
+    let (n, sum, squares) = all.fold((0.0, 0.0, 0.0), |(n, s, q), v| (n + 1.0, s + v, q + v * v));
+    let n = f64::max(n, 1.0);
+    f64::sqrt((squares / n - (sum / n).powi(2)).max(0.0))
 }
 
 /// What [`fit`] saves of the pairs of points that it is not told of.
@@ -231,8 +236,9 @@ mod tests {
     use super::*;
 
     fn find(points: &Points<'_>, pairs: &[Pair], distance: f32) -> Option<FoundLocal> {
-        let costs = judge(points, pairs, distance)?;
-        Some(FoundLocal { light: fit(points, pairs, distance)?, costs })
+        let (costs, light) = (judge(points, pairs, distance)?, fit(points, pairs, distance)?);
+        let spread = spread(&light, points.places);
+        Some(FoundLocal { light, costs, spread })
     }
 
     /// A wall of 40 x 40 points, of `paint` (log) at its places, beside a lamp of `strength`.
