@@ -19,18 +19,11 @@ pub(crate) fn tile_aovs(
     parameters: &RasterParameters,
 ) -> Aovs {
     let [width, height] = view.size;
-    let normals: Vec<Vec3> = (0..gaussians.len())
+    let shapes: Vec<WorldShape> = (0..gaussians.len())
         .into_par_iter()
         .map(|i| match frame.projected()[i].is_visible() {
-            true => facing_normal(gaussians, i, view),
-            false => Vec3::ZERO,
-        })
-        .collect();
-    let peaks: Vec<Peak> = (0..gaussians.len())
-        .into_par_iter()
-        .map(|i| match frame.projected()[i].is_visible() {
-            true => Peak::new(gaussians, i, view),
-            false => Peak::default(),
+            true => WorldShape::new(gaussians, i, view),
+            false => WorldShape::default(),
         })
         .collect();
     let rows: Vec<Vec<PixelAovs>> = (0..height)
@@ -42,7 +35,7 @@ pub(crate) fn tile_aovs(
                     let splats = list.iter().flat_map(|(row, entries)| {
                         entries.iter().map(|&e| {
                             let id = row.ids[e as usize] as usize;
-                            (&row.splats[e as usize], normals[id], &peaks[id])
+                            (&row.splats[e as usize], &shapes[id])
                         })
                     });
                     composite(splats, [x as f32 + 0.5, y as f32 + 0.5], view, parameters)
@@ -68,10 +61,12 @@ struct PixelAovs {
     normal: Vec3,
 }
 
-/// Where a ray passes the densest point of a Gaussian. The depth of its center would do for a small one; a wide one that is seen
-/// at a grazing angle covers many depths.
+/// What a view shows of the shape of a Gaussian. The depth of its center would do for a small one; a wide one that is seen at a grazing
+/// angle covers many depths.
 #[derive(Clone, Copy, Default)]
-struct Peak {
+struct WorldShape {
+    /// Its shortest axis, turned toward the camera, world.
+    normal: Vec3,
     /// From the camera frame to the axes of the Gaussian in units of its standard deviations.
     to_local: Mat3,
     /// Its center in those, from the camera.
@@ -80,7 +75,7 @@ struct Peak {
     reach: f32,
 }
 
-impl Peak {
+impl WorldShape {
     fn new(gaussians: &Gaussians, i: usize, view: &ViewTransform) -> Self {
         let [w, x, y, z] = gaussians.rotations[i];
         let axes = Mat3::from_quat(Quat::from_xyzw(x, y, z, w).normalize());
@@ -91,13 +86,14 @@ impl Peak {
         let sigmas = Vec3::from(gaussians.log_scales[i]).exp().max(Vec3::splat(blur.max(1e-30)));
         let whiten = Mat3::from_diagonal(sigmas.recip()) * axes.transpose();
         Self {
+            normal: facing_normal(axes, gaussians, i, view),
             to_local: whiten * view.rotation.transpose(),
             center: whiten * offset,
             reach: 3.0 * sigmas.max_element(),
         }
     }
 
-    /// Depth on a ray whose direction has depth 1, near that of the center.
+    /// Depth at which a ray whose direction has depth 1 passes the densest point, near that of the center.
     fn depth(&self, ray: Vec3, center_depth: f32) -> f32 {
         let d = self.to_local * ray;
         let peak = d.dot(self.center) / d.length_squared();
@@ -108,7 +104,7 @@ impl Peak {
 }
 
 fn composite<'a>(
-    splats: impl Iterator<Item = (&'a Splat, Vec3, &'a Peak)>,
+    splats: impl Iterator<Item = (&'a Splat, &'a WorldShape)>,
     [x, y]: [f32; 2],
     view: &ViewTransform,
     parameters: &RasterParameters,
@@ -117,14 +113,14 @@ fn composite<'a>(
     let ray = Vec3::new(slope(x, 0), slope(y, 1), 1.0);
     let mut transmittance = 1.0f32;
     let (mut depth, mut weights, mut normal, mut median) = (0.0f32, 0.0f32, Vec3::ZERO, 0.0f32);
-    for (s, n, peak) in splats {
+    for (s, shape) in splats {
         let Some(alpha) = s.alpha_at(x, y, parameters.exp_degree.into()) else {
             continue;
         };
         let weight = alpha * transmittance;
-        let at = peak.depth(ray, s.depth);
+        let at = shape.depth(ray, s.depth);
         depth += weight * at;
-        normal += weight * n;
+        normal += weight * shape.normal;
         weights += weight;
         let next = transmittance - weight;
         if transmittance > 0.5 && next <= 0.5 {
@@ -140,9 +136,7 @@ fn composite<'a>(
 }
 
 /// The shortest axis of a Gaussian, turned toward the camera.
-fn facing_normal(gaussians: &Gaussians, i: usize, view: &ViewTransform) -> Vec3 {
-    let [w, x, y, z] = gaussians.rotations[i];
-    let axes = Mat3::from_quat(Quat::from_xyzw(x, y, z, w).normalize());
+fn facing_normal(axes: Mat3, gaussians: &Gaussians, i: usize, view: &ViewTransform) -> Vec3 {
     let s = gaussians.log_scales[i];
     let shortest = (1..3).fold(0, |best, k| if s[k] < s[best] { k } else { best });
     let normal = axes.col(shortest);

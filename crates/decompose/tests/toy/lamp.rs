@@ -70,7 +70,9 @@ fn a_lamp_that_the_photos_clip_is_found_by_what_it_lights() {
     let local = decomposed(LAMP, off, Switch::On);
     assert_sound(&local);
     println!("local light: spread {:.3}", spread(&local));
-    assert!(local.term("local light").is_some_and(|term| term.kept));
+    let term = local.term("local light").unwrap();
+    let [without_it, with_it] = ["cost_without", "cost"].map(|name| term.numbers[name].unwrap());
+    assert!(term.kept && with_it < 0.9 * without_it, "{term:?}");
     assert!(without.term("local light").is_none());
     assert!(spread(&local) < 0.7 * spread(&without));
 }

@@ -56,7 +56,6 @@ impl LightProblem<'_> {
             let points = local::Points { places: &places, log_base: &base };
             found.light = local::fit(&points, &pairs, self.distance)?;
         }
-        found.spread = local::spread(&found.light, &places);
         Some(found)
     }
 

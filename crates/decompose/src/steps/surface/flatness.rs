@@ -8,7 +8,7 @@ use glam::Vec3;
 use motes_math::median::upper_median;
 use rayon::prelude::*;
 
-use super::planes::Plane;
+use super::planes::{Plane, reach};
 use super::splat_depth::DepthMap;
 use super::view::View;
 
@@ -95,7 +95,7 @@ impl<'a> Witnesses<'a> {
             for y in (RIM..view.height.saturating_sub(RIM)).step_by(stride) {
                 for x in (RIM..view.width.saturating_sub(RIM)).step_by(stride) {
                     let z = map.depth[y * view.width + x];
-                    let reach = self.tolerance * (z * view.footprint() / self.voxel).max(1.0);
+                    let reach = reach(self.tolerance, z * view.footprint(), self.voxel);
                     if z > 0.0 && plane.height(view.place([x, y], z)).abs() <= reach {
                         held.push([x, y]);
                     }
@@ -115,7 +115,7 @@ impl<'a> Witnesses<'a> {
             let pixel = [x + k % SIDE * SPACING - RIM, y + k / SIDE * SPACING - RIM];
             let at = pixel[1] * view.width + pixel[0];
             let z = map.depth[at];
-            let ray = view.place(pixel, 1.0) - view.center;
+            let ray = view.pixel_ray(pixel);
             let flat = -height / plane.normal.dot(ray);
             if !(z > 0.0 && height > 0.0 && flat > 0.0 && flat.is_finite() && view.weight[at] > 0.5)
             {
@@ -134,7 +134,10 @@ impl<'a> Witnesses<'a> {
         let (mut sum, mut squares, mut count) = (0.0f32, 0.0f32, 0usize);
         for &(place, luma) in patch {
             let Some(q) = view.project(place) else { continue };
-            let Some(shown) = view.luma_at(q.x, q.y) else { continue };
+            let Some((shown, weight)) = view.luma_at(q.x, q.y) else { continue };
+            if !(weight > 0.5) {
+                continue;
+            }
             let z = map.depth[view.pixel(q.x, q.y)?];
             if z > 0.0 && z < q.z - HIDDEN * self.voxel {
                 continue;

@@ -49,7 +49,6 @@ fn look_up(view: &View, patch: &Patch) -> Option<([f32; SAMPLES], f32)> {
     let [a, b, c] = [patch.along, patch.across, patch.lift].map(|d| view.image_of(d));
     let mut values = [0.0f32; SAMPLES];
     let mut ignored = 0.0;
-    let (right, bottom) = ((view.width - 1) as f32, (view.height - 1) as f32);
     let half = (SIDE / 2) as f32;
     for (k, value) in values.iter_mut().enumerate() {
         let (i, j) = ((k % SIDE) as f32 - half, (k / SIDE) as f32 - half);
@@ -58,18 +57,9 @@ fn look_up(view: &View, patch: &Patch) -> Option<([f32; SAMPLES], f32)> {
             return None;
         }
         let s = 1.0 / h.z;
-        let (x, y) = (h.x * s - 0.5, h.y * s - 0.5);
-        if !(x >= 0.0 && y >= 0.0 && x < right && y < bottom) {
-            return None;
-        }
-        let (i, j) = (x as usize, y as usize);
-        let (u, v) = (x - i as f32, y - j as f32);
-        let at = j * view.width + i;
-        let (top, low) = (&view.luma[at..at + 2], &view.luma[at + view.width..at + view.width + 2]);
-        let top = top[0] + (top[1] - top[0]) * u;
-        let low = low[0] + (low[1] - low[0]) * u;
-        *value = top + (low - top) * v;
-        ignored += 1.0 - view.weight[at];
+        let (luma, weight) = view.luma_at(h.x * s, h.y * s)?;
+        *value = luma;
+        ignored += 1.0 - weight;
     }
     if !(ignored <= 0.25 * SAMPLES as f32) {
         return None;

@@ -40,12 +40,18 @@ pub(super) struct Sample {
 }
 
 impl Plane {
-    /// Whether a sample lies within `tolerance` (unit world, or that many voxels of its own footprint) of the plane.
+    /// Whether a sample lies on the plane.
     #[inline]
     fn holds(&self, s: &Sample, tolerance: f32, voxel: f32) -> bool {
-        let reach = tolerance * (s.footprint / voxel).max(1.0);
+        let reach = reach(tolerance, s.footprint, voxel);
         self.height(s.position).abs() <= reach && s.normal.dot(self.normal) >= AGREE
     }
+}
+
+/// How far from a plane a pixel lies on it: `tolerance` (unit world), or that many voxels of its own footprint.
+#[inline]
+pub(super) fn reach(tolerance: f32, footprint: f32, voxel: f32) -> f32 {
+    tolerance * (footprint / voxel).max(1.0)
 }
 
 /// Samples of every `stride`-th pixel of the depth maps.
@@ -56,7 +62,7 @@ pub(super) fn samples(views: &[View], maps: &[DepthMap], stride: usize) -> Vec<S
         let mut out = Vec::new();
         let point = |x: usize, y: usize| {
             let z = map.depth[y * view.width + x];
-            (z > 0.0).then(|| view.center + view.ray(x as f32 + 0.5, y as f32 + 0.5) * z)
+            (z > 0.0).then(|| view.place([x, y], z))
         };
         for y in (REACH..view.height.saturating_sub(REACH)).step_by(stride) {
             for x in (REACH..view.width.saturating_sub(REACH)).step_by(stride) {

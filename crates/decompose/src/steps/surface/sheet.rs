@@ -5,7 +5,7 @@ use glam::{IVec2, Vec2, Vec3};
 
 use super::contour;
 use super::flatness::Rivals;
-use super::planes::Plane;
+use super::planes::{Plane, reach};
 use super::splat_depth::DepthMap;
 use super::view::View;
 use crate::mesh::Mesh;
@@ -63,7 +63,7 @@ impl Sheet {
         let mut votes: Vec<(Vec2, bool)> = Vec::new();
         for (view, map) in views.iter().zip(maps) {
             for (i, &z) in map.depth.iter().enumerate() {
-                let ray = view.ray((i % view.width) as f32 + 0.5, (i / view.width) as f32 + 0.5);
+                let ray = view.pixel_ray([i % view.width, i / view.width]);
                 let Some(c) = crossing(&plane, view, ray) else { continue };
                 let (on, through) = verdict(&plane, view, &c, ray, z, tolerance, voxel);
                 if on || through {
@@ -202,7 +202,7 @@ impl Sheet {
     ) -> Vec<bool> {
         let width = view.width;
         let of = |(i, z): (usize, &mut f32)| {
-            let ray = view.ray((i % width) as f32 + 0.5, (i / width) as f32 + 0.5);
+            let ray = view.pixel_ray([i % width, i / width]);
             let Some(c) = crossing(&self.plane, view, ray) else { return false };
             let (on, through) = verdict(&self.plane, view, &c, ray, *z, tolerance, voxel);
             let flat = (on || through) && self.covers(c.at);
@@ -244,7 +244,7 @@ fn verdict(
     if !(z > 0.0) {
         return (false, false);
     }
-    let reach = tolerance * (z * view.footprint() / voxel).max(1.0);
+    let reach = reach(tolerance, z * view.footprint(), voxel);
     let height = plane.height(view.center + ray * z);
     (height.abs() <= reach, height < -reach && z > c.depth)
 }

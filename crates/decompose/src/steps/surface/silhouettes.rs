@@ -4,7 +4,6 @@
 //! itself away: the photos differ about the brightness of the place. What does not lie is where a thing ends before a
 //! plane, so the pit is closed up to what the silhouettes leave over (the visual hull, Laurentini 1994), weakly.
 
-use glam::Vec2;
 use motes_math::median::upper_median;
 use rayon::prelude::*;
 
@@ -100,8 +99,7 @@ fn spread_map(i: usize, views: &[View], maps: &[DepthMap], flat: &[bool], voxel:
                 return (f32::NAN, f32::NAN);
             }
             let mut agreed = -1.0f32;
-            let at = Vec2::new((k % view.width) as f32 + 0.5, (k / view.width) as f32 + 0.5);
-            let place = view.center + view.ray(at.x, at.y) * z;
+            let place = view.place([k % view.width, k / view.width], z);
             values.clear();
             for (other, map) in views.iter().zip(maps) {
                 let Some(q) = other.project(place) else { continue };

@@ -78,7 +78,7 @@ fn touched(
             if flat[i] || !(z > 0.0 && z <= most) {
                 continue;
             }
-            let ray = view.ray((i % view.width) as f32 + 0.5, (i / view.width) as f32 + 0.5);
+            let ray = view.pixel_ray([i % view.width, i / view.width]);
             let step = 0.5 * edge / ray.length();
             let half = reach / ray.length();
             let pit = hull.get(k).is_some_and(|h| h.steady[i] < PIT);

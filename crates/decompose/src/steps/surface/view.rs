@@ -76,10 +76,16 @@ impl View {
         self.rotation.transpose() * d.extend(1.0)
     }
 
+    /// [`Self::ray`] through the center of a pixel.
+    #[inline]
+    pub(super) fn pixel_ray(&self, [x, y]: [usize; 2]) -> Vec3 {
+        self.ray(x as f32 + 0.5, y as f32 + 0.5)
+    }
+
     /// What a pixel sees at a depth.
     #[inline]
-    pub(super) fn place(&self, [x, y]: [usize; 2], depth: f32) -> Vec3 {
-        self.center + self.ray(x as f32 + 0.5, y as f32 + 0.5) * depth
+    pub(super) fn place(&self, pixel: [usize; 2], depth: f32) -> Vec3 {
+        self.center + self.pixel_ray(pixel) * depth
     }
 
     /// Column and row of the pixel that contains a point of the picture.
@@ -89,16 +95,21 @@ impl View {
         inside.then(|| y as usize * self.width + x as usize)
     }
 
-    /// Color between the centers of pixels, 0 to 1, raised to 1/2.2; none outside of the picture or where it does not count.
-    pub(super) fn color_at(&self, p: Vec2) -> Option<Vec3> {
-        let (x, y) = (p.x - 0.5, p.y - 0.5);
+    /// First of the four pixels whose centers are around a point, and how far it lies from the first to the others; none outside of the picture.
+    #[inline]
+    fn around(&self, x: f32, y: f32) -> Option<(usize, f32, f32)> {
+        let (x, y) = (x - 0.5, y - 0.5);
         let (right, bottom) = ((self.width - 1) as f32, (self.height - 1) as f32);
         if !(x >= 0.0 && y >= 0.0 && x < right && y < bottom) {
             return None;
         }
         let (i, j) = (x as usize, y as usize);
-        let (u, v) = (x - i as f32, y - j as f32);
-        let first = j * self.width + i;
+        Some((j * self.width + i, x - i as f32, y - j as f32))
+    }
+
+    /// Color between the centers of pixels, 0 to 1, raised to 1/2.2; none outside of the picture or where it does not count.
+    pub(super) fn color_at(&self, p: Vec2) -> Option<Vec3> {
+        let (first, u, v) = self.around(p.x, p.y)?;
         let four = [first, first + 1, first + self.width, first + self.width + 1];
         if four.iter().any(|&k| !(self.weight[k] > 0.5)) {
             return None;
@@ -107,21 +118,13 @@ impl View {
         Some(a.lerp(b, u).lerp(c.lerp(d, u), v))
     }
 
-    /// Brightness between the centers of pixels, as in `luma`; none outside of the picture or where it does not count.
-    pub(super) fn luma_at(&self, x: f32, y: f32) -> Option<f32> {
-        let (x, y) = (x - 0.5, y - 0.5);
-        let (right, bottom) = ((self.width - 1) as f32, (self.height - 1) as f32);
-        if !(x >= 0.0 && y >= 0.0 && x < right && y < bottom) {
-            return None;
-        }
-        let at = y as usize * self.width + x as usize;
-        if !(self.weight[at] > 0.5) {
-            return None;
-        }
-        let (u, v) = (x.fract(), y.fract());
+    /// Brightness between the centers of pixels, as in `luma`, and the weight of the first of them; none outside of the picture.
+    #[inline]
+    pub(super) fn luma_at(&self, x: f32, y: f32) -> Option<(f32, f32)> {
+        let (first, u, v) = self.around(x, y)?;
         let mix = |k: usize| self.luma[k] + (self.luma[k + 1] - self.luma[k]) * u;
-        let (top, low) = (mix(at), mix(at + self.width));
-        Some(top + (low - top) * v)
+        let (top, low) = (mix(first), mix(first + self.width));
+        Some((top + (low - top) * v, self.weight[first]))
     }
 
     /// Length that one pixel covers at depth 1.
