@@ -88,7 +88,7 @@ pub(super) fn smooth_untextured(
 }
 
 /// `[h, w]`, 0 to 1: how far the photo has texture.
-fn texture(view: &View) -> Vec<f32> {
+pub(super) fn texture(view: &View) -> Vec<f32> {
     let (w, h) = (view.width, view.height);
     let squares: Vec<f32> = (0..w * h)
         .map(|k| {

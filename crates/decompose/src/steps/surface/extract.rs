@@ -4,6 +4,7 @@ use std::time::Instant;
 
 use glam::{DVec3, Vec3};
 use motes_scene::{Gaussians, Surface, UnitWorld};
+use rayon::prelude::*;
 
 use super::creases;
 use super::depth_prior;
@@ -20,6 +21,7 @@ use super::splat_depth::{self, DepthMap};
 use super::surface_nets;
 use super::tsdf;
 use super::view::View;
+use super::walls;
 use crate::error::DecomposeError;
 use crate::mesh::{Mesh, Neighbors, averaged};
 use crate::observation::Photo;
@@ -116,25 +118,18 @@ fn surface_of(
     let length = options.smooth_untextured;
     report.untextured = depth_prior::smooth_untextured(views, &mut maps, &mut front, voxel, length);
     parts.begin("planes", 0.2)?;
-    let tolerance = options.plane_tolerance * voxel;
-    let planes = {
-        let samples = planes::samples(views, &maps, SAMPLE_STRIDE);
-        dominant_planes(&samples, tolerance, voxel, options.plane_share, MOST_PLANES)
-    };
-    report.planes_found = planes.len();
-    let sheets = sheets(planes, views, &maps, tolerance, voxel);
-    let flat = seams::flatten(&sheets, views, &mut maps, tolerance, voxel);
+    let Flats { sheets, on_planes, flat } = flats(views, &mut maps, voxel, options, &mut report);
     for ((map, front), flat) in maps.iter_mut().zip(&front).zip(&flat) {
         let pixels = map.depth.iter_mut().zip(&front.depth).zip(flat);
         pixels.filter(|(_, flat)| !**flat).for_each(|((z, front), _)| *z = *front);
     }
-    report.planes = sheets.len();
     report.pixels_on_planes = flat.iter().flatten().filter(|&&f| f).count() as f64
         / flat.iter().map(Vec::len).sum::<usize>().max(1) as f64;
 
     parts.begin("fusion", 0.3)?;
     let limit = options.max_blocks.max(64);
-    let hull = silhouettes::silhouettes(views, &maps, &flat, voxel, options.mirror_spread);
+    // Things stand out against what they stand on; a wall behind them is not seen around them as surely.
+    let hull = silhouettes::silhouettes(views, &maps, &on_planes, voxel, options.mirror_spread);
     let carve = options.carve_weight.max(0.0);
     let grid = tsdf::fuse(views, &maps, &flat, &hull, voxel, limit, carve);
     let voxel = grid.voxel;
@@ -159,7 +154,8 @@ fn surface_of(
     report.pieces_dropped += clean(&mut mesh, views, &sheets, voxel, options);
     let faces = creases::flatten(&mut mesh, voxel, options.planar_face_width);
     report.planar_faces = faces.len();
-    seams::skirts(&mut mesh, &sheets, |mesh, up| {
+    // Things stand on planes. Before a wall they need not touch it.
+    seams::skirts(&mut mesh, &sheets[..report.planes], |mesh, up| {
         creases::reach_down(&faces, mesh, up, SKIRT * voxel)
     });
     let mut normals = mesh.vertex_normals();
@@ -177,21 +173,95 @@ fn surface_of(
     Ok((mesh, normals, report))
 }
 
-/// The parts of planes that the photos know for flat.
+/// Planes and walls.
+struct Flats {
+    sheets: Vec<Sheet>,
+    /// Per view and pixel, whether it shows a dominant plane,
+    on_planes: Vec<Vec<bool>>,
+    /// or any.
+    flat: Vec<Vec<bool>>,
+}
+
+/// Finds planes and walls, and puts pixels that show them onto them.
+fn flats(
+    views: &[View],
+    maps: &mut [DepthMap],
+    voxel: f32,
+    options: &Options,
+    report: &mut GeometryReport,
+) -> Flats {
+    let tolerance = options.plane_tolerance * voxel;
+    let planes = {
+        let samples = planes::samples(views, maps, SAMPLE_STRIDE);
+        dominant_planes(&samples, tolerance, voxel, options.plane_share, MOST_PLANES)
+    };
+    report.planes_found = planes.len();
+    let (mut sheets, uneven) = sheets(planes, views, maps, tolerance, voxel);
+    report.planes = sheets.len();
+    let on_planes = seams::flatten(&sheets, views, maps, tolerance, voxel);
+    let walls = put_on_walls(views, maps, (&on_planes, &uneven), tolerance, voxel, options);
+    report.walls = walls.len();
+    let mut flat = seams::flatten(&walls, views, maps, tolerance, voxel);
+    flat.iter_mut().flatten().zip(on_planes.iter().flatten()).for_each(|(f, p)| *f |= p);
+    sheets.extend(walls);
+    Flats { sheets, on_planes, flat }
+}
+
+/// Finds the planes that bound the scene beside those that are known, and puts pixels that show them onto them.
+fn put_on_walls(
+    views: &[View],
+    maps: &mut [DepthMap],
+    (on_planes, uneven): (&[Vec<bool>], &[Plane]),
+    tolerance: f32,
+    voxel: f32,
+    options: &Options,
+) -> Vec<Sheet> {
+    if !(options.wall_share <= 1.0) {
+        return Vec::new();
+    }
+    let bare = |(view, on_planes): (&View, &Vec<bool>)| {
+        let texture = depth_prior::texture(view).into_iter();
+        texture.zip(on_planes).map(|(t, p)| if *p { 1.0 } else { t }).collect()
+    };
+    let bare: Vec<Vec<f32>> = views.par_iter().zip(on_planes).with_max_len(1).map(bare).collect();
+    let regions = walls::bare_regions(views, maps, &bare, voxel);
+    let mut scene = planes::samples(views, maps, SAMPLE_STRIDE);
+    scene.retain(|s| s.footprint <= tsdf::MAX_FOOTPRINT * voxel);
+    let found = {
+        let witnesses = Witnesses::new(views, maps, tolerance, voxel);
+        let scene = walls::Surroundings { scene: &scene, uneven, voxel };
+        walls::walls(&regions, views, &scene, &witnesses, options.wall_share)
+    };
+    walls::flatten(&found, &regions, views, maps, voxel);
+    let sheet = |w: walls::Wall| {
+        let sheet = Sheet::new(w.plane, views, maps, tolerance, voxel, SHEET_CELL * voxel)?;
+        Some(sheet.with_openings())
+    };
+    found.into_iter().filter_map(sheet).collect()
+}
+
+/// The parts of planes that the photos know for flat, and the planes that they know for uneven.
 fn sheets(
     planes: Vec<Plane>,
     views: &[View],
     maps: &[DepthMap],
     tolerance: f32,
     voxel: f32,
-) -> Vec<Sheet> {
+) -> (Vec<Sheet>, Vec<Plane>) {
     let witnesses = Witnesses::new(views, maps, tolerance, voxel);
-    let flat = |plane: Plane| {
+    let (mut flat, mut uneven) = (Vec::new(), Vec::new());
+    for plane in planes {
         let plane = fitted(plane, &witnesses);
-        let sheet = Sheet::new(plane, views, maps, tolerance, voxel, SHEET_CELL * voxel)?;
-        sheet.without_bumps(&witnesses.rivals(&plane))
-    };
-    planes.into_iter().filter_map(flat).collect()
+        let sheet = Sheet::new(plane, views, maps, tolerance, voxel, SHEET_CELL * voxel);
+        let Some(sheet) = sheet else { continue };
+        let rivals = witnesses.rivals(&plane);
+        if sheet.is_flat(&rivals) {
+            flat.push(sheet.without_bumps(&rivals));
+        } else {
+            uneven.push(plane);
+        }
+    }
+    (flat, uneven)
 }
 
 /// Drops what belongs to the planes and what is too small to be anything. Returns the number of pieces.

@@ -29,6 +29,10 @@ const PARTNERS: usize = 4;
 const TURN: f32 = 0.25;
 /// A place that something nearer than this many voxels hides is not seen.
 const HIDDEN: f32 = 6.0;
+/// Pixels beside one that must be as visible: edges are blurred, so what stands beside a place shines into it.
+const BESIDE: [[f32; 2]; 4] = [[-1.5, 0.0], [1.5, 0.0], [0.0, -1.5], [0.0, 1.5]];
+/// What rises so many tolerances over a plane stands before it.
+const CLEAR: f32 = 2.0;
 /// A larger squared difference says no more (brightness raised to 1/2.2, 0 to 1).
 const MOST_DIFFERENCE: f32 = 0.01;
 
@@ -50,6 +54,15 @@ pub(super) struct Rivals {
     pub(super) by_depth: f32,
 }
 
+/// A plane is uneven when it leaves so many times the squared difference that depth leaves. Noise of brightness, 0 to 1.
+const BUMP: f32 = 1.1;
+const NOISE: f32 = 0.5 / 255.0;
+
+/// Whether a plane leaves more of the squared differences than depth does; sums by plane and by depth, and their number.
+pub(super) fn is_uneven([by_plane, by_depth, count]: [f32; 3]) -> bool {
+    by_plane > BUMP * by_depth + NOISE * NOISE * count
+}
+
 /// Places that the samples of a patch see, with their brightness.
 type Patch = [(Vec3, f32); SIDE * SIDE];
 
@@ -63,29 +76,70 @@ impl<'a> Witnesses<'a> {
     pub(super) fn rivals(&self, plane: &Plane) -> Vec<Rivals> {
         let held = self.held(plane, STRIDE);
         let of = |i: usize| {
-            let compared = |&at: &[usize; 2]| {
-                let [on_plane, on_depth] = self.patches(plane, i, at)?;
-                let (mut by_plane, mut by_depth, mut count) = (0.0, 0.0, 0.0);
-                for &j in &self.partners[i] {
-                    let costs = [&on_plane, &on_depth].map(|p| self.difference(p, j));
-                    if let [Some(a), Some(b)] = costs {
-                        by_plane += a;
-                        by_depth += b;
-                        count += 1.0;
-                    }
-                }
-                let at = on_plane[on_plane.len() / 2].0;
-                let mean = |sum: f32| sum / count;
-                (count > 0.0).then(|| Rivals {
-                    at,
-                    by_plane: mean(by_plane),
-                    by_depth: mean(by_depth),
-                })
-            };
-            held[i].iter().filter_map(compared).collect::<Vec<_>>()
+            held[i]
+                .iter()
+                .filter_map(|&at| self.compared(plane, i, at, &[[0.0; 2]]))
+                .collect::<Vec<_>>()
         };
         let all: Vec<_> = (0..held.len()).into_par_iter().with_max_len(1).map(of).collect();
         all.into_iter().flatten().collect()
+    }
+
+    /// Compares a plane with the depth of the patch around a pixel of photo `i`; `None` where no other photo shows it.
+    fn compared(
+        &self,
+        plane: &Plane,
+        i: usize,
+        at: [usize; 2],
+        around: &[[f32; 2]],
+    ) -> Option<Rivals> {
+        let [on_plane, on_depth] = self.patches(plane, i, at)?;
+        let (mut by_plane, mut by_depth, mut count) = (0.0, 0.0, 0.0);
+        for &j in &self.partners[i] {
+            let costs = [&on_plane, &on_depth].map(|p| self.difference(p, j, around));
+            if let [Some(a), Some(b)] = costs {
+                by_plane += a;
+                by_depth += b;
+                count += 1.0;
+            }
+        }
+        let at = on_plane[on_plane.len() / 2].0;
+        let mean = |sum: f32| sum / count;
+        (count > 0.0).then(|| Rivals { at, by_plane: mean(by_plane), by_depth: mean(by_depth) })
+    }
+
+    /// Whether the depth of these pixels of photo `i`, every `STRIDE`-th of them, explains the other photos no better than the plane. Patches count
+    /// that lie whole among the pixels.
+    pub(super) fn is_flat(&self, plane: &Plane, i: usize, pixels: impl Fn(usize) -> bool) -> bool {
+        let (width, height) = (self.views[i].width, self.views[i].height);
+        let (rows, columns) = (RIM..height.saturating_sub(RIM), RIM..width.saturating_sub(RIM));
+        let mut sums = [0.0; 3];
+        for y in rows.step_by(STRIDE) {
+            for x in columns.clone().step_by(STRIDE) {
+                let sample = |k: usize| {
+                    let (i, j) = (k % SIDE * SPACING, k / SIDE * SPACING);
+                    (y + j - RIM) * width + x + i - RIM
+                };
+                if !(0..SIDE * SIDE).all(|k| pixels(sample(k))) {
+                    continue;
+                }
+                if let Some(r) = self.compared(plane, i, [x, y], &BESIDE) {
+                    let add = [r.by_plane, r.by_depth, 1.0];
+                    sums.iter_mut().zip(add).for_each(|(s, a)| *s += a);
+                }
+            }
+        }
+        !is_uneven(sums)
+    }
+
+    /// What the photos that a place of photo `i` is compared with put in its direction.
+    pub(super) fn seconds(&self, i: usize, place: Vec3) -> impl Iterator<Item = Vec3> + '_ {
+        self.partners[i].iter().filter_map(move |&j| {
+            let (view, map) = (&self.views[j], &self.maps[j]);
+            let q = view.project(place)?;
+            let z = map.depth[view.pixel(q.x, q.y)?];
+            (z > 0.0).then(|| view.center + (place - view.center) * (z / q.z))
+        })
     }
 
     /// Per photo, every `stride`-th pixel whose depth lies on the plane.
@@ -104,6 +158,18 @@ impl<'a> Witnesses<'a> {
             held
         };
         self.views.par_iter().zip(self.maps).with_max_len(1).map(of).collect()
+    }
+
+    /// Whether the patch around a pixel of photo `i` shows nothing that stands before the plane: its outline moves from photo to photo as
+    /// a nearer plane would.
+    fn is_clear(&self, plane: &Plane, i: usize, [x, y]: [usize; 2]) -> bool {
+        let (view, map) = (&self.views[i], &self.maps[i]);
+        (0..SIDE * SIDE).all(|k| {
+            let pixel = [x + k % SIDE * SPACING - RIM, y + k / SIDE * SPACING - RIM];
+            let z = map.depth[pixel[1] * view.width + pixel[0]];
+            let reach = reach(self.tolerance, z * view.footprint(), self.voxel);
+            z > 0.0 && plane.height(view.place(pixel, z)) <= CLEAR * reach
+        })
     }
 
     /// The patch around a pixel of photo `i` on the plane, and at its depth; `None` where a sample has no depth.
@@ -128,8 +194,9 @@ impl<'a> Witnesses<'a> {
         Some(patches)
     }
 
-    /// Mean squared difference between a patch and what photo `j` shows in its place, without that of their means.
-    fn difference(&self, patch: &Patch, j: usize) -> Option<f32> {
+    /// Mean squared difference between a patch and what photo `j` shows in its place, without that of their means. A sample counts where
+    /// nothing hides the pixels `around` its own.
+    fn difference(&self, patch: &Patch, j: usize, around: &[[f32; 2]]) -> Option<f32> {
         let (view, map) = (&self.views[j], &self.maps[j]);
         let (mut sum, mut squares, mut count) = (0.0f32, 0.0f32, 0usize);
         for &(place, luma) in patch {
@@ -138,8 +205,11 @@ impl<'a> Witnesses<'a> {
             if !(weight > 0.5) {
                 continue;
             }
-            let z = map.depth[view.pixel(q.x, q.y)?];
-            if z > 0.0 && z < q.z - HIDDEN * self.voxel {
+            let hides = |[x, y]: [f32; 2]| {
+                let z = view.pixel(q.x + x, q.y + y).map_or(0.0, |k| map.depth[k]);
+                z > 0.0 && z < q.z - HIDDEN * self.voxel
+            };
+            if around.iter().any(|&offset| hides(offset)) {
                 continue;
             }
             let d = shown - luma;

@@ -11,6 +11,7 @@ mod patches;
 mod planar_faces;
 mod planes;
 mod refine;
+mod regions;
 mod report;
 mod seams;
 mod sheet;
@@ -20,6 +21,7 @@ mod splat_depth;
 mod surface_nets;
 mod tsdf;
 mod view;
+mod walls;
 
 use crate::error::DecomposeError;
 use crate::observation::{Observed, Photo, TracedSurface, up_in_world};

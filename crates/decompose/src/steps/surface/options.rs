@@ -25,6 +25,9 @@ pub struct Options {
     /// planes
     #[arg(long, default_value_t = 0.15, value_name = "SHARE")]
     pub plane_share: f32,
+    /// Smallest fraction of all pixels that must show a bare wall or floor behind everything else; above 1 disables walls
+    #[arg(long, default_value_t = 0.01, value_name = "SHARE")]
+    pub wall_share: f32,
     /// Surface closer to a plane than this is projected onto it
     #[arg(long, default_value_t = 2.5, value_name = "VOXELS")]
     pub plane_tolerance: f32,

@@ -42,7 +42,7 @@ pub(super) struct Sample {
 impl Plane {
     /// Whether a sample lies on the plane.
     #[inline]
-    fn holds(&self, s: &Sample, tolerance: f32, voxel: f32) -> bool {
+    pub(super) fn holds(&self, s: &Sample, tolerance: f32, voxel: f32) -> bool {
         let reach = reach(tolerance, s.footprint, voxel);
         self.height(s.position).abs() <= reach && s.normal.dot(self.normal) >= AGREE
     }

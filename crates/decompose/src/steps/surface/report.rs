@@ -28,10 +28,13 @@ pub struct GeometryReport {
     /// of those that fit the depth.
     #[serde(default)]
     pub planes_found: usize,
+    /// Planes that bound the scene: walls, floors.
+    #[serde(default)]
+    pub walls: usize,
     /// Planar faces of objects that were found.
     #[serde(default, alias = "facets")]
     pub planar_faces: usize,
-    /// Share of the pixels that see dominant planes.
+    /// Share of the pixels that see planes or walls.
     pub pixels_on_planes: f64,
     /// Blocks of voxels.
     pub blocks: usize,

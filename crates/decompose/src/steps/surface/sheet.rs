@@ -4,7 +4,7 @@
 use glam::{IVec2, Vec2, Vec3};
 
 use super::contour;
-use super::flatness::Rivals;
+use super::flatness::{Rivals, is_uneven};
 use super::planes::{Plane, reach};
 use super::splat_depth::DepthMap;
 use super::view::View;
@@ -12,11 +12,8 @@ use crate::mesh::Mesh;
 
 /// Cells at most: a larger plane gets larger cells.
 const MOST_CELLS: f32 = 400_000.0;
-/// Cells to each side of one whose patches speak for it; it is uneven when the plane leaves so many times the squared difference that depth
-/// leaves. Noise of brightness, 0 to 1.
+/// Cells to each side of one whose patches speak for it.
 const BUMP_REACH: i32 = 4;
-const BUMP: f32 = 1.1;
-const NOISE: f32 = 0.5 / 255.0;
 /// Gaps up to this many cells are closed.
 const CLOSE: i32 = 3;
 
@@ -28,6 +25,8 @@ pub(super) struct Sheet {
     cell: f32,
     size: IVec2,
     filled: Vec<bool>,
+    /// Cells that more pixels look through.
+    open: Vec<bool>,
 }
 
 /// What the ray of a pixel says about a plane.
@@ -85,8 +84,9 @@ impl Sheet {
             }
         }
         let filled = score.iter().map(|&s| s > 0).collect();
+        let open = score.iter().map(|&s| s < 0).collect();
         let origin = plane.normal * plane.offset + axes[0] * low.x + axes[1] * low.y;
-        Some(Self { plane, axes, origin, cell, size, filled })
+        Some(Self { plane, axes, origin, cell, size, filled, open })
     }
 
     fn at(&self, p: Vec3) -> Option<usize> {
@@ -102,9 +102,8 @@ impl Sheet {
         self.at(p).is_some_and(|i| self.filled[i])
     }
 
-    /// The sheet without the cells around which depth explains the photos better than the plane, its gaps and holes closed; `None`
-    /// when depth explains all of it better.
-    pub(super) fn without_bumps(mut self, rivals: &[Rivals]) -> Option<Self> {
+    /// Sums of the squared differences by plane and by depth, and their number, per cell.
+    fn sums(&self, rivals: &[Rivals]) -> Vec<[f32; 3]> {
         let mut sums = vec![[0.0f32; 3]; self.filled.len()];
         for r in rivals {
             if let Some(i) = self.at(r.at) {
@@ -112,19 +111,38 @@ impl Sheet {
                 sums[i].iter_mut().zip(add).for_each(|(s, a)| *s += a);
             }
         }
+        sums
+    }
+
+    /// Whether depth explains all of the sheet no better than the plane.
+    pub(super) fn is_flat(&self, rivals: &[Rivals]) -> bool {
+        let sums = self.sums(rivals);
         let of_plane = sums.iter().zip(&self.filled).filter(|(_, f)| **f);
-        let total =
-            of_plane.fold([0.0; 3], |t: [f32; 3], (s, _)| std::array::from_fn(|k| t[k] + s[k]));
-        if is_uneven(total) {
-            return None;
-        }
+        !is_uneven(
+            of_plane.fold([0.0; 3], |t: [f32; 3], (s, _)| std::array::from_fn(|k| t[k] + s[k])),
+        )
+    }
+
+    /// The sheet without the cells around which depth explains the photos better than the plane, its gaps and holes closed.
+    pub(super) fn without_bumps(mut self, rivals: &[Rivals]) -> Self {
+        let mut sums = self.sums(rivals);
         for step in [IVec2::X, IVec2::Y] {
             sums = self.summed_along(&sums, step);
         }
         self.filled.iter_mut().zip(sums).for_each(|(filled, s)| *filled &= !is_uneven(s));
         self.close();
         self.fill_holes();
-        Some(self)
+        self
+    }
+
+    /// The sheet with its gaps closed, and what things hide of it; wider openings that photos look through stay, such as windows.
+    pub(super) fn with_openings(mut self) -> Self {
+        self.close();
+        let before = self.filled.clone();
+        self.fill_holes();
+        let cells = self.filled.iter_mut().zip(before).zip(&self.open);
+        cells.for_each(|((filled, before), open)| *filled &= before || !open);
+        self
     }
 
     /// Sums over the cells up to `BUMP_REACH` away along one axis.
@@ -224,11 +242,6 @@ impl Sheet {
             contour::filled([self.size.x as usize, self.size.y as usize], &self.filled);
         Mesh { vertices: points.into_iter().map(on_plane).collect(), triangles }
     }
-}
-
-/// Whether a plane leaves more of the squared differences than depth does; sums by plane and by depth, and their number.
-fn is_uneven([by_plane, by_depth, count]: [f32; 3]) -> bool {
-    by_plane > BUMP * by_depth + NOISE * NOISE * count
 }
 
 /// Whether a pixel with depth `z` sees the plane, and whether it looks through it.

@@ -16,7 +16,7 @@ pub(super) const VOXELS: usize = SIDE * SIDE * SIDE;
 /// small enough that sheets thinner than it keep both sides.
 const TRUNCATION: f32 = 4.0;
 /// A pixel whose footprint is wider than this many voxels is too far away to be part of the grid.
-const MAX_FOOTPRINT: f32 = 4.0;
+pub(super) const MAX_FOOTPRINT: f32 = 4.0;
 
 /// Neighboring pixels whose depths differ by more than this many footprints see two things.
 const STEP: f32 = 8.0;

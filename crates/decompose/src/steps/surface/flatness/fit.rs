@@ -4,7 +4,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::super::planes::Plane;
-use super::Witnesses;
+use super::{BESIDE, Witnesses};
 
 /// Pixels between the patches that a plane is fitted by, and how many there must be.
 const STRIDE: usize = 8;
@@ -15,11 +15,16 @@ const ROUNDS: usize = 4;
 /// Gain of the mean squared difference that is worth a step: where there is no texture, a plane stays. Share of the comparisons that must be left.
 const LEAST_GAIN: f64 = 1e-7;
 const LEAST_SEEN: f64 = 0.9;
+/// Standard errors of the mean gain that a step must exceed.
+const SURE: f64 = 3.0;
 
 /// Moves a plane, and turns it about the middle of what lies on it, to where the photos agree best. The median depth of Gaussians lies up to a
 /// voxel behind a plane of little texture, and all photos share that error.
 pub(in super::super) fn fitted(plane: Plane, witnesses: &Witnesses<'_>) -> Plane {
-    let held = witnesses.held(&plane, STRIDE);
+    let mut held = witnesses.held(&plane, STRIDE);
+    for (i, held) in held.iter_mut().enumerate() {
+        held.retain(|&at| witnesses.is_clear(&plane, i, at));
+    }
     let places: Vec<Vec3> = held
         .iter()
         .zip(witnesses.views)
@@ -45,35 +50,52 @@ pub(in super::super) fn fitted(plane: Plane, witnesses: &Witnesses<'_>) -> Plane
         let normal = (plane.normal - tilt).normalize();
         Plane { normal, offset: normal.dot(foot + plane.normal * rise) }
     };
-    // Mean over the pairs of photos that show a patch, and their number.
-    let cost = |plane: &Plane| -> (f64, usize) {
+    // Per patch and photo that it is compared with.
+    let costs = |plane: &Plane| -> Vec<Option<f32>> {
         let of = |i: usize| {
-            let patches =
-                held[i].iter().filter_map(|&at| Some(witnesses.patches(plane, i, at)?[0]));
-            let differences = patches.flat_map(|patch| {
-                witnesses.partners[i].iter().filter_map(move |&j| witnesses.difference(&patch, j))
-            });
-            differences.fold((0.0, 0), |(sum, n), d| (sum + f64::from(d), n + 1))
+            let of = |&at: &[usize; 2]| {
+                let patch = witnesses.patches(plane, i, at).map(|p| p[0]);
+                let against =
+                    |&j: &usize| patch.as_ref().and_then(|p| witnesses.difference(p, j, &BESIDE));
+                witnesses.partners[i].iter().map(against).collect::<Vec<_>>()
+            };
+            held[i].iter().flat_map(of).collect::<Vec<_>>()
         };
-        let all: Vec<(f64, usize)> =
-            (0..held.len()).into_par_iter().with_max_len(1).map(of).collect();
-        let (sum, count) = all.into_iter().fold((0.0, 0), |a, b| (a.0 + b.0, a.1 + b.1));
-        (sum / count.max(1) as f64, count)
+        let all: Vec<_> = (0..held.len()).into_par_iter().with_max_len(1).map(of).collect();
+        all.concat()
     };
-    let (first, count) = cost(&plane);
-    let mut best = ([0.0f32; 3], first);
+    let mut best = ([0.0f32; 3], costs(&plane));
     let mut step = STEP * witnesses.voxel;
     for _ in 0..ROUNDS {
         for (k, sign) in [(0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0), (2, 1.0), (2, -1.0)] {
             let mut tried = best.0;
             tried[k] += sign * step;
-            let (cost, seen) = cost(&moved(tried));
-            // A plane that fewer photos can be asked about is no better.
-            if cost < best.1 - LEAST_GAIN && seen as f64 > LEAST_SEEN * count as f64 {
-                best = (tried, cost);
+            let costs = costs(&moved(tried));
+            if is_better(&costs, &best.1) {
+                best = (tried, costs);
             }
         }
         step *= 0.5;
     }
     moved(best.0)
+}
+
+/// Whether differences are smaller than those before by more than chance, and no fewer photos can be asked.
+fn is_better(costs: &[Option<f32>], before: &[Option<f32>]) -> bool {
+    let seen = |costs: &[Option<f32>]| costs.iter().flatten().count() as f64;
+    if !(seen(costs) > LEAST_SEEN * seen(before)) {
+        return false;
+    }
+    let (mut n, mut sum, mut squares) = (0.0, 0.0, 0.0);
+    for (a, b) in costs.iter().zip(before) {
+        if let (Some(a), Some(b)) = (a, b) {
+            let gain = f64::from(b - a);
+            n += 1.0;
+            sum += gain;
+            squares += gain * gain;
+        }
+    }
+    let mean = sum / n;
+    let deviation = ((squares / n - mean * mean).max(0.0) / n).sqrt();
+    mean > LEAST_GAIN.max(SURE * deviation)
 }

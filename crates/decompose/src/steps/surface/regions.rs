@@ -1,0 +1,104 @@
+//! Regions of one brightness in a photo: graph-based segmentation (Felzenszwalb & Huttenlocher 2004).
+
+use super::silhouettes::blurred;
+use super::view::View;
+
+/// Side of the square that brightness is averaged over first, pixels.
+const WINDOW: usize = 3;
+/// Regions join across a difference of brightness (raised to 1/2.2, 0 to 1) below their own plus this over their size in pixels.
+const SCALE: f32 = 1.0;
+
+/// Pixels of the regions of a photo that are at least `least` pixels large, and whose pixels `counts` admits, in order of their first
+/// pixels.
+pub(super) fn regions(view: &View, counts: &[bool], least: usize) -> Vec<Vec<u32>> {
+    let (w, h) = (view.width, view.height);
+    let shade = blurred(&view.luma, w, h, WINDOW);
+    let mut edges: Vec<(f32, u32, u32)> = Vec::with_capacity(2 * shade.len());
+    for k in 0..shade.len() {
+        let (right, down) = (k % w + 1 < w, k / w + 1 < h);
+        for next in [right.then_some(k + 1), down.then_some(k + w)].into_iter().flatten() {
+            if counts[k] && counts[next] {
+                edges.push(((shade[k] - shade[next]).abs(), k as u32, next as u32));
+            }
+        }
+    }
+    edges.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+    let mut sets = Sets::new(shade.len());
+    for (difference, a, b) in edges {
+        sets.join(a, b, difference);
+    }
+    let mut members: Vec<Vec<u32>> = vec![Vec::new(); shade.len()];
+    for k in (0..shade.len() as u32).filter(|&k| counts[k as usize]) {
+        members[sets.root(k) as usize].push(k);
+    }
+    let mut regions: Vec<Vec<u32>> =
+        members.into_iter().filter(|m| m.len() >= least.max(1)).collect();
+    regions.sort_unstable_by_key(|m| m[0]);
+    regions
+}
+
+/// Disjoint sets, with what each differs by inside.
+struct Sets {
+    parent: Vec<u32>,
+    size: Vec<u32>,
+    most: Vec<f32>,
+}
+
+impl Sets {
+    fn new(count: usize) -> Self {
+        Self { parent: (0..count as u32).collect(), size: vec![1; count], most: vec![SCALE; count] }
+    }
+
+    fn root(&mut self, mut k: u32) -> u32 {
+        while self.parent[k as usize] != k {
+            let above = self.parent[self.parent[k as usize] as usize];
+            self.parent[k as usize] = above;
+            k = above;
+        }
+        k
+    }
+
+    /// Joins the sets of two pixels that differ by no more than either allows. Differences come in ascending order.
+    fn join(&mut self, a: u32, b: u32, difference: f32) {
+        let (a, b) = (self.root(a), self.root(b));
+        if a == b || difference > self.most[a as usize].min(self.most[b as usize]) {
+            return;
+        }
+        let (a, b) = if self.size[a as usize] >= self.size[b as usize] { (a, b) } else { (b, a) };
+        self.parent[b as usize] = a;
+        self.size[a as usize] += self.size[b as usize];
+        self.most[a as usize] = difference + SCALE / self.size[a as usize] as f32;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+    use motes_scene::UnitWorld;
+
+    use super::super::extract::tests::photos;
+    use super::*;
+
+    #[test]
+    fn noise_and_gradients_belong_to_one_region_and_steps_part_two() {
+        let mut photo = photos(1, 1.0, DVec3::ZERO).remove(0);
+        let width = photo.camera.width;
+        let half = |k: usize| k % width < width / 2;
+        for (k, pixel) in photo.radiance_linear.data.chunks_exact_mut(3).enumerate() {
+            let noise = 0.01 * ((k * 7919) as f32).sin();
+            let gradient = 0.2 * (k / width) as f32 / 120.0;
+            pixel.fill((noise + gradient + if half(k) { 0.3 } else { 0.6 }).powf(2.2));
+        }
+        let view = View::new(&photo, &UnitWorld::IDENTITY);
+        let mut counts = vec![true; view.luma.len()];
+        counts[..10 * width].fill(false);
+        let found = regions(&view, &counts, 1000);
+        assert_eq!(found.len(), 2);
+        for (region, left) in found.iter().zip([true, false]) {
+            let right_side = region.iter().filter(|&&k| half(k as usize) == left).count();
+            assert!(right_side * 50 > region.len() * 49, "{right_side} of {}", region.len());
+            assert!(region.len() * 10 > view.luma.len() * 4, "{}", region.len());
+            assert!(region.iter().all(|&k| counts[k as usize]));
+        }
+    }
+}

@@ -1,0 +1,163 @@
+//! A bare floor under a thing, with the torn depth that Gaussians have there.
+
+use glam::DVec3;
+use motes_scene::UnitWorld;
+
+use super::super::extract::tests::photos;
+use super::super::planes::samples;
+use super::super::sheet::Sheet;
+use super::*;
+
+/// Voxel and tolerance, unit world.
+const VOXEL: f32 = 0.01;
+const TOLERANCE: f32 = 2.5 * VOXEL;
+const FLOOR: Plane = Plane { normal: Vec3::Z, offset: 0.0 };
+/// A disk over the floor: radius and height.
+const DISK: (f32, f32) = (0.2, 0.15);
+
+/// Where a ray crosses the level of a height.
+fn crossed(view: &View, pixel: [usize; 2], height: f32) -> (f32, Vec3) {
+    let ray = view.pixel_ray(pixel);
+    let z = (height - view.center.z) / ray.z;
+    (z, view.center + ray * z)
+}
+
+/// Whether a pixel shows the disk.
+fn on_disk(view: &View, pixel: [usize; 2]) -> bool {
+    crossed(view, pixel, DISK.1).1.truncate().length() < DISK.0
+}
+
+/// Photos of a bare floor and a darker disk over it, and their depth; that of the floor is torn by a share of it.
+fn pictures(torn: f32) -> (Vec<View>, Vec<DepthMap>) {
+    let mut photos = photos(12, 1.0, DVec3::ZERO);
+    let mut maps = Vec::new();
+    for (i, photo) in photos.iter_mut().enumerate() {
+        let view = View::new(photo, &UnitWorld::IDENTITY);
+        let mut depth = Vec::new();
+        for (k, pixel) in photo.radiance_linear.data.chunks_exact_mut(3).enumerate() {
+            let at = [k % view.width, k / view.width];
+            if on_disk(&view, at) {
+                pixel.fill(0.05);
+                depth.push(crossed(&view, at, DISK.1).0);
+                continue;
+            }
+            // Another wave in every photo, and more of it toward the camera.
+            let (x, y, i) = (at[0] as f32, at[1] as f32, i as f32);
+            let wave = (0.5 * x + 1.7 * i).sin() * (0.4 * y - 0.9 * i).cos();
+            depth.push(
+                crossed(&view, at, 0.0).0 * (1.0 - torn * (wave + 2.0 * wave.max(0.5) - 1.0)),
+            );
+        }
+        maps.push(DepthMap { depth });
+    }
+    (photos.iter().map(|p| View::new(p, &UnitWorld::IDENTITY)).collect(), maps)
+}
+
+/// The walls of pictures whose pixels count where `counts` says, and their regions.
+fn found(
+    views: &[View],
+    maps: &[DepthMap],
+    uneven: &[Plane],
+    counts: impl Fn(&View, [usize; 2]) -> bool,
+) -> (Vec<Wall>, Vec<Region>) {
+    let texture = |view: &View| {
+        let of = |k| f32::from(!counts(view, [k % view.width, k / view.width]));
+        (0..view.width * view.height).map(of).collect()
+    };
+    let textures: Vec<Vec<f32>> = views.iter().map(texture).collect();
+    let regions = bare_regions(views, maps, &textures, VOXEL);
+    let scene = samples(views, maps, 4);
+    let witnesses = Witnesses::new(views, maps, TOLERANCE, VOXEL);
+    let around = Surroundings { scene: &scene, uneven, voxel: VOXEL };
+    (walls(&regions, views, &around, &witnesses, 0.01), regions)
+}
+
+#[test]
+fn a_bare_floor_is_found_in_torn_depth_and_the_thing_on_it_stays() {
+    let (views, mut maps) = pictures(0.06);
+    let (walls, regions) = found(&views, &maps, &[], |_, _| true);
+    assert_eq!(walls.len(), 1);
+    let plane = walls[0].plane;
+    let turned = plane.normal.angle_between(Vec3::Z).to_degrees();
+    println!("turned by {turned} degrees, {} voxels off", plane.offset / VOXEL);
+    assert!(turned < 3.0, "turned by {turned} degrees");
+    assert!(plane.offset.abs() < 4.0 * VOXEL, "{} voxels off", plane.offset / VOXEL);
+
+    let before = maps.clone();
+    flatten(&walls, &regions, &views, &mut maps, VOXEL);
+    let (mut floor, mut put, mut disk, mut kept) = (0, 0, 0, 0);
+    for ((view, map), before) in views.iter().zip(&maps).zip(&before) {
+        for (k, (&z, &was)) in map.depth.iter().zip(&before.depth).enumerate() {
+            let at = [k % view.width, k / view.width];
+            if on_disk(view, at) {
+                disk += 1;
+                kept += usize::from(z == was);
+            } else {
+                floor += 1;
+                put += usize::from(plane.height(view.place(at, z)).abs() < 1e-4);
+            }
+        }
+    }
+    println!("{put} of {floor} put, {kept} of {disk} kept");
+    assert!(put * 10 > floor * 8, "{put} of {floor}");
+    assert!(kept * 100 > disk * 99, "{kept} of {disk}");
+}
+
+#[test]
+fn a_bare_thing_before_something_else_is_no_wall() {
+    let (views, maps) = pictures(0.0);
+    let (walls, regions) = found(&views, &maps, &[], on_disk);
+    assert!(!regions.is_empty());
+    assert!(walls.is_empty(), "{:?}", walls.iter().map(|w| w.plane).collect::<Vec<_>>());
+}
+
+#[test]
+fn a_part_of_uneven_ground_is_no_wall() {
+    let (views, maps) = pictures(0.06);
+    let uneven = Plane { normal: Vec3::new(0.1, 0.0, 1.0).normalize(), offset: 0.0 };
+    assert!(found(&views, &maps, &[uneven], |_, _| true).0.is_empty());
+}
+
+#[test]
+fn a_shape_that_photos_agree_about_is_no_wall() {
+    let (views, mut maps) = pictures(0.0);
+    for (view, map) in views.iter().zip(&mut maps) {
+        for (k, z) in map.depth.iter_mut().enumerate() {
+            let at = [k % view.width, k / view.width];
+            if !on_disk(view, at) {
+                let p = crossed(view, at, 0.0).1;
+                *z = crossed(view, at, 2.0 * VOXEL * ((9.0 * p.x).sin() * (8.0 * p.y).cos())).0;
+            }
+        }
+    }
+    assert!(found(&views, &maps, &[], |_, _| true).0.is_empty());
+}
+
+#[test]
+fn the_largest_plane_is_found_where_depth_is_exact() {
+    let (views, maps) = pictures(0.0);
+    let (walls, _) = found(&views, &maps, &[], |_, _| true);
+    assert_eq!(walls.len(), 1);
+    assert!(walls[0].plane.normal.angle_between(Vec3::Z) < 1e-3);
+    assert!(walls[0].plane.offset.abs() < 1e-3);
+}
+
+#[test]
+fn an_opening_stays_open_and_what_a_thing_hides_is_closed() {
+    let (views, mut maps) = pictures(0.0);
+    // A window of a wall: what is seen through it lies behind.
+    let window = |p: Vec3| (p.x - 0.45).abs().max(p.y.abs()) < 0.16;
+    for (view, map) in views.iter().zip(&mut maps) {
+        for (k, z) in map.depth.iter_mut().enumerate() {
+            let at = [k % view.width, k / view.width];
+            if !on_disk(view, at) && window(crossed(view, at, 0.0).1) {
+                *z = crossed(view, at, -1.0).0;
+            }
+        }
+    }
+    let cell = 2.0 * VOXEL;
+    let sheet = Sheet::new(FLOOR, &views, &maps, TOLERANCE, VOXEL, cell).unwrap().with_openings();
+    assert!(!sheet.covers(Vec3::new(0.45, 0.0, 0.0)));
+    assert!(sheet.covers(Vec3::new(-0.45, 0.0, 0.0)));
+    assert!(sheet.covers(Vec3::ZERO), "the disk hides it");
+}
