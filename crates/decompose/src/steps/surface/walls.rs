@@ -33,9 +33,11 @@ const MOST_REGIONS: usize = 300;
 const HELD: f32 = 0.35;
 /// Least squares fits to what lies on a plane, one after the other.
 const FITS: usize = 4;
-/// Photos that must show a wall, walls at most, and share of the scene that may lie behind one.
+/// Photos that must show a wall, walls at most, planes that are moved to where the photos agree at most, and share of the scene that may
+/// lie behind a wall.
 const LEAST_PHOTOS: usize = 3;
 const MOST_WALLS: usize = 6;
+const MOST_FITTED: usize = 24;
 const BEHIND: f32 = 0.05;
 /// Difference between two photos' heights over a wall, over that of one from it (medians): noise has 1.4, a shape 0.
 const TORN: f32 = 0.75;
@@ -167,10 +169,11 @@ pub(super) fn walls(
         (0..regions.len()).filter(|&i| free[i] && regions[i].shows(plane, views)).collect()
     };
     let size = |shown: &[usize]| shown.iter().map(|&i| regions[i].pixels.len()).sum::<usize>();
-    while walls.len() < MOST_WALLS {
+    for _ in 0..MOST_FITTED {
         let sizes: Vec<usize> = tried.par_iter().map(|(_, p)| size(&shown(p, &free))).collect();
         let ranked = (0..tried.len()).max_by_key(|&k| (sizes[k], std::cmp::Reverse(k)));
-        let Some(best) = ranked.filter(|&k| sizes[k] as f32 >= share * pixels as f32) else {
+        let is_large = |&k: &usize| sizes[k] as f32 >= share * pixels as f32;
+        let Some(best) = ranked.filter(is_large).filter(|_| walls.len() < MOST_WALLS) else {
             break;
         };
         let mut plane = tried.remove(best).1;
