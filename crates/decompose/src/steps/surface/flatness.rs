@@ -54,6 +54,14 @@ pub(super) struct Rivals {
     pub(super) by_depth: f32,
 }
 
+impl Rivals {
+    /// Adds to sums by plane and by depth, and to their number.
+    pub(super) fn add_to(&self, sums: &mut [f32; 3]) {
+        let add = [self.by_plane, self.by_depth, 1.0];
+        sums.iter_mut().zip(add).for_each(|(s, a)| *s += a);
+    }
+}
+
 /// A plane is uneven when it leaves so many times the squared difference that depth leaves. Noise of brightness, 0 to 1.
 const BUMP: f32 = 1.1;
 const NOISE: f32 = 0.5 / 255.0;
@@ -116,16 +124,11 @@ impl<'a> Witnesses<'a> {
         let mut sums = [0.0; 3];
         for y in rows.step_by(STRIDE) {
             for x in columns.clone().step_by(STRIDE) {
-                let sample = |k: usize| {
-                    let (i, j) = (k % SIDE * SPACING, k / SIDE * SPACING);
-                    (y + j - RIM) * width + x + i - RIM
-                };
-                if !(0..SIDE * SIDE).all(|k| pixels(sample(k))) {
+                if !patch_pixels([x, y]).all(|[x, y]| pixels(y * width + x)) {
                     continue;
                 }
                 if let Some(r) = self.compared(plane, i, [x, y], &BESIDE) {
-                    let add = [r.by_plane, r.by_depth, 1.0];
-                    sums.iter_mut().zip(add).for_each(|(s, a)| *s += a);
+                    r.add_to(&mut sums);
                 }
             }
         }
@@ -162,10 +165,9 @@ impl<'a> Witnesses<'a> {
 
     /// Whether the patch around a pixel of photo `i` shows nothing that stands before the plane: its outline moves from photo to photo as
     /// a nearer plane would.
-    fn is_clear(&self, plane: &Plane, i: usize, [x, y]: [usize; 2]) -> bool {
+    fn is_clear(&self, plane: &Plane, i: usize, at: [usize; 2]) -> bool {
         let (view, map) = (&self.views[i], &self.maps[i]);
-        (0..SIDE * SIDE).all(|k| {
-            let pixel = [x + k % SIDE * SPACING - RIM, y + k / SIDE * SPACING - RIM];
+        patch_pixels(at).all(|pixel| {
             let z = map.depth[pixel[1] * view.width + pixel[0]];
             let reach = reach(self.tolerance, z * view.footprint(), self.voxel);
             z > 0.0 && plane.height(view.place(pixel, z)) <= CLEAR * reach
@@ -173,18 +175,15 @@ impl<'a> Witnesses<'a> {
     }
 
     /// The patch around a pixel of photo `i` on the plane, and at its depth; `None` where a sample has no depth.
-    fn patches(&self, plane: &Plane, i: usize, [x, y]: [usize; 2]) -> Option<[Patch; 2]> {
+    fn patches(&self, plane: &Plane, i: usize, at: [usize; 2]) -> Option<[Patch; 2]> {
         let (view, map) = (&self.views[i], &self.maps[i]);
-        let height = plane.height(view.center);
         let mut patches = [[(Vec3::ZERO, 0.0); SIDE * SIDE]; 2];
-        for k in 0..SIDE * SIDE {
-            let pixel = [x + k % SIDE * SPACING - RIM, y + k / SIDE * SPACING - RIM];
+        for (k, pixel) in patch_pixels(at).enumerate() {
             let at = pixel[1] * view.width + pixel[0];
             let z = map.depth[at];
             let ray = view.pixel_ray(pixel);
-            let flat = -height / plane.normal.dot(ray);
-            if !(z > 0.0 && height > 0.0 && flat > 0.0 && flat.is_finite() && view.weight[at] > 0.5)
-            {
+            let flat = plane.depth(view, ray)?;
+            if !(z > 0.0 && view.weight[at] > 0.5) {
                 return None;
             }
             for (patch, z) in patches.iter_mut().zip([flat, z]) {
@@ -221,6 +220,11 @@ impl<'a> Witnesses<'a> {
         let variance = || (squares / n - (sum / n).powi(2)).clamp(0.0, MOST_DIFFERENCE);
         (count >= LEAST_SAMPLES).then(variance)
     }
+}
+
+/// The pixels of the samples of a patch around a pixel, at least `RIM` inside of the photo.
+fn patch_pixels([x, y]: [usize; 2]) -> impl Iterator<Item = [usize; 2]> {
+    (0..SIDE * SIDE).map(move |k| [x + k % SIDE * SPACING - RIM, y + k / SIDE * SPACING - RIM])
 }
 
 /// The photos that see the middle of photo `i` from another side.

@@ -20,6 +20,15 @@ impl Plane {
     pub(super) fn height(&self, p: Vec3) -> f32 {
         self.normal.dot(p) - self.offset
     }
+
+    /// Depth at which a ray of a view, 1 along its axis, meets the front of the plane.
+    #[inline]
+    pub(super) fn depth(&self, view: &View, ray: Vec3) -> Option<f32> {
+        let (height, slope) = (self.height(view.center), self.normal.dot(ray));
+        // From below there is nothing to see of it.
+        let depth = -height / slope;
+        (height > 0.0 && slope < 0.0 && depth.is_finite()).then_some(depth)
+    }
 }
 
 /// Planes tried per search.

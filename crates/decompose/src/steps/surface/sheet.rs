@@ -36,13 +36,8 @@ struct Crossing {
 }
 
 fn crossing(plane: &Plane, view: &View, ray: Vec3) -> Option<Crossing> {
-    let (height, slope) = (plane.height(view.center), plane.normal.dot(ray));
-    // From below there is nothing to see of it.
-    if !(height > 0.0 && slope < 0.0) {
-        return None;
-    }
-    let depth = -height / slope;
-    depth.is_finite().then(|| Crossing { depth, at: view.center + ray * depth })
+    let depth = plane.depth(view, ray)?;
+    Some(Crossing { depth, at: view.center + ray * depth })
 }
 
 impl Sheet {
@@ -107,8 +102,7 @@ impl Sheet {
         let mut sums = vec![[0.0f32; 3]; self.filled.len()];
         for r in rivals {
             if let Some(i) = self.at(r.at) {
-                let add = [r.by_plane, r.by_depth, 1.0];
-                sums[i].iter_mut().zip(add).for_each(|(s, a)| *s += a);
+                r.add_to(&mut sums[i]);
             }
         }
         sums

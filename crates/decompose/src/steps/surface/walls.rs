@@ -186,9 +186,9 @@ pub(super) fn walls(
         shown.retain(|&i| is_flat(&regions[i], &plane, views, witnesses));
         let mut photos: Vec<usize> = shown.iter().map(|&i| regions[i].view).collect();
         photos.dedup();
-        let is_torn = is_torn(&plane, &shown, regions, witnesses);
         let large = size(&shown) as f32 >= share * pixels as f32;
-        if large && is_torn && photos.len() >= LEAST_PHOTOS && around.may_have(&plane) {
+        let is_wall = large && photos.len() >= LEAST_PHOTOS && around.may_have(&plane);
+        if is_wall && is_torn(&plane, &shown, regions, witnesses) {
             shown.iter().for_each(|&i| free[i] = false);
             tried.retain(|(i, _)| free[*i]);
             walls.push(Wall { plane, regions: shown });
@@ -257,9 +257,9 @@ pub(super) fn flatten(
         let flat = |&i: &u32| {
             let i = i as usize;
             let ray = view.pixel_ray([i % view.width, i / view.width]);
-            let z = -wall.plane.height(view.center) / wall.plane.normal.dot(ray);
+            let z = wall.plane.depth(view, ray)?;
             let is_near = wall.plane.height(place(i)) < FAR * reach(i);
-            (agreed[i] >= AGREED && is_near && z > 0.0 && z.is_finite()).then_some((i, z))
+            (agreed[i] >= AGREED && is_near).then_some((i, z))
         };
         let put: Vec<(usize, f32)> = region.pixels.iter().filter_map(flat).collect();
         put.into_iter().for_each(|(i, z)| map.depth[i] = z);
