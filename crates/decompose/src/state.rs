@@ -160,10 +160,6 @@ pub struct BaseColored {
 pub struct RenderedView {
     /// Index of the photo: training photos, then those held out.
     pub photo: usize,
-    /// Linear, photo units, `[h, w, 3]`; 0 where the surface is missed.
-    pub radiance_linear: ImageF32,
-    /// Base color as the Gaussians show it, `[h, w, 3]`.
-    pub base_color_linear: ImageF32,
     /// PSNR of the sRGB-encoded picture where the surface is hit, dB.
     pub psnr_db: f64,
 }

@@ -7,7 +7,7 @@ use clap::{Args, ValueEnum};
 use glam::DVec3;
 use motes_scene::{Convention, Switch};
 use motes_shading::environment::MapAxes;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::residual_share::ResidualShare;
 use crate::sun::SunOption;
@@ -166,7 +166,7 @@ fn parse_degrees(text: &str) -> Result<f64, String> {
 }
 
 /// Time against noise.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Quality {
     /// Every third pixel in both directions, denoised and interpolated

@@ -15,14 +15,15 @@ use crate::observation::samples::luminance;
 use crate::observation::{SeenView, TracedSurface};
 
 /// Radiance of every pixel as a linear function of base color: `b slope + offset`.
+///
+/// A scene without gloss has no offsets and no parts of one color. Its photos are many, so what is zero everywhere is not stored.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PixelShading {
-    /// Zero where the surface is missed.
-    pub slope: Vec<Vec3>,
-    /// Same.
-    pub offset: Vec<Vec3>,
-    /// How much of a pixel has one base color with its part, and that color.
-    pub uniform: Vec<(f32, Vec3)>,
+    slope: Vec<Vec3>,
+    /// Empty where all are zero.
+    offset: Vec<Vec3>,
+    /// Empty where no pixel has any.
+    uniform: Vec<(f32, Vec3)>,
 }
 
 /// Whether a pixel with this slope tells its base color.
@@ -128,6 +129,35 @@ const GRAY: f32 = 0.35;
 const OFF_PLANE: f32 = 0.1;
 
 impl PixelShading {
+    /// Per pixel: slope and offset, zero where the surface is missed, and how much of it has one base color with its part, and that
+    /// color.
+    pub(crate) fn new(slope: Vec<Vec3>, offset: Vec<Vec3>, uniform: Vec<(f32, Vec3)>) -> Self {
+        let offset = if offset.iter().all(|v| *v == Vec3::ZERO) { Vec::new() } else { offset };
+        let uniform =
+            if uniform.iter().all(|(share, _)| *share == 0.0) { Vec::new() } else { uniform };
+        Self { slope, offset, uniform }
+    }
+
+    /// Number of pixels.
+    pub(crate) fn count(&self) -> usize {
+        self.slope.len()
+    }
+
+    /// Radiance over base color of a pixel; zero where the surface is missed.
+    pub(crate) fn slope(&self, i: usize) -> Vec3 {
+        self.slope[i]
+    }
+
+    /// Radiance of a pixel that its base color has no part in.
+    pub(crate) fn offset(&self, i: usize) -> Vec3 {
+        self.offset.get(i).copied().unwrap_or(Vec3::ZERO)
+    }
+
+    /// How much of a pixel has one base color with its part, and that color.
+    pub(crate) fn uniform(&self, i: usize) -> (f32, Vec3) {
+        self.uniform.get(i).copied().unwrap_or((0.0, Vec3::ZERO))
+    }
+
     /// Integrates the pixels of a view.
     pub fn integrate(
         view: &SeenView<'_>,
@@ -160,20 +190,19 @@ impl PixelShading {
             shades(size, spacing, shade, is_between)
         });
         let uniform = |seen: &Option<Seen>| seen.as_ref().map_or((0.0, Vec3::ZERO), |s| s.uniform);
-        Self {
-            slope: shades.iter().map(|s| s.slope).collect(),
-            offset: shades.iter().map(|s| s.offset).collect(),
-            uniform: seen.iter().map(uniform).collect(),
-        }
+        Self::new(
+            shades.iter().map(|s| s.slope).collect(),
+            shades.iter().map(|s| s.offset).collect(),
+            seen.iter().map(uniform).collect(),
+        )
     }
 
     /// Multiplies the shading by the factor that a local light has at each pixel.
     pub(crate) fn light(&mut self, factor: impl Fn(usize) -> Vec3 + Sync) {
-        let pixels = self.slope.par_iter_mut().zip(&mut self.offset).enumerate();
-        pixels.with_min_len(1024).for_each(|(i, (slope, offset))| {
-            let factor = factor(i);
-            (*slope, *offset) = (*slope * factor, *offset * factor);
-        });
+        for layer in [&mut self.slope, &mut self.offset] {
+            let pixels = layer.par_iter_mut().enumerate().with_min_len(1024);
+            pixels.for_each(|(i, value)| *value *= factor(i));
+        }
     }
 
     /// Multiplies the colors of whole parts by a factor per vertex.
@@ -200,12 +229,12 @@ impl PixelShading {
             if !is_told(slope) {
                 continue;
             }
-            let b = ((radiance - self.offset[i]) / slope).clamp(Vec3::splat(0.01), Vec3::ONE);
-            let (share, color) = self.uniform[i];
+            let b = ((radiance - self.offset(i)) / slope).clamp(Vec3::splat(0.01), Vec3::ONE);
+            let (share, color) = self.uniform(i);
             let b = b.lerp(color, share);
             base.data[3 * i..3 * i + 3].copy_from_slice(&b.map(srgb::encode).to_array());
             // d sRGB / d linear falls about as L^-0.58.
-            let l = luminance(slope * b + self.offset[i]).max(0.01);
+            let l = luminance(slope * b + self.offset(i)).max(0.01);
             let gain = luminance(slope) * (l / luminance(b)).powf(-0.58);
             weight.data[i] = view.photo.weight.data[i] * (gain * gain).min(4.0);
         }
@@ -216,7 +245,7 @@ impl PixelShading {
     pub fn relit(&self, base: &ImageF32) -> ImageF32 {
         let mut out = base.clone();
         for (i, pixel) in out.data.chunks_exact_mut(3).enumerate() {
-            let radiance = Vec3::from_slice(pixel) * self.slope[i] + self.offset[i];
+            let radiance = Vec3::from_slice(pixel) * self.slope[i] + self.offset(i);
             pixel.copy_from_slice(&radiance.to_array());
         }
         out

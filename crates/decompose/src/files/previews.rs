@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use crate::State;
+use crate::steps::evaluation::Picture;
 use anyhow::Context as _;
 use motes_formats::images::write_png;
 use motes_math::srgb;
@@ -31,6 +32,7 @@ pub(super) fn previews(
     let stems = told_apart(shown.iter().map(|v| stem(&photos[v.photo].name)).collect());
     for (view, stem) in shown.into_iter().zip(stems) {
         let photo = photos[view.photo];
+        let Some(picture) = Picture::of_photo(state, view.photo) else { continue };
         let attribute = |of: &dyn Fn(usize) -> [f32; 3]| {
             motes_raster::render(
                 &gaussians.colored(of),
@@ -43,8 +45,8 @@ pub(super) fn previews(
         let m = &state.attributes;
         let components = [
             ("photo", encoded(&photo.radiance_linear)),
-            ("rendered", encoded(&view.radiance_linear)),
-            ("base_color", encoded(&view.base_color_linear)),
+            ("rendered", encoded(&picture.radiance_linear)),
+            ("base_color", encoded(&picture.base_color_linear)),
             ("normal", attribute(&|i| m.normals[i].map(|v| 0.5 * v + 0.5))),
             ("roughness", attribute(&|i| [m.roughness[i]; 3])),
             ("metallic", attribute(&|i| [m.metallic[i]; 3])),

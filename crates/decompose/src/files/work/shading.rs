@@ -25,7 +25,7 @@ pub(super) fn write(folder: &Path, state: &State<'_>, made_by: &str) -> anyhow::
     let all: Vec<(&Photo, &PixelShading)> = photos(state).into_iter().zip(&state.shading).collect();
     all.par_iter().enumerate().try_for_each(|(k, (photo, shading))| {
         let layer = |name: &str, of: &dyn Fn(usize) -> Vec3| {
-            let count = shading.slope.len();
+            let count = shading.count();
             let channel = |c: usize| {
                 let values = (0..count).map(|i| of(i)[c]).collect();
                 AovChannel::float(format!("{name}.{}", AXES[c]), values)
@@ -33,10 +33,10 @@ pub(super) fn write(folder: &Path, state: &State<'_>, made_by: &str) -> anyhow::
             [channel(0), channel(1), channel(2)]
         };
         let mut channels = Vec::with_capacity(10);
-        channels.extend(layer("slope", &|i| shading.slope[i]));
-        channels.extend(layer("offset", &|i| shading.offset[i]));
-        channels.extend(layer("part", &|i| shading.uniform[i].1));
-        let share = shading.uniform.iter().map(|(share, _)| *share).collect();
+        channels.extend(layer("slope", &|i| shading.slope(i)));
+        channels.extend(layer("offset", &|i| shading.offset(i)));
+        channels.extend(layer("part", &|i| shading.uniform(i).1));
+        let share = (0..shading.count()).map(|i| shading.uniform(i).0).collect();
         channels.push(AovChannel::float(SHARE, share));
         let attributes = [("motes made by", made_by), ("motes view", &photo.name)]
             .map(|(k, v)| (k.into(), v.into()));
@@ -68,7 +68,7 @@ pub(super) fn read(folder: &Path, state: &State<'_>) -> anyhow::Result<Vec<Pixel
             };
             let share = floats(&image, &path, SHARE)?;
             let uniform = share.iter().copied().zip(triples("part")?).collect();
-            Ok(PixelShading { slope: triples("slope")?, offset: triples("offset")?, uniform })
+            Ok(PixelShading::new(triples("slope")?, triples("offset")?, uniform))
         })
         .collect();
     Ok(all?)

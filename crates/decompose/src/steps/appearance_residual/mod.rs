@@ -32,7 +32,8 @@ pub fn run(
     };
     let mut gaussians = state.gaussians().clone();
     state.attributes.attach(&mut gaussians);
-    let pictures = pictures(state, &gaussians, light, &mut |done| tick(0.5 * done))?;
+    let quality = options.residual_quality;
+    let pictures = pictures(state, &gaussians, light, quality, &mut |done| tick(0.5 * done))?;
     let views: Vec<ResidualView<'_>> = pictures.iter().map(Picture::view).collect();
     let antialias = inputs.render.antialias;
     let render = RenderOptions { antialias, ..RenderOptions::default() };

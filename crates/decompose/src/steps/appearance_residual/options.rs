@@ -1,6 +1,7 @@
 //! Options of the appearance residual.
 
 use clap::Args;
+use relight::Quality;
 use serde::{Deserialize, Serialize};
 
 /// How the appearance residual is fitted.
@@ -17,6 +18,10 @@ pub struct Options {
     #[arg(long, default_value_t = 3, value_name = "DEGREE", help_heading = "Fit (expert)",
         value_parser = clap::value_parser!(u8).range(0..=4))]
     pub residual_degree: u8,
+
+    /// Quality of the pictures of the model that the appearance residual is fitted to, as `relight` makes them
+    #[arg(long, value_enum, default_value_t = Quality::Preview, value_name = "QUALITY", help_heading = "Fit (expert)")]
+    pub residual_quality: Quality,
 }
 
 impl Default for Options {

@@ -40,6 +40,7 @@ pub(super) fn pictures<'a>(
     state: &State<'a>,
     gaussians: &Gaussians,
     light: ImageF32,
+    quality: Quality,
     tick: &mut Tick<'_>,
 ) -> Result<Vec<Picture<'a>>, DecomposeError> {
     let inputs = state.inputs;
@@ -53,8 +54,7 @@ pub(super) fn pictures<'a>(
     let light = light
         .light(0.0, Exposure::Factor(1.0), &Place::with_up(up), &|| None)
         .map_err(|e| failed(&e))?;
-    let mut quality = QualityOptions::of(Quality::Standard);
-    quality.residual = ResidualShare::OFF;
+    let quality = QualityOptions { residual: ResidualShare::OFF, ..QualityOptions::of(quality) };
     let relighter = Relighter::new(&scene, &light.environment, &quality, inputs.seed);
     let views: Vec<&SeenView<'a>> =
         state.observed.views.iter().filter(|view| view.photo.light == 0).collect();

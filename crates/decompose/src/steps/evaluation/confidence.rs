@@ -9,6 +9,9 @@
 //! f(e, s) = 1 / (1 + (e / s)⁴)
 //! ```
 //!
+//! Planes and walls were held against the photos themselves, and without texture the Gaussians on them lie where they like. There a depth
+//! may differ by 10 % and normals do not count.
+//!
 //! Gaussians lie behind a mirror, where its images are, so for a metal the model alone speaks: `t = f(|log photo / model|, 0.35)`.
 //!
 //! A Gaussian's confidence is the mean of `t` over the `n` photos that see it, times `1 - exp(-n / 1.5)`: one photo tells nothing
@@ -21,13 +24,17 @@ use rayon::prelude::*;
 
 use crate::observation::{PixelHit, SeenView};
 use crate::report::{Term, numbers};
-use crate::state::{RenderedView, State};
+use crate::state::State;
 use glam::Vec3;
 use motes_scene::Surface;
+
+use super::Picture;
 
 /// Depths differ by that share of the depth where they count half: the surface is refined to well below it where photos
 /// agree (docs/benchmarks/surface.md).
 const DEPTH_SHARE: f32 = 0.02;
+/// The same on planes.
+const FLAT_DEPTH_SHARE: f32 = 0.1;
 /// Normals of Gaussians are rough themselves.
 const NORMAL_RAD: f32 = 0.7;
 /// Natural logarithm of luminance: a factor of 2.
@@ -52,16 +59,24 @@ fn agreement(error: f32, scale: f32) -> f32 {
     if r2 >= 0.0 { 1.0 / (1.0 + r2 * r2) } else { 0.0 }
 }
 
-/// Confidence of every Gaussian, 0 to 1.
-pub(super) fn confidences(state: &State<'_>) -> Vec<f32> {
-    let gaussians = state.gaussians();
-    let options = RenderOptions { aovs: true, ..state.inputs.render.clone() };
-    let mut sums = vec![(0.0f32, 0u32); gaussians.len()];
-    for (view, model) in state.observed.views.iter().zip(&state.views) {
+/// What the photos so far say about every Gaussian: sum of what their pixels tell, and their number.
+pub(super) struct Confidence {
+    sums: Vec<(f32, u32)>,
+}
+
+impl Confidence {
+    pub(super) fn new(count: usize) -> Self {
+        Self { sums: vec![(0.0, 0); count] }
+    }
+
+    /// Adds a photo, in whose place the model shows `model`.
+    pub(super) fn see(&mut self, state: &State<'_>, view: &SeenView<'_>, model: &Picture) {
+        let gaussians = state.gaussians();
+        let options = RenderOptions { aovs: true, ..state.inputs.render.clone() };
         let photo = view.photo;
         let drawn = render(gaussians, &photo.camera, &photo.camera_from_world, &options);
         let trust = pixel_trust(state, view, model, &drawn);
-        let Some(aovs) = &drawn.aovs else { continue };
+        let Some(aovs) = &drawn.aovs else { return };
         let seen = |mean: &[f32; 3]| {
             let (x, y, z) = view.rays.project(Vec3::from(*mean))?;
             let (w, h) = (photo.camera.width, photo.camera.height);
@@ -70,23 +85,29 @@ pub(super) fn confidences(state: &State<'_>) -> Vec<f32> {
             let front = aovs.depth_median.data[i];
             (front > 0.0 && z <= front * (1.0 + HIDDEN)).then(|| trust[i])
         };
-        sums.par_iter_mut().zip(&gaussians.means).with_min_len(1024).for_each(|(sum, mean)| {
-            if let Some(trust) = seen(mean) {
-                *sum = (sum.0 + trust, sum.1 + 1);
-            }
-        });
+        self.sums.par_iter_mut().zip(&gaussians.means).with_min_len(1024).for_each(
+            |(sum, mean)| {
+                if let Some(trust) = seen(mean) {
+                    *sum = (sum.0 + trust, sum.1 + 1);
+                }
+            },
+        );
     }
-    let of = |(sum, n): (f32, u32)| {
-        if n == 0 { 0.0 } else { sum / n as f32 * (1.0 - (-(n as f32) / PHOTOS).exp()) }
-    };
-    sums.into_iter().map(of).collect()
+
+    /// Of every Gaussian, 0 to 1.
+    pub(super) fn of_gaussians(self) -> Vec<f32> {
+        let of = |(sum, n): (f32, u32)| {
+            if n == 0 { 0.0 } else { sum / n as f32 * (1.0 - (-(n as f32) / PHOTOS).exp()) }
+        };
+        self.sums.into_iter().map(of).collect()
+    }
 }
 
 /// How far the pixels of a view speak for the decomposition.
 fn pixel_trust(
     state: &State<'_>,
     view: &SeenView<'_>,
-    model: &RenderedView,
+    model: &Picture,
     drawn: &Rendering,
 ) -> Vec<f32> {
     let (w, h) = (view.photo.camera.width, view.photo.camera.height);
@@ -100,13 +121,16 @@ fn pixel_trust(
         let depth = (hit.depth - aovs.depth_median.data[i]).abs() / hit.depth;
         let (x, y) = ((i % w) as f32 + 0.5, (i / w) as f32 + 0.5);
         let to_viewer = -view.rays.direction(x, y);
-        let (_, normal, _) = state.observed.scene.frame(hit, to_viewer);
+        let scene = &state.observed.scene;
+        let (_, normal, _) = scene.frame(hit, to_viewer);
         let metallic = metallic_at(state.surface(), hit);
         let splat = Vec3::from_slice(&aovs.normal_in_world.data[3 * i..3 * i + 3]);
         let turn = normal.dot(splat).clamp(-1.0, 1.0).acos();
-        let matter = agreement(depth, DEPTH_SHARE)
-            * agreement(turn, NORMAL_RAD)
-            * agreement(misfit[i], LOG_RATIO);
+        let place = match scene.sheets[hit.triangle as usize] {
+            0 => agreement(depth, DEPTH_SHARE) * agreement(turn, NORMAL_RAD),
+            _ => agreement(depth, FLAT_DEPTH_SHARE),
+        };
+        let matter = place * agreement(misfit[i], LOG_RATIO);
         matter + (agreement(misfit[i], METAL_LOG_RATIO) - matter) * metallic
     };
     (0..w * h).into_par_iter().with_min_len(1024).map(at).collect()
@@ -123,7 +147,7 @@ fn metallic_at(surface: &Surface, hit: &PixelHit) -> f32 {
 }
 
 /// Absolute log ratio of photo and model per pixel; 0 where the photo says nothing.
-fn misfits(view: &SeenView<'_>, model: &RenderedView) -> Vec<f32> {
+fn misfits(view: &SeenView<'_>, model: &Picture) -> Vec<f32> {
     let photo = view.photo.radiance_linear.data.chunks_exact(3);
     let pixels = photo.zip(model.radiance_linear.data.chunks_exact(3));
     let log = |v: &[f32]| (luminance(Vec3::from_slice(v)).max(0.0) + BLACK).ln();

@@ -3,52 +3,66 @@
 mod confidence;
 
 use motes_math::srgb::{decode, encode_clipped};
-use motes_raster::RenderOptions;
-use motes_scene::{Gaussians, ImageF32};
+use motes_scene::ImageF32;
 
 use crate::appearance::PixelShading;
 use crate::observation::SeenView;
 use crate::report::Term;
 use crate::state::{RenderedView, State};
+use confidence::Confidence;
 
 /// Renders every photo's view, those held out last, and says how far the result is to be trusted.
 pub fn run(state: &mut State<'_>) -> Term {
     let (inputs, seen) = (state.inputs, &state.observed);
+    let mut confidence = Confidence::new(state.gaussians().len());
     let held_out: Vec<SeenView<'_>> =
         inputs.held_out.iter().map(|p| SeenView::new(p, &seen.scene)).collect();
-    let views = seen.views.iter().chain(&held_out);
-    let gaussians = &state.base_colored.gaussians;
-    state.views = rendered(gaussians, &inputs.render, views, &state.shading);
-    state.confidence = confidence::confidences(state);
+    let shown = seen.views.iter().chain(&held_out).zip(&state.shading);
+    let mut views = Vec::with_capacity(state.shading.len());
+    for (photo, (view, shading)) in shown.enumerate() {
+        let picture = Picture::of(state, view, shading);
+        views.push(RenderedView { photo, psnr_db: psnr(&picture.radiance_linear, view) });
+        if photo < seen.views.len() {
+            confidence.see(state, view, &picture);
+        }
+    }
+    state.confidence = confidence.of_gaussians();
+    state.views = views;
     confidence::term(state)
 }
 
-/// Renders base colors (degree 0, sRGB-encoded) and puts them under the shading of every view.
-fn rendered<'a>(
-    model: &Gaussians,
-    render: &RenderOptions,
-    views: impl Iterator<Item = &'a SeenView<'a>>,
-    shadings: &[PixelShading],
-) -> Vec<RenderedView> {
-    views
-        .zip(shadings)
-        .enumerate()
-        .map(|(photo, (view, shading))| {
-            let r = motes_raster::render(
-                model,
-                &view.photo.camera,
-                &view.photo.camera_from_world,
-                render,
-            );
-            let mut base = r.color;
-            for (pixel, alpha) in base.data.chunks_exact_mut(3).zip(&r.alpha.data) {
-                pixel.iter_mut().for_each(|v| *v = decode((*v / alpha.max(0.05)).min(1.0)));
-            }
-            let radiance = shading.relit(&base);
-            let psnr_db = psnr(&radiance, view);
-            RenderedView { photo, radiance_linear: radiance, base_color_linear: base, psnr_db }
-        })
-        .collect()
+/// What the model shows in the place of a photo.
+#[derive(Clone, Debug)]
+pub(crate) struct Picture {
+    /// Linear, photo units, `[h, w, 3]`; 0 where the surface is missed.
+    pub radiance_linear: ImageF32,
+    /// Base color as the Gaussians show it, `[h, w, 3]`.
+    pub base_color_linear: ImageF32,
+}
+
+impl Picture {
+    /// Renders base colors (degree 0, sRGB-encoded) and puts them under the shading of a view.
+    fn of(state: &State<'_>, view: &SeenView<'_>, shading: &PixelShading) -> Self {
+        let (model, photo) = (&state.base_colored.gaussians, view.photo);
+        let render = &state.inputs.render;
+        let drawn = motes_raster::render(model, &photo.camera, &photo.camera_from_world, render);
+        let mut base = drawn.color;
+        for (pixel, alpha) in base.data.chunks_exact_mut(3).zip(&drawn.alpha.data) {
+            pixel.iter_mut().for_each(|v| *v = decode((*v / alpha.max(0.05)).min(1.0)));
+        }
+        Self { radiance_linear: shading.relit(&base), base_color_linear: base }
+    }
+
+    /// The same by the number of the photo: those trained on, then those held out. None before the step `shading`.
+    pub(crate) fn of_photo(state: &State<'_>, photo: usize) -> Option<Self> {
+        let (inputs, seen) = (state.inputs, &state.observed);
+        let shading = state.shading.get(photo)?;
+        if let Some(view) = seen.views.get(photo) {
+            return Some(Self::of(state, view, shading));
+        }
+        let held_out = inputs.held_out.get(photo.checked_sub(seen.views.len())?)?;
+        Some(Self::of(state, &SeenView::new(held_out, &seen.scene), shading))
+    }
 }
 
 fn psnr(radiance: &ImageF32, view: &SeenView<'_>) -> f64 {

@@ -127,13 +127,13 @@ impl PhotoFit<'_> {
     }
 
     fn untold_share(&self, v: usize, colors: Colors) -> f32 {
-        let count = self.shadings[v].slope.len();
+        let count = self.shadings[v].count();
         let told = (0..count).filter(|&i| self.told(v, i, colors)).count();
         1.0 - told as f32 / count.max(1) as f32
     }
 
     fn told(&self, v: usize, i: usize, colors: Colors) -> bool {
-        let lit = colors == Colors::Captured || is_told(self.shadings[v].slope[i]);
+        let lit = colors == Colors::Captured || is_told(self.shadings[v].slope(i));
         lit && self.views[v].photo.weight.data[i] > 0.0
     }
 
@@ -150,8 +150,8 @@ impl PhotoFit<'_> {
             let slope = match colors {
                 Colors::Captured => difference(shown, seen),
                 Colors::Base => {
-                    let (uniform, color) = shading.uniform[i];
-                    let (slope, offset) = (shading.slope[i][c], shading.offset[i][c]);
+                    let (uniform, color) = shading.uniform(i);
+                    let (slope, offset) = (shading.slope(i)[c], shading.offset(i)[c]);
                     let pixel = Pixel { slope, offset, seen };
                     (1.0 - uniform) * pixel.slope_at(shown)
                         + uniform * difference(shown, srgb::encode(color[c]))

@@ -35,7 +35,7 @@ pub(crate) fn darkening(
         let ratio = |(k, (view, shading)): (usize, (&SeenView<'_>, &PixelShading))| {
             let seen = view.observe(k, p, n)?;
             let i = view.pixel_at(p)?;
-            let expected = luminance(shading.slope[i] * color + shading.offset[i]);
+            let expected = luminance(shading.slope(i) * color + shading.offset(i));
             let ratio = luminance(seen.radiance) / expected;
             (expected > 0.0 && ratio.is_finite()).then_some(ratio)
         };
