@@ -303,7 +303,7 @@ fn smooth(mesh: &mut Mesh, voxel: f32, options: &Options) {
             steady: &trust,
             rest_passes: options.rest_passes,
         };
-        let u = plate.solve(60);
+        let u = plate.solve(vec![0.0; n], 60);
         mesh.vertices.iter_mut().zip(&u).zip(&normals).for_each(|((x, &u), &n)| *x += n * u);
     }
 }

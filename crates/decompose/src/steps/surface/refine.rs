@@ -33,8 +33,9 @@ const SPREAD_PASSES: usize = 8;
 const CURVATURE_PASSES: usize = 4;
 /// Lift of a sample one step away at most, voxels: a ridge of 90 degrees.
 const MOST_LIFT: f32 = 0.15;
-/// Solves with renewed weights.
+/// Solves with renewed weights, each from the last, and iterations of each: where nothing is told, as on a metal, shape comes from far away.
 const ROBUST: usize = 3;
+const ITERATIONS: usize = 150;
 
 /// What the photos say about one vertex.
 #[derive(Clone, Copy, Debug, Default)]
@@ -241,7 +242,7 @@ pub(super) fn refine(
     let mut weight: Vec<f32> = found.iter().zip(&hold).map(|(f, h)| f.confidence + h).collect();
     let target: Vec<f32> = found.iter().map(|f| f.displacement).collect();
     let trust: Vec<f32> = found.iter().map(|f| f.confidence + 0.01).collect();
-    let mut u = Vec::new();
+    let mut u = vec![0.0; found.len()];
     for _ in 0..ROBUST {
         let plate = ThinPlate {
             mesh,
@@ -255,7 +256,7 @@ pub(super) fn refine(
             steady: &believed,
             rest_passes: round.rest_passes,
         };
-        u = plate.solve(60);
+        u = plate.solve(u, ITERATIONS);
         for ((w, h), (f, u)) in weight.iter_mut().zip(&hold).zip(found.iter().zip(&u)) {
             let off = (f.displacement - u) / (OUTLIER * voxel);
             *w = f.confidence / (1.0 + off * off).powi(2) + h;

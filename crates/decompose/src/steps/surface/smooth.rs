@@ -85,8 +85,8 @@ impl ThinPlate<'_> {
         mean.iter().map(|c| 1.0 / (1.0 + (c / (CREASE * self.voxel)).powi(2))).collect()
     }
 
-    /// Displacements after at most `iterations` of conjugate gradients from `t = 0`.
-    pub(super) fn solve(&self, iterations: usize) -> Vec<f32> {
+    /// Displacements after at most `iterations` of conjugate gradients from `start`: those of weights that differ little, or zeros.
+    pub(super) fn solve(&self, start: Vec<f32>, iterations: usize) -> Vec<f32> {
         let n = self.mesh.vertices.len();
         let map = |f: &(dyn Fn(usize) -> f32 + Sync)| -> Vec<f32> {
             (0..n).into_par_iter().with_min_len(CHUNK).map(f).collect()
@@ -137,6 +137,6 @@ impl ThinPlate<'_> {
                 0.0
             }
         });
-        conjugate_gradients::solve(residual, apply, iterations)
+        conjugate_gradients::solve_from(start, residual, apply, iterations)
     }
 }
