@@ -5,7 +5,7 @@ use motes_scene::Switch;
 
 use super::local::{self, FoundLocal};
 use super::pairs::Pair;
-use super::problem::{DIM, LightProblem, RADIUS, base_colors};
+use super::problem::{DIM, LightProblem, RADIUS, base_colors, lamp_share};
 use super::solve::{LitPoints, solve};
 use crate::illumination::CellLight;
 
@@ -38,7 +38,9 @@ impl LightProblem<'_> {
         let points = local::Points { places: &places, log_base: &base };
         let costs = local::judge(&points, &pairs, self.distance)?;
         let light = local::fit(&points, &pairs, self.distance)?;
-        let mut found = FoundLocal { spread: local::spread(&light, &places), light, costs };
+        let spread = local::spread(&light, &places);
+        let lamp_share = lamp_share(&lights[0], lit_of_one);
+        let mut found = FoundLocal { light, costs, spread, lamp_share };
         if !found.is_kept(self.options.local_light) {
             return Some(found);
         }

@@ -38,8 +38,10 @@ const LEFT_OUT: usize = 4;
 /// Share of the cost of the pairs left out that it has to save.
 const LEAST_SAVING: f64 = 0.1;
 /// Standard deviation of its logarithm over the points that it has to have: base colors that change a little from place to place look
-/// like weak light.
-const LEAST_SPREAD: f64 = 0.4;
+/// like weak light. Where lamps give this share of the light, light is known to be near, and less is enough.
+const LEAST_SPREAD: f64 = 0.45;
+const LEAST_SPREAD_BY_LAMPS: f64 = 0.25;
+const LAMP_SHARE: f32 = 0.05;
 
 /// Points under one light.
 pub(super) struct Points<'a> {
@@ -57,6 +59,8 @@ pub(crate) struct FoundLocal {
     pub costs: [f64; 2],
     /// Standard deviation of the logarithm of a first fit over the points, mean of the channels.
     pub spread: f64,
+    /// Share of all light on the points that lamps give.
+    pub lamp_share: f32,
 }
 
 impl FoundLocal {
@@ -68,7 +72,9 @@ impl FoundLocal {
 
     /// Whether it is part of the model.
     pub(crate) fn is_kept(&self, wanted: Switch) -> bool {
-        let is_evident = self.saved() >= LEAST_SAVING && self.spread >= LEAST_SPREAD;
+        let has_lamps = self.lamp_share >= LAMP_SHARE;
+        let least = if has_lamps { LEAST_SPREAD_BY_LAMPS } else { LEAST_SPREAD };
+        let is_evident = self.saved() >= LEAST_SAVING && self.spread >= least;
         wanted == Switch::On || is_evident
     }
 
@@ -238,7 +244,7 @@ mod tests {
     fn find(points: &Points<'_>, pairs: &[Pair], distance: f32) -> Option<FoundLocal> {
         let (costs, light) = (judge(points, pairs, distance)?, fit(points, pairs, distance)?);
         let spread = spread(&light, points.places);
-        Some(FoundLocal { light, costs, spread })
+        Some(FoundLocal { light, costs, spread, lamp_share: 0.0 })
     }
 
     /// A wall of 40 x 40 points, of `paint` (log) at its places, beside a lamp of `strength`.
@@ -284,6 +290,8 @@ mod tests {
         let strong = wall(|_, _| 0.0, 200.0);
         println!("spread {:.3}, of the strong {:.3}", found.spread, strong.spread);
         assert!(!found.is_kept(Switch::Auto) && found.is_kept(Switch::On));
+        let beside_lamps = FoundLocal { lamp_share: 0.3, ..found };
+        assert!(beside_lamps.is_kept(Switch::Auto), "{}", beside_lamps.spread);
         assert!(strong.is_kept(Switch::Auto), "{}", strong.spread);
     }
 

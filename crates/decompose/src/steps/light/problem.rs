@@ -332,7 +332,7 @@ fn hot_cells(lights: &[CellLight], lit: &[LitPoints]) -> Vec<bool> {
 }
 
 /// Share of what all points receive that lamps give.
-fn lamp_share(light: &CellLight, lit: &LitPoints) -> f32 {
+pub(super) fn lamp_share(light: &CellLight, lit: &LitPoints) -> f32 {
     let flux = lit.received_from(&light.sources());
     let of_lamps: f32 = flux[light.cells.len().min(flux.len())..].iter().sum();
     of_lamps / flux.iter().sum::<f32>().max(f32::MIN_POSITIVE)
