@@ -155,7 +155,7 @@ impl Displacement<'_> {
             let mut slope = resting.clone();
             known.iter().enumerate().for_each(|(l, known)| add_pull(&mut slope, l, known));
             let right = slope.iter().map(|s| -s).collect();
-            step = conjugate_gradients::solve_from(step, right, apply, ITERATIONS);
+            step = conjugate_gradients::solve(right, apply, ITERATIONS);
         }
         step
     }
