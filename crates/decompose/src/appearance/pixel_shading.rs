@@ -199,9 +199,10 @@ impl PixelShading {
 
     /// Multiplies the shading by the factor that a local light has at each pixel.
     pub(crate) fn light(&mut self, factor: impl Fn(usize) -> Vec3 + Sync) {
+        let pixels = (0..self.count()).into_par_iter().with_min_len(1024);
+        let factors: Vec<Vec3> = pixels.map(&factor).collect();
         for layer in [&mut self.slope, &mut self.offset] {
-            let pixels = layer.par_iter_mut().enumerate().with_min_len(1024);
-            pixels.for_each(|(i, value)| *value *= factor(i));
+            layer.iter_mut().zip(&factors).for_each(|(value, factor)| *value *= *factor);
         }
     }
 

@@ -5,7 +5,7 @@ use motes_scene::Switch;
 
 use super::local::{self, FoundLocal};
 use super::pairs::Pair;
-use super::problem::{DIM, LightProblem, RADIUS, base_colors, lamp_share};
+use super::problem::{DIM, LightProblem, RADIUS, base_colors};
 use super::solve::{LitPoints, solve};
 use crate::illumination::CellLight;
 
@@ -19,11 +19,13 @@ const LOCAL_TURNS: u64 = 2;
 impl LightProblem<'_> {
     /// What the light at infinity leaves of one capture, where neighbors are more alike with it; both are found by turns, since a light
     /// at infinity that stands for a lamp is wrong everywhere else. None of several captures, whose rows are several lights'.
+    /// `lamp_share` is that of all light on the points that lamps give.
     pub(super) fn local_light(
         &self,
         lights: &mut [CellLight],
         rows: &[Vec<u32>],
         lit: &[LitPoints],
+        lamp_share: f32,
     ) -> Option<FoundLocal> {
         let ([rows_of_one], [lit_of_one]) = (rows, lit) else { return None };
         if self.options.local_light == Switch::Off {
@@ -39,7 +41,6 @@ impl LightProblem<'_> {
         let costs = local::judge(&points, &pairs, self.distance)?;
         let light = local::fit(&points, &pairs, self.distance)?;
         let spread = local::spread(&light, &places);
-        let lamp_share = lamp_share(&lights[0], lit_of_one);
         let mut found = FoundLocal { light, costs, spread, lamp_share };
         if !found.is_kept(self.options.local_light) {
             return Some(found);

@@ -144,7 +144,7 @@ impl<'a> LightProblem<'a> {
             found.cells.push(lights[0].cells.len());
             if round == levels {
                 found.lamp_share = lamp_share(&lights[0], &lit[0]);
-                found.local = self.local_light(&mut lights, &rows, &lit);
+                found.local = self.local_light(&mut lights, &rows, &lit, found.lamp_share);
             } else {
                 let hot = hot_cells(&lights, &lit);
                 let which = around(&lights[0].cells, &hot, levels);
@@ -332,7 +332,7 @@ fn hot_cells(lights: &[CellLight], lit: &[LitPoints]) -> Vec<bool> {
 }
 
 /// Share of what all points receive that lamps give.
-pub(super) fn lamp_share(light: &CellLight, lit: &LitPoints) -> f32 {
+fn lamp_share(light: &CellLight, lit: &LitPoints) -> f32 {
     let flux = lit.received_from(&light.sources());
     let of_lamps: f32 = flux[light.cells.len().min(flux.len())..].iter().sum();
     of_lamps / flux.iter().sum::<f32>().max(f32::MIN_POSITIVE)
