@@ -18,6 +18,8 @@ use crate::residual::SceneResidual;
 /// Rays start at most this share of the surface's diagonal off it: a mesh of few large triangles
 /// says nothing about how fine it is.
 const MAX_BIAS: f32 = 1e-3;
+/// Layers that lie less than so many times that behind each other are one surface, reconstructed twice or torn.
+const ONE_SIDED: f32 = 8.0;
 
 /// Why a scene cannot be lit.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -98,7 +100,10 @@ impl RelightScene {
             triangles: surface.triangles.clone(),
         };
         // More care with the tree does not pay: rays gain little (docs/benchmarks/shading.md).
+        let median_edge = mesh.median_edge();
+        let ray_bias = ray_bias(&mesh, median_edge);
         let tracer = MeshTracer::new(&mesh, BuildQuality::Fast)?;
+        let tracer = tracer.one_sided_within(ONE_SIDED * ray_bias);
         let base_color_splats =
             gaussians.colored(|i| materials.base_color_linear[i].map(srgb::encode));
         let property_splats = gaussians.colored(|i| {
@@ -112,8 +117,6 @@ impl RelightScene {
         let local_log_factor: Option<Vec<Vec3>> =
             local_light_of(&gaussians).map(|all| all.into_iter().map(Vec3::from).collect());
         let local_splats = local_log_factor.as_ref().map(|l| log_layer::drawn(l, &gaussians));
-        let median_edge = mesh.median_edge();
-        let ray_bias = ray_bias(&mesh, median_edge);
         Ok(Self {
             gaussians,
             materials,

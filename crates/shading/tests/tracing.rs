@@ -205,3 +205,25 @@ fn strange_meshes_and_rays_are_survived() {
     let error = MeshTracer::new(&mesh, BuildQuality::Fast).unwrap_err();
     assert_eq!(error, MeshError::Index { triangle: 6, vertex: 77, vertices: 6 });
 }
+
+#[test]
+fn a_back_close_before_the_origin_lets_rays_pass_and_nothing_else_does() {
+    for scale in [1e-3, 1.0, 1e3] {
+        // One floor over the other, 0.1 apart; both face up.
+        let mut mesh = joined(floor(1.0, 0.0), &floor(1.0, 0.1));
+        mesh.vertices.iter_mut().for_each(|v| *v *= scale);
+        let tracer = MeshTracer::new(&mesh, BuildQuality::Balanced).unwrap();
+        let up = Ray::new(Vec3::new(0.1, 0.2, 1e-3) * scale, Vec3::new(0.6, 0.0, 0.8));
+        let down = Ray::new(Vec3::new(0.1, 0.2, 0.15) * scale, -Vec3::Z);
+        let below = Ray::new(Vec3::new(0.1, 0.2, -1.0) * scale, Vec3::Z);
+        for (within, passes) in [(0.0, false), (0.05, false), (0.12, true)] {
+            let tracer = tracer.clone().one_sided_within(within * scale);
+            assert_eq!(tracer.occluded(&up), !passes, "{within} at {scale}");
+            assert_eq!(tracer.closest_hit(&up).is_none(), passes, "{within} at {scale}");
+            // Fronts count however near, and backs farther away.
+            assert!(tracer.occluded(&down) && tracer.occluded(&below), "{within} at {scale}");
+            let distance = tracer.closest_hit(&down).map_or(0.0, |hit| hit.distance);
+            assert!((distance / scale - 0.05).abs() < 1e-3, "{distance}");
+        }
+    }
+}

@@ -29,6 +29,11 @@ impl PixelHit {
     }
 }
 
+/// Layers that lie less than so many median edges behind each other are one surface, reconstructed twice or torn,
+const ONE_SIDED_EDGES: f32 = 4.0;
+/// and less than this share of the extent, since large triangles say nothing about how fine a mesh is.
+const ONE_SIDED_SHARE: f32 = 8e-3;
+
 /// A surface that rays can meet.
 #[derive(Debug)]
 pub struct TracedSurface {
@@ -49,12 +54,13 @@ impl TracedSurface {
     /// A triangle refers to a vertex that does not exist.
     pub fn new(surface: Surface) -> Result<Self, MeshError> {
         let mesh = mesh_of(&surface);
-        let tracer = MeshTracer::new(&mesh, BuildQuality::High)?;
         let finite = mesh.vertices.iter().filter(|v| v.is_finite());
         let (low, high) =
             finite.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
         let diagonal = (high - low).length();
         let extent = if diagonal > 0.0 && diagonal.is_finite() { diagonal } else { 1.0 };
+        let apart = (ONE_SIDED_EDGES * mesh.median_edge()).min(ONE_SIDED_SHARE * extent);
+        let tracer = MeshTracer::new(&mesh, BuildQuality::High)?.one_sided_within(apart);
         let sheets = sheet_of_triangles(&surface);
         Ok(Self { surface, tracer, sheets, extent })
     }

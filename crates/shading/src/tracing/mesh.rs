@@ -83,6 +83,7 @@ pub struct MeshTracer {
     center: Vec3,
     scale: f32,
     skipped: usize,
+    one_sided_within: f32,
 }
 
 impl MeshTracer {
@@ -125,7 +126,15 @@ impl MeshTracer {
         };
         let normals = corners.iter().map(normal).collect();
         let skipped = corners.len() - usable.len();
-        Ok(Self { tree, normals, center, scale, skipped })
+        Ok(Self { tree, normals, center, scale, skipped, one_sided_within: 0.0 })
+    }
+
+    /// Lets rays pass that start less than `distance` (world units) behind a triangle, on the side that its normal turns away from.
+    ///
+    /// A ray that leaves a closed surface meets the front of others. A back so near belongs to a second layer of a surface that was
+    /// reconstructed twice, or to its torn rim, and would throw a shadow onto the first.
+    pub fn one_sided_within(self, distance: f32) -> Self {
+        Self { one_sided_within: distance.max(0.0), ..self }
     }
 
     /// Triangles that no ray can meet: without area, or not finite.
@@ -150,6 +159,7 @@ impl MeshTracer {
             direction: ray.direction,
             t_min: ray.t_min * self.scale,
             t_max: ray.t_max * self.scale,
+            one_sided_within: self.one_sided_within * self.scale,
         })
     }
 }

@@ -9,6 +9,8 @@
 use fearless_simd::{Simd, f32x8, prelude::*};
 use glam::Vec3;
 
+use super::wide::InnerRay;
+
 /// Triangles of a packet: the lanes of a vector.
 pub(super) const LANES: usize = 8;
 /// Rounding of the product of an edge and two distances, as a part of it; at most 12 half
@@ -81,17 +83,11 @@ impl Packet {
         packet
     }
 
-    /// Which triangles a ray meets at `t_min <= t < t_max`; either side counts. A triangle seen
-    /// edge-on, to rounding, is missed.
+    /// Which triangles a ray meets before `t_max`. Either side counts, except where the origin lies less than
+    /// `ray.one_sided_within` behind a triangle. A triangle seen edge-on, to rounding, is missed.
     #[inline(always)]
-    pub(super) fn meet<S: Simd>(
-        &self,
-        simd: S,
-        origin: Vec3,
-        direction: Vec3,
-        t_min: f32,
-        t_max: f32,
-    ) -> Met {
+    pub(super) fn meet<S: Simd>(&self, simd: S, ray: &InnerRay, t_max: f32) -> Met {
+        let InnerRay { origin, direction, t_min, .. } = *ray;
         let splat = |v: f32| f32x8::splat(simd, v);
         let o = [splat(origin.x), splat(origin.y), splat(origin.z)];
         let d = [splat(direction.x), splat(direction.y), splat(direction.z)];
@@ -111,7 +107,8 @@ impl Packet {
         let sum = u + v + w;
         let inside = u.min(v).min(w).simd_ge(-slack) | u.max(v).max(w).simd_le(slack);
         let normal = cross(ab, ca);
-        let t = dot(a, normal) / dot(d, normal);
+        let height = dot(a, normal);
+        let t = height / dot(d, normal);
         let met = inside
             & sum.abs().simd_gt(slack * 4.0)
             & t.simd_ge(splat(t_min))
@@ -122,6 +119,11 @@ impl Packet {
             weights: [[0.0; LANES]; 2],
         };
         if out.lanes != 0 {
+            // `normal` is against the order of the corners, so heights below 0 are those of origins behind.
+            let reach = splat(ray.one_sided_within);
+            let is_near = (height * height).simd_lt(reach * reach * dot(normal, normal));
+            let passes = is_near & height.simd_lt(splat(0.0));
+            out.lanes &= !(passes.to_bitmask() as u32);
             t.store_slice(&mut out.distance);
             (u / sum).store_slice(&mut out.weights[0]);
             (v / sum).store_slice(&mut out.weights[1]);

@@ -36,6 +36,8 @@ pub(super) struct InnerRay {
     pub(super) direction: Vec3,
     pub(super) t_min: f32,
     pub(super) t_max: f32,
+    /// Triangles pass rays that start less than this far behind them.
+    pub(super) one_sided_within: f32,
 }
 
 /// The nearest triangle.
@@ -190,7 +192,7 @@ fn occluded<S: Simd>(
                 continue;
             }
             let packet = &tree.packets[(child & !LEAF) as usize];
-            if packet.meet(simd, ray.origin, ray.direction, ray.t_min, ray.t_max).lanes != 0 {
+            if packet.meet(simd, ray, ray.t_max).lanes != 0 {
                 return true;
             }
         }
@@ -218,7 +220,7 @@ fn nearest<S: Simd>(
         }
         if child & LEAF != 0 {
             let packet = &tree.packets[(child & !LEAF) as usize];
-            let met = packet.meet(simd, ray.origin, ray.direction, ray.t_min, t_max);
+            let met = packet.meet(simd, ray, t_max);
             let mut lanes = met.lanes;
             while lanes != 0 {
                 let lane = lanes.trailing_zeros() as usize;

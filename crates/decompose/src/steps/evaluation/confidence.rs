@@ -12,9 +12,11 @@
 //! Planes and walls were held against the photos themselves, and without texture the Gaussians on them lie where they like. There a depth
 //! may differ by 10 % and normals do not count.
 //!
+//! Detail of the mesh that the photos deny (module `detail`) counts against a Gaussian, over all photos together: `f(denied, 0.15 rad)`.
+//!
 //! Gaussians lie behind a mirror, where its images are, so for a metal the model alone speaks: `t = f(|log photo / model|, 0.35)`.
 //!
-//! A Gaussian's confidence is the mean of `t` over the `n` photos that see it, times `1 - exp(-n / 1.5)`: one photo tells nothing
+//! A Gaussian's confidence is the mean of `t` over the `n` photos that see it, times `1 - exp(-n / 1.5)` and that: one photo tells nothing
 //! about shape, three tell most (0.86).
 
 use motes_math::luminance::luminance;
@@ -22,6 +24,7 @@ use motes_math::sigmoid::sigmoid;
 use motes_raster::{RenderOptions, Rendering, render};
 use rayon::prelude::*;
 
+use crate::appearance::PixelShading;
 use crate::observation::{PixelHit, SeenView};
 use crate::report::{Term, numbers};
 use crate::state::State;
@@ -29,6 +32,7 @@ use glam::Vec3;
 use motes_scene::Surface;
 
 use super::Picture;
+use super::detail::{self, Detail};
 
 /// Depths differ by that share of the depth where they count half: the surface is refined to well below it where photos
 /// agree (docs/benchmarks/surface.md).
@@ -41,8 +45,10 @@ const NORMAL_RAD: f32 = 0.7;
 const LOG_RATIO: f32 = 0.7;
 /// Of a metal, which nothing but this speaks for.
 const METAL_LOG_RATIO: f32 = 0.35;
+/// Turn of the normals, over three pixels, that the photos deny.
+const DENIED_RAD: f32 = 0.15;
 /// Linear photo value below which ratios are noise.
-const BLACK: f32 = 0.02;
+pub(super) const BLACK: f32 = 0.02;
 /// Half the side of the window that misfits are averaged over, pixels.
 const WINDOW: usize = 3;
 /// Photos to know a shape by.
@@ -59,23 +65,48 @@ fn agreement(error: f32, scale: f32) -> f32 {
     if r2 >= 0.0 { 1.0 / (1.0 + r2 * r2) } else { 0.0 }
 }
 
-/// What the photos so far say about every Gaussian: sum of what their pixels tell, and their number.
-pub(super) struct Confidence {
-    sums: Vec<(f32, u32)>,
+/// What the photos so far say about a Gaussian.
+#[derive(Clone, Copy, Default)]
+struct Said {
+    /// Sum of what the pixels tell, and their number.
+    trust: f32,
+    photos: u32,
+    detail: Detail,
 }
+
+impl Said {
+    fn confidence(&self) -> f32 {
+        if self.photos == 0 {
+            return 0.0;
+        }
+        let n = self.photos as f32;
+        let detail = agreement(self.detail.denied_rad(), DENIED_RAD);
+        self.trust / n * (1.0 - (-n / PHOTOS).exp()) * detail
+    }
+}
+
+/// What the photos so far say about every Gaussian.
+pub(super) struct Confidence(Vec<Said>);
 
 impl Confidence {
     pub(super) fn new(count: usize) -> Self {
-        Self { sums: vec![(0.0, 0); count] }
+        Self(vec![Said::default(); count])
     }
 
     /// Adds a photo, in whose place the model shows `model`.
-    pub(super) fn see(&mut self, state: &State<'_>, view: &SeenView<'_>, model: &Picture) {
+    pub(super) fn see(
+        &mut self,
+        state: &State<'_>,
+        view: &SeenView<'_>,
+        model: &Picture,
+        shading: &PixelShading,
+    ) {
         let gaussians = state.gaussians();
         let options = RenderOptions { aovs: true, ..state.inputs.render.clone() };
         let photo = view.photo;
         let drawn = render(gaussians, &photo.camera, &photo.camera_from_world, &options);
         let trust = pixel_trust(state, view, model, &drawn);
+        let detail = detail::around(state, view, shading);
         let Some(aovs) = &drawn.aovs else { return };
         let seen = |mean: &[f32; 3]| {
             let (x, y, z) = view.rays.project(Vec3::from(*mean))?;
@@ -83,23 +114,20 @@ impl Confidence {
             let inside = x >= 0.0 && y >= 0.0 && x < w as f32 && y < h as f32;
             let i = inside.then(|| y as usize * w + x as usize)?;
             let front = aovs.depth_median.data[i];
-            (front > 0.0 && z <= front * (1.0 + HIDDEN)).then(|| trust[i])
+            (front > 0.0 && z <= front * (1.0 + HIDDEN)).then_some(i)
         };
-        self.sums.par_iter_mut().zip(&gaussians.means).with_min_len(1024).for_each(
-            |(sum, mean)| {
-                if let Some(trust) = seen(mean) {
-                    *sum = (sum.0 + trust, sum.1 + 1);
-                }
-            },
-        );
+        self.0.par_iter_mut().zip(&gaussians.means).with_min_len(1024).for_each(|(said, mean)| {
+            if let Some(i) = seen(mean) {
+                said.trust += trust[i];
+                said.photos += 1;
+                said.detail.add(&detail[i]);
+            }
+        });
     }
 
     /// Of every Gaussian, 0 to 1.
     pub(super) fn of_gaussians(self) -> Vec<f32> {
-        let of = |(sum, n): (f32, u32)| {
-            if n == 0 { 0.0 } else { sum / n as f32 * (1.0 - (-(n as f32) / PHOTOS).exp()) }
-        };
-        self.sums.into_iter().map(of).collect()
+        self.0.iter().map(Said::confidence).collect()
     }
 }
 
@@ -111,7 +139,7 @@ fn pixel_trust(
     drawn: &Rendering,
 ) -> Vec<f32> {
     let (w, h) = (view.photo.camera.width, view.photo.camera.height);
-    let misfit = averaged(&misfits(view, model), w, h);
+    let misfit = averaged(&misfits(view, model), w, h, WINDOW);
     let Some(aovs) = &drawn.aovs else { return vec![0.0; w * h] };
     let at = |i: usize| {
         let hit = &view.hits[i];
@@ -137,7 +165,7 @@ fn pixel_trust(
 }
 
 /// Metallic where a ray meets the surface, 0 to 1.
-fn metallic_at(surface: &Surface, hit: &PixelHit) -> f32 {
+pub(super) fn metallic_at(surface: &Surface, hit: &PixelHit) -> f32 {
     if surface.metallic.is_empty() {
         return 0.0;
     }
@@ -156,11 +184,11 @@ fn misfits(view: &SeenView<'_>, model: &Picture) -> Vec<f32> {
 }
 
 /// Means over a window, by sums of rows and of columns.
-fn averaged(values: &[f32], w: usize, h: usize) -> Vec<f32> {
+pub(super) fn averaged(values: &[f32], w: usize, h: usize, half: usize) -> Vec<f32> {
     let pass = |from: &[f32], step: usize, of: &(dyn Fn(usize) -> (usize, usize) + Sync)| {
         let mean = |i: usize| {
             let (at, length) = of(i);
-            let (a, b) = (at.saturating_sub(WINDOW), (at + WINDOW + 1).min(length));
+            let (a, b) = (at.saturating_sub(half), (at + half + 1).min(length));
             (a..b).map(|k| from[i + k * step - at * step]).sum::<f32>() / (b - a) as f32
         };
         (0..from.len()).into_par_iter().with_min_len(1024).map(mean).collect::<Vec<f32>>()
@@ -231,10 +259,10 @@ mod tests {
     #[test]
     fn a_window_keeps_the_mean_and_ends_at_the_border() {
         let (w, h) = (9, 8);
-        assert!(averaged(&vec![0.3; w * h], w, h).iter().all(|v| (v - 0.3).abs() < 1e-6));
+        assert!(averaged(&vec![0.3; w * h], w, h, WINDOW).iter().all(|v| (v - 0.3).abs() < 1e-6));
         let mut dot = vec![0.0; w * h];
         dot[4 * w + 4] = 49.0;
-        let mean = averaged(&dot, w, h);
+        let mean = averaged(&dot, w, h, WINDOW);
         assert!((mean[4 * w + 4] - 1.0).abs() < 1e-6 && mean[0] == 0.0);
         assert!((mean[w + 1] - 49.0 / 25.0).abs() < 1e-5, "{}", mean[w + 1]);
     }

@@ -1,6 +1,7 @@
 //! Views under the light that was found, against the photos.
 
 mod confidence;
+mod detail;
 
 use motes_math::srgb::{decode, encode_clipped};
 use motes_scene::ImageF32;
@@ -23,7 +24,7 @@ pub fn run(state: &mut State<'_>) -> Term {
         let picture = Picture::of(state, view, shading);
         views.push(RenderedView { photo, psnr_db: psnr(&picture.radiance_linear, view) });
         if photo < seen.views.len() {
-            confidence.see(state, view, &picture);
+            confidence.see(state, view, &picture, shading);
         }
     }
     state.confidence = confidence.of_gaussians();
