@@ -105,10 +105,11 @@ pub(super) fn agreement(all: &[View], views: &[u16], patch: &Patch) -> Option<Ag
         for (copy, w) in copies.iter().zip(weight) {
             mean.iter_mut().zip(copy).for_each(|(m, c)| *m += w * c);
         }
+        let mm = dot(&mean, &mean);
         let (mut sum, mut total) = (0.0, 0.0);
         for (copy, w) in copies.iter().zip(&mut weight) {
             // The mean of the others: m - w f.
-            let (fm, mm) = (dot(copy, &mean), dot(&mean, &mean));
+            let fm = dot(copy, &mean);
             let others = (mm - 2.0 * *w * fm + *w * *w).max(1e-12).sqrt();
             let c = (fm - *w) / others;
             if round == 0 {
