@@ -10,13 +10,12 @@ use motes_shading::integrate::SurfacePoint;
 use motes_shading::tracing::Ray;
 use rayon::prelude::*;
 
+use crate::coverage::coverage;
 use crate::first_triangles::{NOTHING, first_triangles};
 use crate::ratio::Ratio;
 use crate::residual::SceneResidual;
 use crate::scene::{RelightScene, SurfaceHit};
 
-/// Blended alpha never reaches 1; from here on a pixel counts as covered.
-const FULL_ALPHA: f32 = 0.95;
 /// Below this alpha there is nothing to shade.
 pub(crate) const LEAST_ALPHA: f32 = 1.0 / 255.0;
 /// Least cosine between normal and viewer: interpolated normals turn away at silhouettes.
@@ -222,7 +221,7 @@ impl GBuffer {
             }
         }
         sight.iter_mut().zip(alpha).filter(|(_, a)| **a < LEAST_ALPHA).for_each(|(s, _)| *s = None);
-        let coverage = alpha.iter().map(|a| (a / FULL_ALPHA).min(1.0)).collect();
+        let coverage = coverage(alpha, width, height);
         let mut buffer = Self {
             width,
             height,

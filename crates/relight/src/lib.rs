@@ -11,6 +11,7 @@
 
 mod bake;
 mod compose;
+mod coverage;
 mod deferred;
 mod denoise;
 pub mod files;
