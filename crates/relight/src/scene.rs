@@ -99,10 +99,10 @@ impl RelightScene {
             vertices: surface.vertices.iter().map(|v| Vec3::from(*v)).collect(),
             triangles: surface.triangles.clone(),
         };
-        let median_edge = mesh.median_edge();
-        let ray_bias = ray_bias(&mesh, median_edge);
         // More care with the tree does not pay: rays gain little (docs/benchmarks/shading.md).
         let tracer = MeshTracer::new(&mesh, BuildQuality::Fast)?;
+        let median_edge = mesh.median_edge();
+        let ray_bias = ray_bias(&mesh, median_edge);
         let tracer = tracer.one_sided_within(ONE_SIDED * ray_bias);
         let base_color_splats =
             gaussians.colored(|i| materials.base_color_linear[i].map(srgb::encode));

@@ -59,8 +59,10 @@ impl TracedSurface {
             finite.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
         let diagonal = (high - low).length();
         let extent = if diagonal > 0.0 && diagonal.is_finite() { diagonal } else { 1.0 };
+        // Refuses corners that are no vertices, which the median cannot.
+        let tracer = MeshTracer::new(&mesh, BuildQuality::High)?;
         let apart = (ONE_SIDED_EDGES * mesh.median_edge()).min(ONE_SIDED_SHARE * extent);
-        let tracer = MeshTracer::new(&mesh, BuildQuality::High)?.one_sided_within(apart);
+        let tracer = tracer.one_sided_within(apart);
         let sheets = sheet_of_triangles(&surface);
         Ok(Self { surface, tracer, sheets, extent })
     }
@@ -188,4 +190,18 @@ pub(super) fn project(
     let c = camera;
     (p.z > 0.0)
         .then(|| ((p.x / p.z * c.fx + c.cx) as f32, (p.y / p.z * c.fy + c.cy) as f32, p.z as f32))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_corner_that_is_no_vertex_is_an_error() {
+        let vertices = vec![[0.0; 3], [1.0, 0.0, 0.0]];
+        let normals = vec![[0.0, 0.0, 1.0]; 2];
+        let surface =
+            Surface { vertices, normals, triangles: vec![[0, 1, 7]], ..Surface::default() };
+        assert!(matches!(TracedSurface::new(surface), Err(MeshError::Index { vertex: 7, .. })));
+    }
 }

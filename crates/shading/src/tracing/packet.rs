@@ -83,8 +83,8 @@ impl Packet {
         packet
     }
 
-    /// Which triangles a ray meets before `t_max`. Either side counts, except where the origin lies less than
-    /// `ray.one_sided_within` behind a triangle. A triangle seen edge-on, to rounding, is missed.
+    /// Which triangles a ray meets at `ray.t_min <= t < t_max`. Either side counts, except where the origin lies
+    /// less than `ray.one_sided_within` behind a triangle. A triangle seen edge-on, to rounding, is missed.
     #[inline(always)]
     pub(super) fn meet<S: Simd>(&self, simd: S, ray: &InnerRay, t_max: f32) -> Met {
         let InnerRay { origin, direction, t_min, .. } = *ray;
