@@ -24,11 +24,11 @@ pub(crate) struct Step {
     /// Length of the border where it touches what is not its support, over the volume that an area of
     /// this size has where nothing parts it.
     pub(crate) contact: f32,
-    /// Superpixels of nominal size just above the support plane, per view; infinite where there is no plane.
+    /// Superpixels of nominal size just above what things stand on, per view; infinite where there is no plane.
     pub(crate) resting: f32,
 }
 
-/// Superpixels lower than this many sides above the support plane rest on it.
+/// Superpixels lower than this many sides above a plane rest on it.
 const RESTING: f32 = 2.0;
 
 /// Neighbors of a superpixel, about.
@@ -64,7 +64,8 @@ pub(crate) fn sweep(index: &SceneIndex, probabilities: &[f32], marks: &[Mark]) -
             area += index.area(i);
             resting += index.plane.map_or(f32::INFINITY, |plane| {
                 let s = index.segment(i);
-                let low = plane.height(s.point.into()) < RESTING * s.width + 2.5 * plane.noise;
+                let low = plane.height(s.point.into()) < RESTING * s.width + 2.5 * plane.noise
+                    || index.raised.iter().any(|r| r.is_near(s, RESTING));
                 if low { index.area(i) / views } else { 0.0 }
             });
             // Of the smaller side: everything together is not an object.

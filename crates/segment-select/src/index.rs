@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use crate::continuation::continuations;
 use crate::graph::{Graph, Link};
 use crate::plane::SupportPlane;
+use crate::raised::RaisedSupport;
 use crate::strength::{across_border, across_views};
 use crate::view_data::{SUPERPIXEL_PX, Segment, ViewData};
 
@@ -35,6 +36,8 @@ pub struct SceneIndex {
     pub(crate) strengths: Vec<Vec<f32>>,
     /// What things stand on, where it is a plane.
     pub plane: Option<SupportPlane>,
+    /// Planes above it that things stand on, too.
+    pub(crate) raised: Vec<RaisedSupport>,
     pub(crate) graph: Graph,
     /// Number of Gaussians.
     pub(crate) gaussians: usize,
@@ -54,6 +57,7 @@ impl SceneIndex {
         let segments: Vec<&Segment> = views.iter().flat_map(|v| &v.segments).collect();
         let cameras: Vec<_> = views.iter().map(|v| v.camera_from_world.center_in_world()).collect();
         let plane = SupportPlane::find(&segments, &cameras);
+        let raised = plane.map_or_else(Vec::new, |p| RaisedSupport::find(&segments, &p));
         let strengths: Vec<Vec<f32>> = views
             .par_iter()
             .map(|view| {
@@ -88,7 +92,18 @@ impl SceneIndex {
             }
         }
         let kept = Arc::default();
-        Self { capture_views, views, offsets, strengths, plane, graph, gaussians, totals, kept }
+        Self {
+            capture_views,
+            views,
+            offsets,
+            strengths,
+            plane,
+            raised,
+            graph,
+            gaussians,
+            totals,
+            kept,
+        }
     }
 
     /// Number of superpixels of all views.

@@ -32,6 +32,7 @@ mod projected;
 mod prompt;
 mod property;
 mod provider;
+mod raised;
 mod region;
 mod rivals;
 mod seeds;

@@ -73,25 +73,8 @@ impl SupportPlane {
                 best = Some((score, normal, offset));
             }
         }
-        let (_, mut normal, mut offset) = best?;
-        let mut noise = 0.0;
-        let mut widths = NEAR;
-        for _ in 0..8 {
-            let near: Vec<&Segment> = valid
-                .iter()
-                .copied()
-                .filter(|s| deviation(s, normal, offset, widths) < 1.0)
-                .collect();
-            (normal, offset) = fit(&near)?;
-            let height = |s: &&Segment| normal.dot(Vec3::from(s.point).as_dvec3()) - offset;
-            let mut residuals: Vec<f64> = near.iter().map(|s| height(s).abs()).collect();
-            noise = 1.4826 * upper_median(&mut residuals, f64::total_cmp)?;
-            let mut in_widths: Vec<f32> =
-                near.iter().map(|s| height(s).abs() as f32 / s.width).collect();
-            // Closer in, down to what the plane itself scatters.
-            let scatter = 1.4826 * upper_median(&mut in_widths, f32::total_cmp)?;
-            widths = (0.7 * widths).max(3.0 * scatter).clamp(LEAST_NEAR, NEAR);
-        }
+        let (_, normal, offset) = best?;
+        let (mut normal, mut offset, noise) = refined(&valid, normal, offset)?;
         let near = valid.iter().filter(|s| deviation(s, normal, offset, NEAR) < 1.0);
         let aligned: f32 = near.map(|s| s.area_px).sum();
         let middle = cameras.iter().sum::<DVec3>() / cameras.len() as f64;
@@ -115,8 +98,32 @@ impl SupportPlane {
     }
 }
 
+/// Least squares on what is near a plane, closing in on it: unit normal, offset, and robust standard deviation.
+pub(crate) fn refined(
+    valid: &[&Segment],
+    mut normal: DVec3,
+    mut offset: f64,
+) -> Option<(DVec3, f64, f64)> {
+    let mut noise = 0.0;
+    let mut widths = NEAR;
+    for _ in 0..8 {
+        let near: Vec<&Segment> =
+            valid.iter().copied().filter(|s| deviation(s, normal, offset, widths) < 1.0).collect();
+        (normal, offset) = fit(&near)?;
+        let height = |s: &&Segment| normal.dot(Vec3::from(s.point).as_dvec3()) - offset;
+        let mut residuals: Vec<f64> = near.iter().map(|s| height(s).abs()).collect();
+        noise = 1.4826 * upper_median(&mut residuals, f64::total_cmp)?;
+        let mut in_widths: Vec<f32> =
+            near.iter().map(|s| height(s).abs() as f32 / s.width).collect();
+        // Closer in, down to what the plane itself scatters.
+        let scatter = 1.4826 * upper_median(&mut in_widths, f32::total_cmp)?;
+        widths = (0.7 * widths).max(3.0 * scatter).clamp(LEAST_NEAR, NEAR);
+    }
+    Some((normal, offset, noise))
+}
+
 /// Distance from a plane in units of `widths` sides of the superpixel; infinite where it faces another way.
-fn deviation(s: &Segment, normal: DVec3, offset: f64, widths: f32) -> f32 {
+pub(crate) fn deviation(s: &Segment, normal: DVec3, offset: f64, widths: f32) -> f32 {
     if !(Vec3::from(s.normal).as_dvec3().dot(normal).abs() > FACING) {
         return f32::INFINITY;
     }

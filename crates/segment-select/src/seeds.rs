@@ -1,6 +1,7 @@
 //! What clicks, strokes and rectangles say about superpixels.
 
 use crate::index::SceneIndex;
+use crate::raised::RaisedSupport;
 use crate::walks::Mark;
 
 /// Superpixels in the middle of a box that a walk starts from.
@@ -50,9 +51,11 @@ pub(crate) fn marks(index: &SceneIndex, seeds: &Seeds) -> Vec<Mark> {
         true => seeds.boxes.iter().flatten().all(|&n| on_plane(n)),
         false => seeds.positive.iter().all(is_on_plane),
     };
+    let stands_on = stands_on(index, seeds);
+    let on_raised = |n: u32| stands_on.iter().any(|r| r.holds(index.segment(n)));
     for n in 0..index.nodes() as u32 {
         // Nothing drawn is nobody's.
-        if index.segment(n).width == 0.0 || on_plane(n) != is_support {
+        if index.segment(n).width == 0.0 || on_plane(n) != is_support || on_raised(n) {
             marks[n as usize] = Mark::Negative;
         }
     }
@@ -66,6 +69,21 @@ pub(crate) fn marks(index: &SceneIndex, seeds: &Seeds) -> Vec<Mark> {
     positive.chain(middle).for_each(|&n| marks[n as usize] = Mark::Positive);
     seeds.negative.iter().flatten().for_each(|&n| marks[n as usize] = Mark::Negative);
     marks
+}
+
+/// The raised planes that what is meant stands on: all clicks hit what they carry. Without clicks the middles of rectangles do.
+fn stands_on<'a>(index: &'a SceneIndex, seeds: &Seeds) -> Vec<&'a RaisedSupport> {
+    let hits: Vec<&[u32]> = match seeds.positive.is_empty() {
+        true => seeds.boxes.iter().map(|inside| &inside[..inside.len().min(BOX_SEEDS)]).collect(),
+        false => seeds.positive.iter().map(Vec::as_slice).collect(),
+    };
+    let carries = |r: &&RaisedSupport| {
+        let most = |hit: &&[u32]| {
+            2 * hit.iter().filter(|&&n| r.carries(index.segment(n))).count() > hit.len()
+        };
+        !hits.is_empty() && hits.iter().all(|hit| most(hit))
+    };
+    index.raised.iter().filter(carries).collect()
 }
 
 /// Whether each superpixel is in a set.
