@@ -4,6 +4,7 @@ use glam::{Mat3, Quat, Vec3};
 use motes_scene::{Gaussians, ImageF32};
 use rayon::prelude::*;
 
+use crate::binning::TileRow;
 use crate::frame::Frame;
 use crate::options::BLUR_VARIANCE_PX2;
 use crate::parameters::RasterParameters;
@@ -19,31 +20,10 @@ pub(crate) fn tile_aovs(
     parameters: &RasterParameters,
 ) -> Aovs {
     let [width, height] = view.size;
-    let shapes: Vec<WorldShape> = (0..gaussians.len())
-        .into_par_iter()
-        .map(|i| match frame.projected()[i].is_visible() {
-            true => WorldShape::new(gaussians, i, view),
-            false => WorldShape::default(),
-        })
-        .collect();
-    let rows: Vec<Vec<PixelAovs>> = (0..height)
-        .into_par_iter()
-        .map(|y| {
-            (0..width)
-                .map(|x| {
-                    let list = frame.bins().list_at(x, y);
-                    let splats = list.iter().flat_map(|(row, entries)| {
-                        entries.iter().map(|&e| {
-                            let id = row.ids[e as usize] as usize;
-                            (&row.splats[e as usize], &shapes[id])
-                        })
-                    });
-                    composite(splats, [x as f32 + 0.5, y as f32 + 0.5], view, parameters)
-                })
-                .collect()
-        })
-        .collect();
-    let pixels: Vec<PixelAovs> = rows.into_iter().flatten().collect();
+    let shapes = shapes(frame, gaussians, view);
+    let pixels = per_pixel(view, |x, y, at| {
+        composite(splats(frame.bins().list_at(x, y), &shapes), at, view, parameters)
+    });
     let plane = |f: &dyn Fn(&PixelAovs) -> f32| {
         ImageF32::from_data(width, height, 1, pixels.iter().map(f).collect())
     };
@@ -53,6 +33,72 @@ pub(crate) fn tile_aovs(
         depth_median: plane(&|p| p.depth_median),
         normal_in_world: ImageF32::from_data(width, height, 3, normal),
     }
+}
+
+/// `[h, w, 1]`, `depth_median` of [`Aovs`] where the coverage is at least `least_alpha`, and 0 elsewhere. What lies behind the
+/// pixel's answer is not looked at: half the time of all AOVs.
+pub(crate) fn tile_depth_median(
+    frame: &Frame,
+    gaussians: &Gaussians,
+    view: &ViewTransform,
+    parameters: &RasterParameters,
+    least_alpha: f32,
+) -> ImageF32 {
+    let [width, height] = view.size;
+    let enough = (1.0 - least_alpha).min(0.5);
+    let shapes = shapes(frame, gaussians, view);
+    let depth = per_pixel(view, |x, y, at| {
+        let (mut transmittance, mut depth) = (1.0f32, 0.0);
+        for (s, shape) in splats(frame.bins().list_at(x, y), &shapes) {
+            let Some(alpha) = s.alpha_at(at[0], at[1], parameters.exp_degree.into()) else {
+                continue;
+            };
+            let next = transmittance - alpha * transmittance;
+            if transmittance > 0.5 && next <= 0.5 {
+                depth = shape.depth(ray(at, view), s.depth);
+            }
+            transmittance = next;
+            if transmittance <= enough {
+                return depth;
+            }
+        }
+        0.0
+    });
+    ImageF32::from_data(width, height, 1, depth)
+}
+
+fn shapes(frame: &Frame, gaussians: &Gaussians, view: &ViewTransform) -> Vec<WorldShape> {
+    (0..gaussians.len())
+        .into_par_iter()
+        .map(|i| match frame.projected()[i].is_visible() {
+            true => WorldShape::new(gaussians, i, view),
+            false => WorldShape::default(),
+        })
+        .collect()
+}
+
+/// The splats of a tile's list with their shapes, front to back.
+fn splats<'a>(
+    list: Option<(&'a TileRow, &'a [u32])>,
+    shapes: &'a [WorldShape],
+) -> impl Iterator<Item = (&'a Splat, &'a WorldShape)> {
+    list.into_iter().flat_map(move |(row, entries)| {
+        entries.iter().map(move |&e| {
+            let id = row.ids[e as usize] as usize;
+            (&row.splats[e as usize], &shapes[id])
+        })
+    })
+}
+
+/// What `of` makes of each pixel, of its column, its row and its center.
+fn per_pixel<T: Send>(
+    view: &ViewTransform,
+    of: impl Fn(usize, usize, [f32; 2]) -> T + Sync,
+) -> Vec<T> {
+    let [width, height] = view.size;
+    let row = |y: usize| (0..width).map(|x| of(x, y, [x as f32 + 0.5, y as f32 + 0.5])).collect();
+    let rows: Vec<Vec<T>> = (0..height).into_par_iter().map(row).collect();
+    rows.into_iter().flatten().collect()
 }
 
 struct PixelAovs {
@@ -103,14 +149,19 @@ impl WorldShape {
     }
 }
 
+/// Direction of a place on the image, camera frame, whose depth is 1.
+fn ray(at: [f32; 2], view: &ViewTransform) -> Vec3 {
+    let slope = |k: usize| (at[k] - view.principal[k]) / view.focal[k];
+    Vec3::new(slope(0), slope(1), 1.0)
+}
+
 fn composite<'a>(
     splats: impl Iterator<Item = (&'a Splat, &'a WorldShape)>,
     [x, y]: [f32; 2],
     view: &ViewTransform,
     parameters: &RasterParameters,
 ) -> PixelAovs {
-    let slope = |at: f32, k: usize| (at - view.principal[k]) / view.focal[k];
-    let ray = Vec3::new(slope(x, 0), slope(y, 1), 1.0);
+    let ray = ray([x, y], view);
     let mut transmittance = 1.0f32;
     let (mut depth, mut weights, mut normal, mut median) = (0.0f32, 0.0f32, Vec3::ZERO, 0.0f32);
     for (s, shape) in splats {

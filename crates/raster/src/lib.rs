@@ -52,7 +52,7 @@ pub use options::{
 };
 pub use parameters::{Accumulation, RasterParameters, SimdLevel, Sorting};
 pub use planes::Planes;
-pub use render::{Aovs, Painter, Rendering, render};
+pub use render::{Aovs, Painter, Rendering, render, render_depth_median};
 pub use scalars::render_scalars;
 pub use view::ViewTransform;
 pub use votes::{LabelVotes, NO_LABEL, label_votes};

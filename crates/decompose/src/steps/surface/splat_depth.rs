@@ -1,6 +1,6 @@
 //! Depth of the views as the Gaussians see it.
 
-use motes_raster::{RenderOptions, render};
+use motes_raster::{RenderOptions, render_depth_median};
 use motes_scene::Gaussians;
 use rayon::prelude::*;
 
@@ -30,19 +30,11 @@ pub(super) fn splat_depths(mut gaussians: Gaussians, views: &[View], power: f32)
         }
     }
     let gaussians = &gaussians;
-    let options = RenderOptions { aovs: true, near: NEAR, ..RenderOptions::default() };
+    let options = RenderOptions { near: NEAR, ..RenderOptions::default() };
     let of = |view: &View| {
-        let picture = render(gaussians, &view.camera, &view.camera_from_unit, &options);
-        let depth = match picture.aovs {
-            Some(aovs) => aovs
-                .depth_median
-                .data
-                .iter()
-                .zip(&picture.alpha.data)
-                .map(|(&d, &a)| if a >= ALPHA && d > 0.0 && d.is_finite() { d } else { 0.0 })
-                .collect(),
-            None => Vec::new(),
-        };
+        let (camera, pose) = (&view.camera, &view.camera_from_unit);
+        let mut depth = render_depth_median(gaussians, camera, pose, &options, ALPHA).data;
+        depth.iter_mut().filter(|d| !d.is_finite()).for_each(|d| *d = 0.0);
         DepthMap { depth }
     };
     views.par_iter().with_max_len(1).map(of).collect()
