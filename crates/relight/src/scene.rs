@@ -15,12 +15,6 @@ use thiserror::Error;
 use crate::log_layer;
 use crate::residual::SceneResidual;
 
-/// Rays start at most this share of the surface's diagonal off it: a mesh of few large triangles
-/// says nothing about how fine it is.
-const MAX_BIAS: f32 = 1e-3;
-/// Layers that lie less than so many times that behind each other are one surface, reconstructed twice or torn.
-const ONE_SIDED: f32 = 8.0;
-
 /// Why a scene cannot be lit.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum SceneError {
@@ -102,8 +96,8 @@ impl RelightScene {
         // More care with the tree does not pay: rays gain little (docs/benchmarks/shading.md).
         let tracer = MeshTracer::new(&mesh, BuildQuality::Fast)?;
         let median_edge = mesh.median_edge();
-        let ray_bias = ray_bias(&mesh, median_edge);
-        let tracer = tracer.one_sided_within(ONE_SIDED * ray_bias);
+        let ray_bias = mesh.roughness();
+        let tracer = tracer.one_sided_within(mesh.layer_distance());
         let base_color_splats =
             gaussians.colored(|i| materials.base_color_linear[i].map(srgb::encode));
         let property_splats = gaussians.colored(|i| {
@@ -244,13 +238,4 @@ pub(crate) struct SurfaceHit {
     pub(crate) normal: Vec3,
     pub(crate) distance: f32,
     pub(crate) hit: Hit,
-}
-
-/// Half the median edge: what a reconstructed surface is rough by.
-fn ray_bias(mesh: &TriangleMesh, median_edge: f32) -> f32 {
-    let finite = mesh.vertices.iter().filter(|v| v.is_finite());
-    let (low, high) =
-        finite.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
-    let diagonal = (high - low).length();
-    if diagonal.is_finite() { (0.5 * median_edge).min(MAX_BIAS * diagonal) } else { 0.0 }
 }

@@ -29,11 +29,6 @@ impl PixelHit {
     }
 }
 
-/// Layers that lie less than so many median edges behind each other are one surface, reconstructed twice or torn,
-const ONE_SIDED_EDGES: f32 = 4.0;
-/// and less than this share of the extent, since large triangles say nothing about how fine a mesh is.
-const ONE_SIDED_SHARE: f32 = 8e-3;
-
 /// A surface that rays can meet.
 #[derive(Debug)]
 pub struct TracedSurface {
@@ -61,8 +56,7 @@ impl TracedSurface {
         let extent = if diagonal > 0.0 && diagonal.is_finite() { diagonal } else { 1.0 };
         // Refuses corners that are no vertices, which the median cannot.
         let tracer = MeshTracer::new(&mesh, BuildQuality::High)?;
-        let apart = (ONE_SIDED_EDGES * mesh.median_edge()).min(ONE_SIDED_SHARE * extent);
-        let tracer = tracer.one_sided_within(apart);
+        let tracer = tracer.one_sided_within(mesh.layer_distance());
         let sheets = sheet_of_triangles(&surface);
         Ok(Self { surface, tracer, sheets, extent })
     }

@@ -60,6 +60,28 @@ impl TriangleMesh {
         edges.sort_by(f32::total_cmp);
         edges.get(edges.len() / 2).copied().unwrap_or(0.0)
     }
+
+    /// How far off a reconstructed surface may be, world units: half its median edge, at most a thousandth of its diagonal, since
+    /// few large triangles say nothing about how fine a mesh is; 0 without a finite extent.
+    ///
+    /// # Panics
+    /// As [`Self::median_edge`].
+    pub fn roughness(&self) -> f32 {
+        let finite = self.vertices.iter().filter(|v| v.is_finite());
+        let (low, high) =
+            finite.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+        let diagonal = (high - low).length();
+        if diagonal.is_finite() { (0.5 * self.median_edge()).min(1e-3 * diagonal) } else { 0.0 }
+    }
+
+    /// Layers nearer behind each other than this, world units, are one surface, reconstructed twice or torn: see
+    /// [`MeshTracer::one_sided_within`].
+    ///
+    /// # Panics
+    /// As [`Self::median_edge`].
+    pub fn layer_distance(&self) -> f32 {
+        8.0 * self.roughness()
+    }
 }
 
 /// How much time goes into the tree.
