@@ -14,5 +14,7 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
+    // The photos are held as pictures of many kinds, one step after the other.
+    motes_stage::give_back_freed_arrays();
     motes_stage::main(decompose::files::run)
 }

@@ -53,6 +53,7 @@ mod context;
 mod error;
 mod exit_status;
 mod fingerprint;
+mod freed_arrays;
 mod generate;
 mod habits;
 mod help_order;
@@ -75,6 +76,7 @@ pub use common::{COMMON_BASIC, CommonArgs, Generate, HasCommon, Preset, Progress
 pub use context::Context;
 pub use error::{Explanation, OrBadInput, StageError, outcome_of};
 pub use exit_status::ExitStatus;
+pub use freed_arrays::give_back_freed_arrays;
 pub use habits::Habit;
 pub use progress::Progress;
 pub use provenance::record_path;

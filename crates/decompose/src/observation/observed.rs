@@ -67,6 +67,8 @@ impl<'a> Observed<'a> {
     /// When no point is seen by enough photos, or the mesh is broken.
     pub fn move_to(&mut self, surface: Surface, photos: &'a [Photo]) -> Result<(), DecomposeError> {
         let local_light = self.local_light.take();
+        // The hits of all photos are large: those before go first.
+        (self.views, self.samples) = (Vec::new(), Vec::new());
         *self = Self::of(surface, photos, self.wanted, self.vertex_radiance.len())?;
         if let Some(local_light) = local_light {
             self.light_evenly(local_light);

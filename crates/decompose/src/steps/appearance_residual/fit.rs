@@ -11,6 +11,7 @@
 //! A factor, since errors of visibility, normals and of the scale of materials multiply. Shapes and opacities stay; Adam moves the
 //! harmonics from 0, so Gaussians that no photo sees have none.
 
+use half::f16;
 use motes_math::srgb;
 use motes_raster::{Frame, GaussianGradients, Modifiers, Planes, RenderOptions, ViewTransform};
 use motes_scene::{Gaussians, ImageF32, LARGEST_LOG_RATIO, Pinhole, Pose, Residual};
@@ -39,8 +40,8 @@ pub(super) struct ResidualView<'a> {
     pub photo_linear: &'a ImageF32,
     /// `[h, w, 1]`: 0 where the photo is masked or clipped.
     pub weight: &'a ImageF32,
-    /// `[h, w, 3]`, linear, photo units; 0 where the model says nothing.
-    pub model_linear: &'a ImageF32,
+    /// `[h, w, 3]`, linear, photo units; 0 where the model says nothing. Half precision: all photos' are kept at once.
+    pub model_linear: &'a [f16],
 }
 
 /// How a residual is fitted.
@@ -103,7 +104,7 @@ fn slope(view: &ResidualView<'_>, image: &Planes) -> Planes {
         let i = y * image.width + x;
         let weight = view.weight.data[i];
         // A photo shows nothing above 1.
-        let model = view.model_linear.data[3 * i + c].min(1.0);
+        let model = view.model_linear[3 * i + c].to_f32().min(1.0);
         if !(weight > 0.0 && model > LEAST_MODEL) {
             return 0.0;
         }
@@ -166,7 +167,7 @@ mod tests {
             ImageF32::filled(48, 32, 3, 0.3 * ratio)
         };
         let weight = ImageF32::filled(48, 32, 1, 1.0);
-        let model = ImageF32::filled(48, 32, 3, 0.3);
+        let model = vec![f16::from_f32(0.3); 3 * 48 * 32];
         let photos: Vec<ImageF32> = (0..7).map(truth).collect();
         let views: Vec<ResidualView<'_>> = [0, 1, 2, 4, 5, 6]
             .into_iter()

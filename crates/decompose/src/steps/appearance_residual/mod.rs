@@ -56,14 +56,14 @@ fn psnr_db(
     let (mut without, mut with, mut count) = (0.0, 0.0, 0.0);
     for view in views {
         let ratios = render(&drawn, &view.camera, &view.camera_from_world, options);
-        for (k, model) in view.model_linear.data.iter().enumerate() {
-            if !(view.weight.data[k / 3] > 0.0) {
+        for (k, model) in view.model_linear.iter().map(|m| m.to_f32()).enumerate() {
+            if !(view.weight.data[k / 3] > 0.0 && model > 0.0) {
                 continue;
             }
             let log_ratio = Residual::log_ratio(ratios.color.data[k], ratios.alpha.data[k / 3]);
             let seen = srgb::encode_clipped(view.photo_linear.data[k]);
-            without += f64::from(srgb::encode_clipped(*model) - seen).powi(2);
-            with += f64::from(srgb::encode_clipped(*model * log_ratio.exp()) - seen).powi(2);
+            without += f64::from(srgb::encode_clipped(model) - seen).powi(2);
+            with += f64::from(srgb::encode_clipped(model * log_ratio.exp()) - seen).powi(2);
             count += 1.0;
         }
     }

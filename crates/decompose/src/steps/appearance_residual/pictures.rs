@@ -1,5 +1,6 @@
 //! The pictures that relighting makes of the scene under its own light.
 
+use half::f16;
 use motes_scene::{Gaussians, ImageF32};
 use motes_shading::brdf::Lobes;
 use relight::{
@@ -19,8 +20,8 @@ const COVERED: f32 = 0.5;
 /// A photo with what the model shows in its place.
 pub(super) struct Picture<'a> {
     photo: &'a Photo,
-    color_linear: ImageF32,
-    weight: ImageF32,
+    /// 0 where the model covers too little of a pixel to show itself.
+    color_linear: Vec<f16>,
 }
 
 impl Picture<'_> {
@@ -29,7 +30,7 @@ impl Picture<'_> {
             camera: self.photo.camera,
             camera_from_world: self.photo.camera_from_world,
             photo_linear: &self.photo.radiance_linear,
-            weight: &self.weight,
+            weight: &self.photo.weight,
             model_linear: &self.color_linear,
         }
     }
@@ -67,13 +68,13 @@ pub(super) fn pictures<'a>(
         let picture = relighter.picture(camera, pose, Background::Transparent, true);
         let Some(mut components) = picture.components else { continue };
         light_locally(&mut components.color_linear, state, view);
-        let mut weight = photo.weight.clone();
-        for (weight, alpha) in weight.data.iter_mut().zip(&components.alpha.data) {
-            if !(*alpha >= COVERED) {
-                *weight = 0.0;
-            }
-        }
-        pictures.push(Picture { photo, color_linear: components.color_linear, weight });
+        let pixels = components.color_linear.data.chunks_exact(3).zip(&components.alpha.data);
+        let shown = pixels.flat_map(|(color, alpha)| {
+            let covers = *alpha >= COVERED;
+            let of = |c: usize| if covers { color[c].min(f16::MAX.to_f32()) } else { 0.0 };
+            [0, 1, 2].map(|c| f16::from_f32(of(c)))
+        });
+        pictures.push(Picture { photo, color_linear: shown.collect() });
     }
     Ok(pictures)
 }
