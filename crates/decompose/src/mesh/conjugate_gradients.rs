@@ -47,6 +47,21 @@ pub(crate) fn solve<T: Value>(
     improved(vec![T::default(); b.len()], b, apply, iterations, enough)
 }
 
+/// The same with the diagonal of `A`, about: what is stiff here and soft there takes a fraction of the iterations (Jacobi's preconditioner).
+pub(crate) fn solve_scaled(
+    b: Vec<f32>,
+    diagonal: &[f32],
+    apply: impl Fn(&[f32]) -> Vec<f32>,
+    iterations: usize,
+) -> Vec<f32> {
+    let scale: Vec<f32> =
+        diagonal.iter().map(|d| if *d > 0.0 { d.sqrt().recip() } else { 0.0 }).collect();
+    let scaled = |values: &[f32]| -> Vec<f32> {
+        values.par_iter().zip(&scale).with_min_len(CHUNK).map(|(v, s)| v * s).collect()
+    };
+    scaled(&solve(scaled(&b), |u| scaled(&apply(&scaled(u))), iterations))
+}
+
 /// The same from a `start` that is near: systems that differ little are solved one after the other.
 pub(crate) fn solve_from<T: Value>(
     start: Vec<T>,
@@ -108,6 +123,28 @@ mod tests {
     fn chain(u: &[f32]) -> Vec<f32> {
         let at = |i: usize| u.get(i).copied().unwrap_or(0.0);
         (0..u.len()).map(|i| 2.1 * u[i] - at(i + 1) - at(i.wrapping_sub(1))).collect()
+    }
+
+    /// The same with masses over nine powers of ten.
+    fn stiff_and_soft(u: &[f32]) -> Vec<f32> {
+        chain(u).iter().enumerate().map(|(i, v)| v + u[i] * 10f32.powi(i as i32 % 10 - 4)).collect()
+    }
+
+    #[test]
+    fn scaled_by_its_diagonal_a_system_takes_a_fraction_of_the_iterations() {
+        let truth: Vec<f32> = (0..200).map(|i| (i as f32 * 0.3).sin()).collect();
+        let b = stiff_and_soft(&truth);
+        let diagonal: Vec<f32> =
+            (0..200).map(|i| if i == 7 { 0.0 } else { 2.1 + 10f32.powi(i % 10 - 4) }).collect();
+        let error = |u: &[f32]| {
+            let apart = |i: usize| if i == 7 { 0.0 } else { (u[i] - truth[i]).abs() };
+            (20..200).map(apart).fold(0.0, f32::max)
+        };
+        let plain = error(&solve(b.clone(), stiff_and_soft, 25));
+        let scaled = solve_scaled(b, &diagonal, stiff_and_soft, 25);
+        assert!(error(&scaled) < 0.02 * plain, "{} {plain}", error(&scaled));
+        // What has no stiffness stays.
+        assert_eq!(scaled[7], 0.0);
     }
 
     #[test]

@@ -172,11 +172,33 @@ impl Neighbors {
         sum / ring.len() as f32 - values[v]
     }
 
-    /// The transpose of [`Self::laplacian`].
+    /// The transpose of [`Self::laplacian`], of values whose parts per neighbor are `parts`.
     #[inline]
-    pub(crate) fn laplacian_transposed<T: Value>(&self, values: &[T], v: usize) -> T {
-        let of = |&j: &u32| values[j as usize] / self.at(j as usize).len().max(1) as f32;
-        self.at(v).iter().map(of).fold(T::default(), |sum, x| sum + x) - values[v]
+    pub(crate) fn laplacian_transposed<T: Value>(&self, parts: &[T], v: usize) -> T {
+        let ring = self.at(v);
+        let sum = ring.iter().fold(T::default(), |sum, &j| sum + parts[j as usize]);
+        sum - parts[v] * ring.len() as f32
+    }
+
+    /// A value divided by the number of neighbors; nothing without neighbors.
+    #[inline]
+    pub(crate) fn part<T: Value>(&self, value: T, v: usize) -> T {
+        let count = self.at(v).len();
+        if count == 0 { T::default() } else { value / count as f32 }
+    }
+
+    /// One value per vertex and neighbor, in the order of [`Self::at`].
+    pub(crate) fn pairs(&self, of: impl Fn(usize, usize) -> f32 + Sync) -> Vec<f32> {
+        let row = |v: usize| self.at(v).iter().map(|&j| of(v, j as usize)).collect();
+        let vertices = (0..self.start.len() - 1).into_par_iter().with_min_len(1024);
+        let rows: Vec<Vec<f32>> = vertices.map(row).collect();
+        rows.concat()
+    }
+
+    /// Those of [`Self::pairs`] that are of one vertex.
+    #[inline]
+    pub(crate) fn row<'a>(&self, pairs: &'a [f32], v: usize) -> &'a [f32] {
+        &pairs[self.start[v] as usize..self.start[v + 1] as usize]
     }
 
     #[inline]

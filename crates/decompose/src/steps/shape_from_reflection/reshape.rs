@@ -64,7 +64,7 @@ impl Reshape<'_> {
     }
 
     fn image(&self, u: &[Vec3], hold: &[f32]) -> Vec<Vec3> {
-        let slid = self.map(|v| self.slid(u, v));
+        let slid = self.map(|v| self.neighbors.part(self.slid(u, v), v));
         self.map(|v| {
             if self.free[v] {
                 self.slope(u, v)

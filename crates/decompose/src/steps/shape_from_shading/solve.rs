@@ -4,7 +4,7 @@
 //! photos show over what a vertex receives with its normal; `n` turns with the displacements `u` along the normals to first order, `ρ` the
 //! cost of Geman & McClure (1987), so that edges of texture do not count, `L` the mean of the neighbors less the vertex.
 
-use glam::Vec3;
+use glam::{Vec3, Vec3A};
 use rayon::prelude::*;
 
 use super::turns::Rows;
@@ -14,7 +14,7 @@ use crate::mesh::conjugate_gradients;
 const CHUNK: usize = 1024;
 /// Times that pairs are weighed.
 const ROUNDS: usize = 6;
-const ITERATIONS: usize = 120;
+const ITERATIONS: usize = 16;
 /// Power of the mean weight around a vertex: photos mix colors there, which looks like a slope.
 const BESIDE_EDGES: i32 = 2;
 
@@ -60,53 +60,52 @@ impl Told<'_> {
 }
 
 impl Displacement<'_> {
-    /// Cost and weight of a pair by the square of its difference over that of `sigma`.
-    fn pair(x2: f32) -> (f32, f32) {
-        (x2 / (1.0 + x2), (1.0 + x2).powi(-2))
+    /// Base weight, and the square of the difference over that of `sigma`, of a pair; no weight where photos do not tell.
+    fn pair(&self, told: &Told<'_>, beta: &[Option<Vec3>], p: usize, q: usize) -> (f32, f32) {
+        let (Some(a), Some(b)) = (beta[p], beta[q]) else { return (0.0, 0.0) };
+        let x2 = (a - b).length_squared() / self.weights.sigma.powi(2);
+        (told.weight[p] * told.weight[q], x2)
     }
 
-    /// Weights of the pairs by their differences, those of a vertex in the order of its neighbors, and the mean cost of pairs.
-    fn pairs(&self, told: &Told<'_>, u: &[f32]) -> (Vec<Vec<f32>>, f64) {
-        let beta = map(u.len(), |v| told.log_base[v].map(|b| b + told.change(u, v)));
-        let rows = map(u.len(), |p| {
-            let mut cost = (0.0f64, 0.0f64);
-            let of = |&q: &u32| {
-                let q = q as usize;
-                let (Some(a), Some(b)) = (beta[p], beta[q]) else { return 0.0 };
-                let base = told.weight[p] * told.weight[q];
-                let (value, w) = Self::pair((a - b).length_squared() / self.weights.sigma.powi(2));
-                cost = (cost.0 + f64::from(base * value), cost.1 + f64::from(base));
-                base * w
-            };
-            let row: Vec<f32> = self.neighbors.at(p).iter().map(of).collect();
-            (row, cost)
+    fn beta(told: &Told<'_>, u: &[f32]) -> Vec<Option<Vec3>> {
+        map(u.len(), |v| told.log_base[v].map(|b| b + told.change(u, v)))
+    }
+
+    /// Weights of the pairs by their differences, less beside edges of texture.
+    fn weigh(&self, told: &Told<'_>, u: &[f32]) -> Vec<f32> {
+        let beta = Self::beta(told, u);
+        let weights = self.neighbors.pairs(|p, q| {
+            let (base, x2) = self.pair(told, &beta, p, q);
+            base * (1.0 + x2).powi(-2)
         });
-        let (sum, n) = rows.iter().fold((0.0, 0.0), |(s, n), (_, c)| (s + c.0, n + c.1));
-        (rows.into_iter().map(|(row, _)| row).collect(), if n > 0.0 { sum / n } else { 0.0 })
-    }
-
-    /// Weights of the pairs, less beside edges of texture.
-    fn weigh(&self, told: &Told<'_>, u: &[f32]) -> Vec<Vec<f32>> {
-        let rows = self.pairs(told, u).0;
-        let sharp =
-            |row: &Vec<f32>| (row.iter().sum::<f32>() / row.len().max(1) as f32).powi(BESIDE_EDGES);
-        let clear: Vec<f32> = rows.iter().map(sharp).collect();
-        map(u.len(), |p| {
-            let ring = rows[p].iter().zip(self.neighbors.at(p));
-            ring.map(|(w, &q)| w * clear[p] * clear[q as usize]).collect()
-        })
+        let clear = map(u.len(), |v| {
+            let row = self.neighbors.row(&weights, v);
+            (row.iter().sum::<f32>() / row.len().max(1) as f32).powi(BESIDE_EDGES)
+        });
+        let less = self.neighbors.pairs(|p, q| clear[p] * clear[q]);
+        weights.into_iter().zip(less).map(|(w, less)| w * less).collect()
     }
 
     /// Mean cost of the pairs, 0 to 1.
     pub(super) fn cost(&self, u: &[f32]) -> f64 {
-        let all: f64 = self.told.iter().map(|t| self.pairs(t, u).1).sum();
-        all / self.told.len().max(1) as f64
+        let of = |told: &Told<'_>| -> f64 {
+            let beta = Self::beta(told, u);
+            let costs = map(u.len(), |p| {
+                self.neighbors.at(p).iter().fold((0.0f64, 0.0f64), |(sum, count), &q| {
+                    let (base, x2) = self.pair(told, &beta, p, q as usize);
+                    (sum + f64::from(base * x2 / (1.0 + x2)), count + f64::from(base))
+                })
+            });
+            let (sum, count) = costs.iter().fold((0.0, 0.0), |(s, n), c| (s + c.0, n + c.1));
+            if count > 0.0 { sum / count } else { 0.0 }
+        };
+        self.told.iter().map(of).sum::<f64>() / self.told.len().max(1) as f64
     }
 
     /// `Σ_q w_pq (x_p - x_q)`.
-    fn differences(&self, weights: &[Vec<f32>], x: &[Vec3]) -> Vec<Vec3> {
+    fn differences(&self, weights: &[f32], x: &[Vec3A]) -> Vec<Vec3A> {
         map(x.len(), |p| {
-            let ring = self.neighbors.at(p).iter().zip(&weights[p]);
+            let ring = self.neighbors.at(p).iter().zip(self.neighbors.row(weights, p));
             ring.map(|(&q, w)| (x[p] - x[q as usize]) * *w).sum()
         })
     }
@@ -114,11 +113,32 @@ impl Displacement<'_> {
     /// Half the gradient of what does not depend on the photos, at displacements `u`.
     fn stiff(&self, u: &[f32]) -> Vec<f32> {
         let free = |v: usize| self.free[v];
-        let bent = map(u.len(), |v| if free(v) { self.neighbors.laplacian(u, v) } else { 0.0 });
+        let bent = |v: usize| {
+            if free(v) { self.neighbors.part(self.neighbors.laplacian(u, v), v) } else { 0.0 }
+        };
+        let bent = map(u.len(), bent);
         map(u.len(), |v| {
             let unbent = self.neighbors.laplacian_transposed(&bent, v);
             if free(v) { u[v] * self.weights.hold + unbent * self.weights.bending } else { 0.0 }
         })
+    }
+
+    /// Diagonal of half the second derivative, without the products of slopes of different vertices.
+    fn diagonal(&self, columns: &[Rows<Vec3>], weights: &[Vec<f32>]) -> Vec<f32> {
+        let of = |v: usize| {
+            if !self.free[v] {
+                return 0.0;
+            }
+            let part = |j: &u32| self.neighbors.part(1.0f32, *j as usize).powi(2);
+            let bent = 1.0 + self.neighbors.at(v).iter().map(part).sum::<f32>();
+            let pull = |(columns, weights): (&Rows<Vec3>, &Vec<f32>)| -> f32 {
+                let row = |p: u32| self.neighbors.row(weights, p as usize).iter().sum::<f32>();
+                columns.at(v).iter().map(|&(p, c)| row(p) * c.length_squared()).sum()
+            };
+            let pulls: f32 = columns.iter().zip(weights).map(pull).sum();
+            self.weights.hold + self.weights.bending * bent + pulls
+        };
+        map(self.free.len(), of)
     }
 
     /// The displacements, edges.
@@ -126,21 +146,20 @@ impl Displacement<'_> {
         let n = self.start.len();
         let columns: Vec<Rows<Vec3>> =
             self.told.iter().map(|t| t.by_displacement.transposed()).collect();
-        let known: Vec<Vec<Vec3>> = self
+        let known: Vec<Vec<Vec3A>> = self
             .told
             .iter()
-            .map(|t| t.log_base.iter().map(|b| b.unwrap_or(Vec3::ZERO)).collect())
+            .map(|t| t.log_base.iter().map(|b| b.unwrap_or(Vec3::ZERO).into()).collect())
             .collect();
         let resting = self.stiff(self.start);
         let mut step = vec![0.0f32; n];
         for _ in 0..ROUNDS {
-            let weights: Vec<Vec<Vec<f32>>> =
-                self.told.iter().map(|t| self.weigh(t, &step)).collect();
+            let weights: Vec<Vec<f32>> = self.told.iter().map(|t| self.weigh(t, &step)).collect();
             // Adds half the gradient of the pairs whose logarithms are `x`.
-            let add_pull = |to: &mut [f32], l: usize, x: &[Vec3]| {
+            let add_pull = |to: &mut [f32], l: usize, x: &[Vec3A]| {
                 let pulled = self.differences(&weights[l], x);
                 let back = |v: usize| -> f32 {
-                    columns[l].at(v).iter().map(|(p, c)| c.dot(pulled[*p as usize])).sum()
+                    columns[l].at(v).iter().map(|(p, c)| c.dot(pulled[*p as usize].into())).sum()
                 };
                 let add = map(n, |v| if self.free[v] { back(v) } else { 0.0 });
                 to.iter_mut().zip(add).for_each(|(to, a)| *to += a);
@@ -148,14 +167,15 @@ impl Displacement<'_> {
             let apply = |u: &[f32]| -> Vec<f32> {
                 let mut out = self.stiff(u);
                 for (l, told) in self.told.iter().enumerate() {
-                    add_pull(&mut out, l, &map(n, |v| told.change(u, v)));
+                    add_pull(&mut out, l, &map(n, |v| told.change(u, v).into()));
                 }
                 out
             };
             let mut slope = resting.clone();
             known.iter().enumerate().for_each(|(l, known)| add_pull(&mut slope, l, known));
             let right = slope.iter().map(|s| -s).collect();
-            step = conjugate_gradients::solve(right, apply, ITERATIONS);
+            let diagonal = self.diagonal(&columns, &weights);
+            step = conjugate_gradients::solve_scaled(right, &diagonal, apply, ITERATIONS);
         }
         step
     }

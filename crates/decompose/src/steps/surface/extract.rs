@@ -123,6 +123,7 @@ fn surface_of(
         let pixels = map.depth.iter_mut().zip(&front.depth).zip(flat);
         pixels.filter(|(_, flat)| !**flat).for_each(|((z, front), _)| *z = *front);
     }
+    drop(front);
     report.pixels_on_planes = flat.iter().flatten().filter(|&&f| f).count() as f64
         / flat.iter().map(Vec::len).sum::<usize>().max(1) as f64;
 
@@ -132,12 +133,12 @@ fn surface_of(
     let hull = silhouettes::silhouettes(views, &maps, &on_planes, voxel, options.mirror_spread);
     let carve = options.carve_weight.max(0.0);
     let grid = tsdf::fuse(views, &maps, &flat, &hull, voxel, limit, carve);
+    drop((maps, hull));
     let voxel = grid.voxel;
     report.voxel = f64::from(voxel);
     report.blocks = grid.keys.len();
     let least = options.min_views.min(views.len() as u8).max(1);
-    let mut mesh = surface_nets::surface_nets(&grid, least);
-    drop(grid);
+    let mut mesh = surface_nets::surface_nets(grid, least);
     report.pieces_dropped = clean(&mut mesh, views, &sheets, voxel, options);
     parts.begin("smoothing", 0.4)?;
     smooth(&mut mesh, voxel, options);

@@ -5,6 +5,7 @@ mod creases;
 mod depth_prior;
 mod extract;
 mod flatness;
+mod integrate;
 mod options;
 mod outlines;
 mod patches;

@@ -12,7 +12,7 @@ pub struct Options {
     /// Edge of a voxel in pixels at the median depth of the photos; smaller is finer and slower
     #[arg(long, default_value_t = 1.5, value_name = "PIXELS")]
     pub voxel_pixels: f32,
-    /// Maximum number of blocks of 8x8x8 voxels (4 KiB each); larger scenes get larger voxels
+    /// Maximum number of blocks of 8x8x8 voxels (1.5 KiB each); larger scenes get larger voxels
     #[arg(long, default_value_t = 100_000, value_name = "COUNT")]
     pub max_blocks: usize,
     /// Connected components smaller than the square of this many voxels are removed

@@ -47,31 +47,25 @@ impl ThinPlate<'_> {
         self.weight[v].is_finite()
     }
 
-    /// `n_v · (mean_j u_j n_j - u_v n_v)`.
+    /// `n_v · (mean_j u_j n_j - u_v n_v)`; `alike` are the products `n_v · n_j`.
     #[inline]
-    fn bending(&self, u: &[f32], v: usize) -> f32 {
+    fn bending(&self, alike: &[f32], u: &[f32], v: usize) -> f32 {
         let ring = self.neighbors.at(v);
         if ring.is_empty() {
             return 0.0;
         }
-        let n = self.normals[v];
-        let sum: f32 = ring.iter().map(|&j| u[j as usize] * n.dot(self.normals[j as usize])).sum();
+        let pairs = ring.iter().zip(self.neighbors.row(alike, v));
+        let sum: f32 = pairs.map(|(&j, alike)| u[j as usize] * alike).sum();
         sum / ring.len() as f32 - u[v]
     }
 
-    /// The transpose of [`Self::bending`].
+    /// The transpose of [`Self::bending`], of values whose parts per neighbor are `parts`.
     #[inline]
-    fn transpose(&self, r: &[f32], v: usize) -> f32 {
-        let n = self.normals[v];
+    fn transpose(&self, alike: &[f32], parts: &[f32], v: usize) -> f32 {
         let ring = self.neighbors.at(v);
-        let sum: f32 = ring
-            .iter()
-            .map(|&j| {
-                let j = j as usize;
-                r[j] * n.dot(self.normals[j]) / self.neighbors.at(j).len() as f32
-            })
-            .sum();
-        if ring.is_empty() { 0.0 } else { sum - r[v] }
+        let pairs = ring.iter().zip(self.neighbors.row(alike, v));
+        let sum: f32 = pairs.map(|(&j, alike)| parts[j as usize] * alike).sum();
+        sum - parts[v] * ring.len() as f32
     }
 
     /// `b_v`: edges and thin things bend more easily than what is nearly flat.
@@ -102,12 +96,13 @@ impl ThinPlate<'_> {
             self.normals[v].dot(sum) / ring.len() as f32
         });
         let bend = self.bending_weights(&rest);
-        let weighted = |bent: &[f32]| map(&|v| self.stiffness * bend[v] * bent[v]);
+        let alike = self.neighbors.pairs(|v, j| self.normals[v].dot(self.normals[j]));
+        let weighted =
+            |bent: f32, v: usize| self.neighbors.part(self.stiffness * bend[v] * bent, v);
         let apply = |u: &[f32]| {
-            let bent = weighted(&map(&|v| self.bending(u, v)));
-            map(&|v| {
-                if self.free(v) { self.weight[v] * u[v] + self.transpose(&bent, v) } else { 0.0 }
-            })
+            let bent = map(&|v| weighted(self.bending(&alike, u, v), v));
+            let pulled = |v: usize| self.weight[v] * u[v] + self.transpose(&alike, &bent, v);
+            map(&|v| if self.free(v) { pulled(v) } else { 0.0 })
         };
         // The curvature of the surroundings is not noise: only what differs from it is pulled.
         // Normalized convolution (Knutsson & Westin 1993): what is trusted speaks for what is not.
@@ -128,11 +123,10 @@ impl ThinPlate<'_> {
                 wide + (common[v] - wide) * self.steady[v]
             });
         }
-        let rest = map(&|v| rest[v] - common[v]);
-        let pulled = weighted(&rest);
+        let pulled = map(&|v| weighted(rest[v] - common[v], v));
         let residual = map(&|v| {
             if self.free(v) {
-                self.weight[v] * self.target[v] - self.transpose(&pulled, v)
+                self.weight[v] * self.target[v] - self.transpose(&alike, &pulled, v)
             } else {
                 0.0
             }

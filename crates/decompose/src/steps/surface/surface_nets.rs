@@ -24,7 +24,7 @@ const EDGES: [(usize, usize); 12] = [
     (2, 6),
     (3, 7),
 ];
-const NONE: u32 = u32::MAX;
+const NONE: u16 = u16::MAX;
 
 /// Distances of a block with the first layer of its upper neighbors, NaN where nothing was seen, and by how many views.
 fn padded(grid: &Grid, block: usize) -> ([f32; CORNERS], [u8; CORNERS]) {
@@ -39,12 +39,10 @@ fn padded(grid: &Grid, block: usize) -> ([f32; CORNERS], [u8; CORNERS]) {
             for y in span(shift.y) {
                 for x in span(shift.x) {
                     let i = (z * SIDE + y) * SIDE + x;
-                    if source.weight[i] > 0.0 {
-                        let at = IVec3::new(x as i32, y as i32, z as i32) + shift * SIDE as i32;
-                        let to = (at.z as usize * PADDED + at.y as usize) * PADDED + at.x as usize;
-                        out.0[to] = source.distance[i];
-                        out.1[to] = source.seen[i];
-                    }
+                    let at = IVec3::new(x as i32, y as i32, z as i32) + shift * SIDE as i32;
+                    let to = (at.z as usize * PADDED + at.y as usize) * PADDED + at.x as usize;
+                    out.0[to] = source.distance[i].to_f32();
+                    out.1[to] = source.seen[i];
                 }
             }
         }
@@ -52,11 +50,16 @@ fn padded(grid: &Grid, block: usize) -> ([f32; CORNERS], [u8; CORNERS]) {
     out
 }
 
-/// What one block contributes: vertices with the cells that they belong to, and per cell the axes
-/// along which its first corner's edge is crossed.
+/// What one block contributes: vertices, and the cells that they belong to; no table where the level does not pass.
+#[derive(Default)]
 struct Cells {
     vertices: Vec<Vec3>,
-    vertex_of: [u32; VOXELS],
+    table: Option<Box<Table>>,
+}
+
+/// Per cell of a block, its vertex, and the axes along which its first corner's edge is crossed.
+struct Table {
+    vertex_of: [u16; VOXELS],
     /// Bit `a`: the edge along axis `a` is crossed; bit `a + 3`: from inside to outside.
     crossings: [u8; VOXELS],
 }
@@ -64,7 +67,7 @@ struct Cells {
 fn cells(grid: &Grid, block: usize, least: u8) -> Cells {
     let (values, seen) = padded(grid, block);
     let origin = grid.keys[block] * SIDE as i32;
-    let mut out = Cells { vertices: Vec::new(), vertex_of: [NONE; VOXELS], crossings: [0; VOXELS] };
+    let mut out = Cells::default();
     for cell in 0..VOXELS {
         let at = local(cell);
         let index = |c: usize| {
@@ -90,11 +93,13 @@ fn cells(grid: &Grid, block: usize, least: u8) -> Cells {
                 count += 1.0;
             }
         }
-        out.vertex_of[cell] = out.vertices.len() as u32;
+        let empty = || Box::new(Table { vertex_of: [NONE; VOXELS], crossings: [0; VOXELS] });
+        let table = out.table.get_or_insert_with(empty);
+        table.vertex_of[cell] = out.vertices.len() as u16;
         out.vertices.push(((origin + at).as_vec3() + sum / count) * grid.voxel);
         for (axis, end) in [1, 2, 4].into_iter().enumerate() {
             if inside[0] != inside[end] {
-                out.crossings[cell] |= 1 << axis | u8::from(inside[0]) << (axis + 3);
+                table.crossings[cell] |= 1 << axis | u8::from(inside[0]) << (axis + 3);
             }
         }
     }
@@ -102,9 +107,10 @@ fn cells(grid: &Grid, block: usize, least: u8) -> Cells {
 }
 
 /// The mesh of the level where the distance is zero, where at least `least` views saw it.
-pub(super) fn surface_nets(grid: &Grid, least: u8) -> Mesh {
+pub(super) fn surface_nets(mut grid: Grid, least: u8) -> Mesh {
     let cells: Vec<Cells> =
-        (0..grid.keys.len()).into_par_iter().map(|b| cells(grid, b, least)).collect();
+        (0..grid.keys.len()).into_par_iter().map(|b| cells(&grid, b, least)).collect();
+    grid.blocks = Vec::new();
     let mut first = Vec::with_capacity(cells.len());
     let mut vertices = Vec::new();
     for c in &cells {
@@ -123,11 +129,12 @@ pub(super) fn surface_nets(grid: &Grid, least: u8) -> Mesh {
             let under = at.cmplt(IVec3::ZERO);
             let b = below[under.bitmask() as usize]?;
             let p = (at & 7).as_uvec3();
-            let v =
-                cells[b].vertex_of[((p.z as usize * SIDE) + p.y as usize) * SIDE + p.x as usize];
-            (v != NONE).then(|| first[b] + v)
+            let cell = ((p.z as usize * SIDE) + p.y as usize) * SIDE + p.x as usize;
+            let v = cells[b].table.as_ref()?.vertex_of[cell];
+            (v != NONE).then(|| first[b] + u32::from(v))
         };
-        for (cell, &crossed) in cells[block].crossings.iter().enumerate() {
+        let crossings = cells[block].table.iter().flat_map(|table| &table.crossings);
+        for (cell, &crossed) in crossings.enumerate() {
             for axis in 0..3 {
                 if crossed >> axis & 1 == 0 {
                     continue;

@@ -1,10 +1,14 @@
 //! Fusion of depth maps into a truncated signed distance on a sparse grid (Curless & Levoy 1996;
 //! blocks after Nießner et al. 2013).
 
+use std::cmp::Ordering;
+
 use glam::IVec3;
+use half::f16;
 use motes_math::median::upper_median;
 use rayon::prelude::*;
 
+use super::integrate::Seen;
 use super::silhouettes::Silhouette;
 use super::splat_depth::DepthMap;
 use super::view::View;
@@ -14,32 +18,23 @@ pub(super) const SIDE: usize = 8;
 pub(super) const VOXELS: usize = SIDE * SIDE * SIDE;
 /// Distances are kept up to this many voxels: enough for the noise of depth maps to average out,
 /// small enough that sheets thinner than it keep both sides.
-const TRUNCATION: f32 = 4.0;
+pub(super) const TRUNCATION: f32 = 4.0;
 /// A pixel whose footprint is wider than this many voxels is too far away to be part of the grid.
 pub(super) const MAX_FOOTPRINT: f32 = 4.0;
 
-/// Neighboring pixels whose depths differ by more than this many footprints see two things.
-const STEP: f32 = 8.0;
-
-/// Weight of what the silhouettes leave over, against 1 of a depth; less where depths tell, none where they have this.
-const HULL_WEIGHT: f32 = 0.3;
-const TOLD: f32 = 2.0;
-/// Views that must have a place in their picture for silhouettes to tell about it: this many, and one in this many.
-const HULL_VIEWS: usize = 4;
-const HULL_SHARE: usize = 2;
 /// Depth that is believed less than this is a pit: the grid reaches this many voxels farther to its front.
 const PIT: f32 = 0.5;
 const PIT_REACH: f32 = 24.0;
 
-/// Distances of the corners of one block, in voxels, positive outside; weight 0 where nothing was seen.
+/// Distances of the corners of one block, in voxels, positive outside; NaN where nothing was seen. Half precision is a
+/// thousandth of a voxel at the surface, and blocks are most of what the extraction holds in memory.
 pub(super) struct Block {
-    pub(super) distance: [f32; VOXELS],
-    pub(super) weight: [f32; VOXELS],
+    pub(super) distance: [f16; VOXELS],
     /// Views that saw the surface within the truncation.
     pub(super) seen: [u8; VOXELS],
 }
 
-/// Blocks around the surface, sorted by key.
+/// Blocks around the surface, sorted by key in Morton order.
 pub(super) struct Grid {
     pub(super) voxel: f32,
     pub(super) keys: Vec<IVec3>,
@@ -50,13 +45,25 @@ impl Grid {
     /// Index of the block with this key.
     #[inline]
     pub(super) fn find(&self, key: IVec3) -> Option<usize> {
-        self.keys.binary_search_by_key(&order(key), |&k| order(k)).ok()
+        self.keys.binary_search_by(|k| order(k, &key)).ok()
     }
 }
 
+/// Morton order (comparison after Chan 2002): what is near in space is near in memory, and so are the vertices of the mesh.
 #[inline]
-fn order(k: IVec3) -> (i32, i32, i32) {
-    (k.z, k.y, k.x)
+fn order(a: &IVec3, b: &IVec3) -> Ordering {
+    // Biased, so that negative keys come first.
+    let [a, b] = [a, b].map(|k| k.to_array().map(|v| v as u32 ^ 1 << 31));
+    let differing = |axis: usize| a[axis] ^ b[axis];
+    // The axis whose highest differing bit is the highest decides.
+    let mut decisive = 2;
+    for axis in [1, 0] {
+        let (known, other) = (differing(decisive), differing(axis));
+        if known < other && known < known ^ other {
+            decisive = axis;
+        }
+    }
+    a[decisive].cmp(&b[decisive])
 }
 
 /// Block keys that the depth maps touch; `None` when more than `limit`.
@@ -96,14 +103,14 @@ fn touched(
                 t += step;
             }
         }
-        keys.sort_unstable_by_key(|&k| order(k));
+        keys.sort_unstable_by(order);
         keys.dedup();
         keys
     };
     let per_view: Vec<Vec<IVec3>> =
         views.par_iter().zip(maps).zip(flat).enumerate().with_max_len(1).map(of).collect();
     let mut keys = per_view.concat();
-    keys.sort_unstable_by_key(|&k| order(k));
+    keys.sort_unstable_by(order);
     keys.dedup();
     (keys.len() <= limit).then_some(keys)
 }
@@ -138,105 +145,13 @@ pub(super) fn fuse(
             None => voxel *= 1.25,
         }
     };
-    let blocks =
-        keys.par_iter().map(|&key| integrate(views, maps, hull, voxel, key, carve)).collect();
+    let seen = Seen { views, maps, hull, voxel, carve };
+    let blocks = keys.par_iter().map(|&key| seen.integrate(key)).collect();
     Grid { voxel, keys, blocks }
-}
-
-fn integrate(
-    views: &[View],
-    maps: &[DepthMap],
-    hull: &[Silhouette],
-    voxel: f32,
-    key: IVec3,
-    carve: f32,
-) -> Block {
-    let mut block =
-        Block { distance: [TRUNCATION; VOXELS], weight: [0.0; VOXELS], seen: [0; VOXELS] };
-    let edge = voxel * SIDE as f32;
-    let corner = key.as_vec3() * edge;
-    let radius = 0.87 * edge;
-    let mut inside = [TRUNCATION; VOXELS];
-    let mut looks = [0usize; VOXELS];
-    for (k, (view, map)) in views.iter().zip(maps).enumerate() {
-        let middle = view.rotation * (corner + 0.5 * edge - view.center);
-        if middle.z < -radius {
-            continue;
-        }
-        for (i, (distance, weight)) in block.distance.iter_mut().zip(&mut block.weight).enumerate()
-        {
-            let p = corner + local(i).as_vec3() * voxel;
-            let Some(q) = view.project(p) else { continue };
-            let mut believed = 1.0;
-            if let (Some(hull), Some(pixel)) = (hull.get(k), view.pixel(q.x, q.y)) {
-                believed = hull.steady[pixel];
-                // From the center of the last pixel inside to the outline is half a pixel.
-                let within = (hull.depth_inside[pixel] - 0.5) * q.z * view.footprint() / voxel;
-                inside[i] = inside[i].min(within);
-                looks[i] += 1;
-            }
-            let Some(z) = depth_at(view, map, q.x, q.y) else { continue };
-            let d = (z - q.z) / voxel;
-            if !(d > -TRUNCATION) {
-                continue;
-            }
-            // A depth is as uncertain as a pixel is wide.
-            let w = (voxel / (z * view.footprint())).powi(2).min(1.0);
-            let w = believed * if d < TRUNCATION { w } else { w * carve };
-            *distance = (*distance * *weight + d.min(TRUNCATION) * w) / (*weight + w);
-            *weight += w;
-            if d < TRUNCATION {
-                block.seen[i] = block.seen[i].saturating_add(1);
-            }
-        }
-    }
-    if hull.is_empty() {
-        return block;
-    }
-    let least = (views.len() / HULL_SHARE).max(HULL_VIEWS);
-    for (i, &within) in inside.iter().enumerate() {
-        if within > 0.0 && looks[i] >= least {
-            let (distance, weight) = (&mut block.distance[i], &mut block.weight[i]);
-            let w = HULL_WEIGHT * (1.0 - *weight / TOLD);
-            if !(w > 0.0) {
-                continue;
-            }
-            if w > *weight {
-                block.seen[i] = u8::MAX;
-            }
-            *distance = (*distance * *weight - within * w) / (*weight + w);
-            *weight += w;
-        }
-    }
-    block
 }
 
 /// Position of a voxel within its block.
 #[inline]
 pub(super) fn local(i: usize) -> IVec3 {
     IVec3::new((i % SIDE) as i32, (i / SIDE % SIDE) as i32, (i / (SIDE * SIDE)) as i32)
-}
-
-/// Depth between the centers of pixels; none at a step, where half a pixel decides what is in front.
-#[inline]
-fn depth_at(view: &View, map: &DepthMap, x: f32, y: f32) -> Option<f32> {
-    let nearest = map.depth[view.pixel(x, y)?];
-    if !(nearest > 0.0) {
-        return None;
-    }
-    let (u, v) = (x - 0.5, y - 0.5);
-    if !(u >= 0.0 && v >= 0.0 && u < (view.width - 1) as f32 && v < (view.height - 1) as f32) {
-        return Some(nearest);
-    }
-    let (i, j) = (u as usize, v as usize);
-    let (a, b) = (u - i as f32, v - j as f32);
-    let at = j * view.width + i;
-    let four = [at, at + 1, at + view.width, at + view.width + 1].map(|k| map.depth[k]);
-    let (low, high) = four.iter().fold((f32::MAX, 0.0f32), |(l, h), &z| (l.min(z), h.max(z)));
-    if !(high - low < STEP * nearest * view.footprint()) {
-        return None;
-    }
-    let top = four[0] + (four[1] - four[0]) * a;
-    let bottom = four[2] + (four[3] - four[2]) * a;
-    Some(top + (bottom - top) * b)
 }

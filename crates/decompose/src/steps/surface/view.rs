@@ -22,6 +22,8 @@ pub(super) struct View {
     pub(super) color: Vec<[u8; 3]>,
     /// `[h, w]`, 0 to 1.
     pub(super) weight: Vec<f32>,
+    /// Every pixel counts fully.
+    pub(super) whole: bool,
 }
 
 impl View {
@@ -29,6 +31,8 @@ impl View {
         let camera_from_unit = unit.pose(&photo.camera_from_world);
         let c = &photo.camera;
         let count = c.width * c.height;
+        let weight: Vec<f32> =
+            photo.weight.data.iter().map(|&w| w.max(0.0).clamp(0.0, 1.0)).collect();
         Self {
             rotation: camera_from_unit.rotation_matrix().as_mat3(),
             center: camera_from_unit.center_in_world().as_vec3(),
@@ -40,7 +44,8 @@ impl View {
             camera_from_unit,
             luma: luma(&photo.radiance_linear, count),
             color: color(&photo.radiance_linear, count),
-            weight: photo.weight.data.iter().map(|&w| w.max(0.0).clamp(0.0, 1.0)).collect(),
+            whole: weight.iter().all(|&w| w == 1.0),
+            weight,
         }
     }
 
@@ -56,6 +61,22 @@ impl View {
                 q.z,
             )
         })
+    }
+
+    /// Whether anything of a ball may be in the picture.
+    pub(super) fn may_show(&self, center: Vec3, radius: f32) -> bool {
+        let q = self.rotation * (center - self.center);
+        // Distance to the plane through the camera's center and a side of the picture `span` from the principal point.
+        let inside = |along: f32, focal: f32, span: f32| {
+            focal * along + span * q.z > -radius * focal.hypot(span)
+        };
+        let (left, top) = (self.principal.x, self.principal.y);
+        let (right, bottom) = (self.width as f32 - left, self.height as f32 - top);
+        q.z > -radius
+            && inside(q.x, self.focal.x, left)
+            && inside(-q.x, self.focal.x, right)
+            && inside(q.y, self.focal.y, top)
+            && inside(-q.y, self.focal.y, bottom)
     }
 
     /// Homogeneous pixel coordinates of a direction, or of a point relative to the camera's center.
