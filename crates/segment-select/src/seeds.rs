@@ -81,7 +81,7 @@ fn stands_on<'a>(index: &'a SceneIndex, seeds: &Seeds) -> Vec<&'a RaisedSupport>
         let most = |hit: &&[u32]| {
             2 * hit.iter().filter(|&&n| r.carries(index.segment(n))).count() > hit.len()
         };
-        !hits.is_empty() && hits.iter().all(|hit| most(hit))
+        !hits.is_empty() && hits.iter().all(most)
     };
     index.raised.iter().filter(carries).collect()
 }
