@@ -76,7 +76,7 @@ pub use common::{COMMON_BASIC, CommonArgs, Generate, HasCommon, Preset, Progress
 pub use context::Context;
 pub use error::{Explanation, OrBadInput, StageError, outcome_of};
 pub use exit_status::ExitStatus;
-pub use freed_arrays::give_back_freed_arrays;
+pub use freed_arrays::{give_back_freed_arrays, give_back_freed_memory};
 pub use habits::Habit;
 pub use progress::Progress;
 pub use provenance::record_path;

@@ -183,6 +183,7 @@ impl Request<'_> {
             if let Some(work) = work {
                 work.save(step, pipeline)?;
             }
+            motes_stage::give_back_freed_memory();
         }
         if self.steps.range().end() + 1 == STEPS.len() {
             line.set(PERCENT as u64);
