@@ -3,7 +3,10 @@
 //! glibc maps large arrays one by one and unmaps them when they are freed, but what counts as large grows with every one that is
 //! freed, up to 32 MiB: from then on the pictures of a capture share one heap, where the room between those that stay is lost.
 
-#![expect(unsafe_code, reason = "the allocator of the C library has no safe interface")]
+#![cfg_attr(
+    all(target_os = "linux", target_env = "gnu"),
+    expect(unsafe_code, reason = "the allocator of the C library has no safe interface")
+)]
 
 /// Arrays of this size and more are mapped one by one: a page is touched anew for every 4 KiB of them, a thousandth of the time
 /// it takes to fill one with anything worth keeping.
