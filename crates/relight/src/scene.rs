@@ -97,7 +97,7 @@ impl RelightScene {
         let tracer = MeshTracer::new(&mesh, BuildQuality::Fast)?;
         let median_edge = mesh.median_edge();
         let ray_bias = mesh.roughness();
-        let tracer = tracer.one_sided_within(mesh.layer_distance());
+        let tracer = tracer.one_sided_within(TriangleMesh::LAYERS * ray_bias);
         let base_color_splats =
             gaussians.colored(|i| materials.base_color_linear[i].map(srgb::encode));
         let property_splats = gaussians.colored(|i| {

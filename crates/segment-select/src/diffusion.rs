@@ -64,7 +64,7 @@ pub(crate) fn sweep(index: &SceneIndex, probabilities: &[f32], marks: &[Mark]) -
             area += index.area(i);
             resting += index.plane.map_or(f32::INFINITY, |plane| {
                 let s = index.segment(i);
-                let low = plane.height(s.point.into()) < RESTING * s.width + 2.5 * plane.noise
+                let low = plane.height(s.point.into()) < plane.reach(RESTING, s.width)
                     || index.raised.iter().any(|r| r.is_near(s, RESTING));
                 if low { index.area(i) / views } else { 0.0 }
             });

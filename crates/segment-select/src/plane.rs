@@ -37,6 +37,11 @@ impl SupportPlane {
         self.normal.dot(point) - self.offset
     }
 
+    /// Height up to which a superpixel of this width may lie within `sides` of its sides of the plane.
+    pub(crate) fn reach(&self, sides: f32, width: f32) -> f32 {
+        sides * width + 2.5 * self.noise
+    }
+
     /// Whether a superpixel is of the plane, 0 to 1. `width` is its side: a small step above the plane
     /// is seen only where pixels are fine enough.
     pub(crate) fn membership(&self, point: Vec3, width: f32) -> f32 {

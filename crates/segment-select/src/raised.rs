@@ -29,7 +29,7 @@ const OUTER: f32 = 0.02;
 /// A plane above the support plane, and its outline as slabs in directions within it.
 #[derive(Clone, Debug)]
 pub(crate) struct RaisedSupport {
-    pub(crate) plane: SupportPlane,
+    plane: SupportPlane,
     outline: Vec<(Vec3, f32, f32)>,
 }
 
@@ -70,7 +70,7 @@ impl RaisedSupport {
     /// Whether a superpixel is so low above the plane that what it belongs to rests there.
     pub(crate) fn is_near(&self, s: &Segment, sides: f32) -> bool {
         let height = self.plane.height(s.point.into());
-        height.abs() < sides * s.width + 2.5 * self.plane.noise && self.is_within(s)
+        height.abs() < self.plane.reach(sides, s.width) && self.is_within(s)
     }
 
     fn is_within(&self, s: &Segment) -> bool {
@@ -112,7 +112,7 @@ fn largest_piece<'a>(on: &[&'a Segment], normal: Vec3) -> Vec<&'a Segment> {
 }
 
 fn is_above(plane: &SupportPlane, s: &Segment) -> bool {
-    s.width > 0.0 && plane.height(s.point.into()) > ABOVE * s.width + 2.5 * plane.noise
+    s.width > 0.0 && plane.height(s.point.into()) > plane.reach(ABOVE, s.width)
 }
 
 /// The plane parallel to the floor that most of the area lies on.

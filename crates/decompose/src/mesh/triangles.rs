@@ -189,10 +189,9 @@ impl Neighbors {
 
     /// One value per vertex and neighbor, in the order of [`Self::at`].
     pub(crate) fn pairs(&self, of: impl Fn(usize, usize) -> f32 + Sync) -> Vec<f32> {
-        let row = |v: usize| self.at(v).iter().map(|&j| of(v, j as usize)).collect();
-        let vertices = (0..self.start.len() - 1).into_par_iter().with_min_len(1024);
-        let rows: Vec<Vec<f32>> = vertices.map(row).collect();
-        rows.concat()
+        let of = &of;
+        let row = |v: usize| self.at(v).iter().map(move |&j| of(v, j as usize));
+        (0..self.start.len() - 1).into_par_iter().with_min_len(1024).flat_map_iter(row).collect()
     }
 
     /// Those of [`Self::pairs`] that are of one vertex.

@@ -49,14 +49,11 @@ impl TracedSurface {
     /// A triangle refers to a vertex that does not exist.
     pub fn new(surface: Surface) -> Result<Self, MeshError> {
         let mesh = mesh_of(&surface);
-        let finite = mesh.vertices.iter().filter(|v| v.is_finite());
-        let (low, high) =
-            finite.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
-        let diagonal = (high - low).length();
+        let diagonal = mesh.diagonal();
         let extent = if diagonal > 0.0 && diagonal.is_finite() { diagonal } else { 1.0 };
         // Refuses corners that are no vertices, which the median cannot.
         let tracer = MeshTracer::new(&mesh, BuildQuality::High)?;
-        let tracer = tracer.one_sided_within(mesh.layer_distance());
+        let tracer = tracer.one_sided_within(TriangleMesh::LAYERS * mesh.roughness());
         let sheets = sheet_of_triangles(&surface);
         Ok(Self { surface, tracer, sheets, extent })
     }

@@ -44,6 +44,10 @@ pub struct TriangleMesh {
 }
 
 impl TriangleMesh {
+    /// Layers nearer behind each other than so many times [`Self::roughness`] are one surface, reconstructed twice or torn: see
+    /// [`MeshTracer::one_sided_within`].
+    pub const LAYERS: f32 = 8.0;
+
     /// Median length of the first edges of up to 20 000 triangles, world units; 0 without a finite one.
     ///
     /// # Panics
@@ -61,26 +65,22 @@ impl TriangleMesh {
         edges.get(edges.len() / 2).copied().unwrap_or(0.0)
     }
 
+    /// Length of the diagonal of the box around its finite vertices, world units; infinite without any.
+    pub fn diagonal(&self) -> f32 {
+        let finite = self.vertices.iter().filter(|v| v.is_finite());
+        let (low, high) =
+            finite.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+        (high - low).length()
+    }
+
     /// How far off a reconstructed surface may be, world units: half its median edge, at most a thousandth of its diagonal, since
     /// few large triangles say nothing about how fine a mesh is; 0 without a finite extent.
     ///
     /// # Panics
     /// As [`Self::median_edge`].
     pub fn roughness(&self) -> f32 {
-        let finite = self.vertices.iter().filter(|v| v.is_finite());
-        let (low, high) =
-            finite.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
-        let diagonal = (high - low).length();
+        let diagonal = self.diagonal();
         if diagonal.is_finite() { (0.5 * self.median_edge()).min(1e-3 * diagonal) } else { 0.0 }
-    }
-
-    /// Layers nearer behind each other than this, world units, are one surface, reconstructed twice or torn: see
-    /// [`MeshTracer::one_sided_within`].
-    ///
-    /// # Panics
-    /// As [`Self::median_edge`].
-    pub fn layer_distance(&self) -> f32 {
-        8.0 * self.roughness()
     }
 }
 

@@ -1,10 +1,11 @@
 //! One block of the signed distance, view after view, eight voxels at a time.
 
-use fearless_simd::{Level, Simd, dispatch, f32x8, prelude::*};
+use fearless_simd::{Simd, dispatch, f32x8, prelude::*};
 use glam::{IVec3, Vec3};
 use half::f16;
 
 use super::silhouettes::Silhouette;
+use super::simd::level;
 use super::splat_depth::DepthMap;
 use super::tsdf::{Block, SIDE, TRUNCATION, VOXELS};
 use super::view::View;
@@ -59,9 +60,7 @@ struct Looked {
 
 impl Seen<'_> {
     pub(super) fn integrate(&self, key: IVec3) -> Block {
-        static LEVEL: std::sync::OnceLock<Level> = std::sync::OnceLock::new();
-        let level = *LEVEL.get_or_init(Level::new);
-        dispatch!(level, simd => self.integrate_on(simd, key))
+        dispatch!(level(), simd => self.integrate_on(simd, key))
     }
 
     #[inline(always)]

@@ -17,6 +17,7 @@ mod report;
 mod seams;
 mod sheet;
 mod silhouettes;
+mod simd;
 mod smooth;
 mod splat_depth;
 mod surface_nets;

@@ -7,10 +7,11 @@
 //! disagree with the rest (a highlight, something in front) lose weight
 //! (after Furukawa & Ponce 2010; Vu et al. 2012).
 
-use fearless_simd::{Level, Simd, dispatch, f32x8, prelude::*};
+use fearless_simd::{Simd, dispatch, f32x8, prelude::*};
 use glam::Vec3;
 
 use super::silhouettes::median_distance;
+use super::simd::level;
 use super::view::View;
 
 /// Samples along the side of a patch.
@@ -150,9 +151,7 @@ fn look_up<S: Simd>(simd: S, view: &View, patch: &Patch) -> Option<(Samples, f32
 
 /// Agreement of `views` about `patch`; `None` when fewer than two can be compared.
 pub(super) fn agreement(all: &[View], views: &[u16], patch: &Patch) -> Option<Agreement> {
-    static LEVEL: std::sync::OnceLock<Level> = std::sync::OnceLock::new();
-    let level = *LEVEL.get_or_init(Level::new);
-    dispatch!(level, simd => agreement_on(simd, all, views, patch))
+    dispatch!(level(), simd => agreement_on(simd, all, views, patch))
 }
 
 #[inline(always)]

@@ -1,5 +1,6 @@
 //! The fast fusion against one voxel and one view at a time in f64.
 
+use fearless_simd::Level;
 use glam::{DVec3, Mat3, Quat, Vec2};
 use motes_scene::{Pinhole, Pose};
 
