@@ -64,7 +64,7 @@ impl Temporary {
         builder.permissions(<Permissions as std::os::unix::fs::PermissionsExt>::from_mode(0o666));
         loop {
             let file = builder.tempfile_in(folder)?;
-            if !hold(file.as_file()) {
+            if !hold(file.as_file(), file.path()) {
                 // Between its making and its lock another program took it for a left one.
                 continue;
             }
@@ -110,10 +110,14 @@ impl ScratchFolder {
         builder.permissions(<Permissions as std::os::unix::fs::PermissionsExt>::from_mode(0o777));
         loop {
             let folder = builder.tempdir_in(folder)?;
-            let held = File::open(folder.path()).ok();
-            if held.as_ref().is_some_and(|held| !hold(held)) {
-                continue;
-            }
+            let held = match File::open(folder.path()) {
+                Ok(held) if hold(&held, folder.path()) => Some(held),
+                // As a file above.
+                Ok(_) => continue,
+                Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
+                // Not every system opens folders; there nobody takes one for left.
+                Err(_) => None,
+            };
             let unfinished = Unfinished::new(folder.path());
             return Ok(Self { folder, _held: held, _unfinished: unfinished });
         }
@@ -132,24 +136,22 @@ impl ScratchFolder {
 
 /// Locks a file or folder that was just made; false when it is gone already. Where the disk knows no locks, nobody
 /// takes anything for left.
-fn hold(file: &File) -> bool {
+fn hold(file: &File, path: &Path) -> bool {
     let _ = file.lock();
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::MetadataExt as _;
-        file.metadata().map_or(true, |found| found.nlink() > 0)
-    }
-    #[cfg(not(unix))]
-    true
+    // Not by its count of links, which some file systems keep at one for folders.
+    path.symlink_metadata().is_ok()
 }
 
 /// Removes what killed programs left unfinished in a folder. Looks once per run: folders of pictures are large.
 pub fn remove_stale(folder: &Path) {
+    if lock().swept.insert(folder.to_owned()) {
+        sweep(folder);
+    }
+}
+
+fn sweep(folder: &Path) {
     #[cfg(unix)]
     {
-        if !lock().swept.insert(folder.to_owned()) {
-            return;
-        }
         let Ok(entries) = std::fs::read_dir(folder) else { return };
         for entry in entries.flatten() {
             let name = entry.file_name();
@@ -196,5 +198,33 @@ pub fn remove_unfinished() {
         } else {
             std::fs::remove_file(&path)
         };
+    }
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use std::sync::atomic::{AtomicBool, Ordering};
+
+    use super::*;
+
+    /// Another program may look through a folder at any moment between the making of a scratch folder and its lock.
+    #[test]
+    fn a_scratch_folder_survives_programs_that_look_for_left_ones() {
+        let place = tempfile::tempdir().unwrap();
+        let done = AtomicBool::new(false);
+        std::thread::scope(|scope| {
+            scope.spawn(|| {
+                while !done.load(Ordering::Relaxed) {
+                    sweep(place.path());
+                }
+            });
+            let gone = (0..3000).find(|_| {
+                let Ok(scratch) = ScratchFolder::new_in(place.path()) else { return true };
+                let file = scratch.path().join("a");
+                std::fs::write(&file, "x").is_err() || std::fs::read(&file).is_err()
+            });
+            done.store(true, Ordering::Relaxed);
+            assert_eq!(gone, None);
+        });
     }
 }
