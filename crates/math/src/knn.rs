@@ -10,17 +10,13 @@ use rayon::prelude::*;
 /// Coincident points count as neighbors at distance 0. With a single point the result is 0.
 /// Points with a non-finite coordinate are left out of the search and get NaN.
 pub fn rms_neighbor_distance(points: &[[f32; 3]], k: usize) -> Vec<f32> {
-    let mut out = vec![f32::NAN; points.len()];
     let distances = of_neighborhoods(points, k, |_, found| {
         // The nearest one is the point itself (or a coincident twin, also at distance 0).
         let others = found.len().saturating_sub(1);
         let sum: f64 = found.iter().skip(1).map(|&(_, squared)| f64::from(squared)).sum();
         (sum / others.max(1) as f64).sqrt() as f32
     });
-    for (i, distance) in distances {
-        out[i as usize] = distance;
-    }
-    out
+    distances.into_iter().map(|distance| distance.unwrap_or(f32::NAN)).collect()
 }
 
 /// The `k` nearest other points of each point, nearest first, `[N, k]`; rows of points with fewer others, or with a
@@ -31,35 +27,44 @@ pub fn nearest_neighbors(points: &[[f32; 3]], k: usize) -> Vec<u32> {
     let rows = of_neighborhoods(points, k, |i, found| -> Vec<u32> {
         found.iter().map(|&(j, _)| j).filter(|&j| j != i).take(k).collect()
     });
-    for (i, row) in rows {
-        out[i as usize * k..][..row.len()].copy_from_slice(&row);
+    for (i, row) in rows.into_iter().enumerate() {
+        let row = row.unwrap_or_default();
+        out[i * k..][..row.len()].copy_from_slice(&row);
     }
     out
 }
 
-/// A value for every finite point, of the `k + 1` points nearest to it (itself included): nearest first, each with
-/// its squared distance.
+/// A value for every query, of the `k` finite points nearest to it (fewer where there are fewer): nearest first, each
+/// with its squared distance. None without points and for a query that is not finite.
+pub fn of_nearest<T: Send>(
+    queries: &[[f32; 3]],
+    points: &[[f32; 3]],
+    k: NonZero<usize>,
+    value: impl Fn(u32, &[(u32, f32)]) -> T + Sync,
+) -> Vec<Option<T>> {
+    let is_finite = |p: &[f32; 3]| p.iter().all(|v| v.is_finite());
+    let finite: Vec<u32> =
+        (0..points.len() as u32).filter(|&i| is_finite(&points[i as usize])).collect();
+    let entries: Vec<[f32; 3]> = finite.iter().map(|&i| points[i as usize]).collect();
+    let tree = ImmutableKdTree::<f32, 3>::new_from_slice(&entries).ok();
+    let of_one = |(i, query): (usize, &[f32; 3])| {
+        let tree = tree.as_ref().filter(|_| !entries.is_empty() && is_finite(query))?;
+        let found = tree.query(query).nearest_n::<SquaredEuclidean<f32>>(k).execute();
+        let found: Vec<(u32, f32)> =
+            found.iter().map(|n| (finite[n.item as usize], n.distance)).collect();
+        Some(value(i as u32, &found))
+    };
+    queries.par_iter().enumerate().map(of_one).collect()
+}
+
+/// As [`of_nearest`], of the points themselves, each of which is the nearest to itself: `k + 1` are found.
 fn of_neighborhoods<T: Send>(
     points: &[[f32; 3]],
     k: usize,
     value: impl Fn(u32, &[(u32, f32)]) -> T + Sync,
-) -> Vec<(u32, T)> {
-    let finite: Vec<u32> = (0..points.len() as u32)
-        .filter(|&i| points[i as usize].iter().all(|v| v.is_finite()))
-        .collect();
-    let entries: Vec<[f32; 3]> = finite.iter().map(|&i| points[i as usize]).collect();
+) -> Vec<Option<T>> {
     let wanted = NonZero::new(k + 1).unwrap_or(NonZero::<usize>::MIN);
-    let Ok(tree) = ImmutableKdTree::<f32, 3>::new_from_slice(&entries) else {
-        // Only an empty set has no tree.
-        return Vec::new();
-    };
-    let of_one = |(&i, point): (&u32, &[f32; 3])| {
-        let found = tree.query(point).nearest_n::<SquaredEuclidean<f32>>(wanted).execute();
-        let found: Vec<(u32, f32)> =
-            found.iter().map(|n| (finite[n.item as usize], n.distance)).collect();
-        (i, value(i, &found))
-    };
-    finite.par_iter().zip(&entries).map(of_one).collect()
+    of_nearest(points, points, wanted, value)
 }
 
 #[cfg(test)]
@@ -72,6 +77,19 @@ mod tests {
         assert_eq!(nearest_neighbors(&points, 2), [3, 1, 0, 3, 2, 2, 0, 1, 1, 0]);
         assert_eq!(nearest_neighbors(&[[1.0; 3]], 2), [0, 0]);
         assert!(nearest_neighbors(&[], 3).is_empty());
+    }
+
+    #[test]
+    fn queries_find_their_points_and_broken_ones_none() {
+        let points = [[0.0; 3], [f32::NAN; 3], [4.0, 0.0, 0.0], [1.0, 0.0, 0.0]];
+        let queries = [[3.0, 0.0, 0.0], [f32::INFINITY; 3], [0.4, 0.0, 0.0]];
+        let two = |queries: &[[f32; 3]], points: &[[f32; 3]]| {
+            let of = |_, found: &[(u32, f32)]| found.iter().map(|f| f.0).collect::<Vec<_>>();
+            of_nearest(queries, points, NonZero::new(2).unwrap(), of)
+        };
+        assert_eq!(two(&queries, &points), [Some(vec![2, 3]), None, Some(vec![0, 3])]);
+        assert_eq!(two(&queries[..1], &points[..2]), [Some(vec![0])]);
+        assert_eq!(two(&queries[..1], &[]), [None]);
     }
 
     #[test]

@@ -14,6 +14,7 @@ mod compose;
 mod coverage;
 mod deferred;
 mod denoise;
+mod disputed;
 pub mod files;
 mod first_triangles;
 mod g_buffer;

@@ -12,6 +12,7 @@ use motes_shading::tracing::{
 };
 use thiserror::Error;
 
+use crate::disputed::without_disputed;
 use crate::log_layer;
 use crate::residual::SceneResidual;
 
@@ -60,6 +61,8 @@ pub struct RelightScene {
     pub(crate) residual: Option<SceneResidual>,
     pub(crate) surface: Surface,
     pub(crate) tracer: MeshTracer,
+    /// The surface without what the photos speak against, where they do.
+    pub(crate) undisputed: Option<MeshTracer>,
     /// Lamps of the surface, as they shine in the photos.
     pub(crate) lamps: Option<Emitters>,
     /// Degree 0; colors are base color, sRGB-encoded, as they are blended.
@@ -97,7 +100,13 @@ impl RelightScene {
         let tracer = MeshTracer::new(&mesh, BuildQuality::Fast)?;
         let median_edge = mesh.median_edge();
         let ray_bias = mesh.roughness();
-        let tracer = tracer.one_sided_within(TriangleMesh::LAYERS * ray_bias);
+        let layers = TriangleMesh::LAYERS * ray_bias;
+        let tracer = tracer.one_sided_within(layers);
+        let confidence = confidence_of(&gaussians);
+        let undisputed = confidence.as_deref().and_then(|confidence| {
+            without_disputed(&mesh, &gaussians, confidence, &materials.observations, &surface)
+        });
+        let undisputed = undisputed.map(|tracer| tracer.one_sided_within(layers));
         let base_color_splats =
             gaussians.colored(|i| materials.base_color_linear[i].map(srgb::encode));
         let property_splats = gaussians.colored(|i| {
@@ -107,7 +116,6 @@ impl RelightScene {
         let emission: Vec<Vec3> = surface.emission_linear.iter().map(|&e| e.into()).collect();
         let lamps = Emitters::new(&mesh, &emission);
         let residual = SceneResidual::of(&gaussians).map_err(SceneError::Residual)?;
-        let confidence = confidence_of(&gaussians);
         let local_log_factor: Option<Vec<Vec3>> =
             local_light_of(&gaussians).map(|all| all.into_iter().map(Vec3::from).collect());
         let local_splats = local_log_factor.as_ref().map(|l| log_layer::drawn(l, &gaussians));
@@ -126,6 +134,7 @@ impl RelightScene {
             residual,
             surface,
             tracer,
+            undisputed,
             lamps,
             base_color_splats,
             property_splats,

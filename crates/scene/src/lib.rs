@@ -26,7 +26,7 @@ mod unit_world;
 
 pub use camera::{Camera, CameraModel, Pinhole};
 pub use capture::{Capture, SparsePoints, Split, SplitChoice, View, stem_of, view_among};
-pub use confidence::{CONFIDENCE_COLUMN, attach_confidence, confidence_of};
+pub use confidence::{CONFIDENCE_COLUMN, attach_confidence, confidence_of, photos_share};
 pub use environment::{Convention, ScaleAnchor};
 pub use exposure_response::{ExposureResponse, MAX_EXPOSURE_STOPS};
 pub use gaussians::{ColumnValues, ExtraColumn, Gaussians};

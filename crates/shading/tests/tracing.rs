@@ -172,6 +172,23 @@ fn a_point_on_a_convex_mesh_does_not_shadow_itself() {
 }
 
 #[test]
+fn triangles_left_out_let_rays_pass_and_the_others_keep_their_numbers() {
+    let mut mesh = floor(1.0, 0.0);
+    let lower = floor(1.0, -1.0);
+    let n = mesh.vertices.len() as u32;
+    mesh.vertices.extend(lower.vertices);
+    mesh.triangles.extend(lower.triangles.iter().map(|t| t.map(|v| v + n)));
+    let upper = lower.triangles.len() as u32;
+    let tracer = MeshTracer::of_some(&mesh, BuildQuality::Balanced, |t| t >= upper).unwrap();
+    let whole = MeshTracer::new(&mesh, BuildQuality::Balanced).unwrap();
+    let down = Ray::new(Vec3::new(0.3, -0.4, 1.0), -Vec3::Z);
+    let (met, first) = (tracer.closest_hit(&down).unwrap(), whole.closest_hit(&down).unwrap());
+    assert!(first.primitive < upper && (first.distance - 1.0).abs() < 1e-5);
+    assert!(met.primitive >= upper && (met.distance - 2.0).abs() < 1e-5);
+    assert_eq!(tracer.geometric_normal(0), Vec3::Z);
+}
+
+#[test]
 fn strange_meshes_and_rays_are_survived() {
     let empty = MeshTracer::new(&TriangleMesh::default(), BuildQuality::Balanced).unwrap();
     assert!(
@@ -186,7 +203,10 @@ fn strange_meshes_and_rays_are_survived() {
     mesh.triangles.extend([[0, 1, 4], [0, 5, 1], [2, 2, 3], [0, 0, 0]]);
     let tracer = MeshTracer::new(&mesh, BuildQuality::Balanced).unwrap();
     assert_eq!(tracer.skipped(), 4);
+    let few = MeshTracer::of_some(&mesh, BuildQuality::Balanced, |t| t > 3).unwrap();
+    assert_eq!(few.skipped(), 2);
     let down = Ray::new(Vec3::new(0.3, -0.4, 1.0), -Vec3::Z);
+    assert!(few.closest_hit(&down).is_none());
     let hit = tracer.closest_hit(&down).unwrap();
     assert!((hit.distance - 1.0).abs() < 1e-5 && hit.geometric_normal == Vec3::Z);
     for ray in [

@@ -22,6 +22,15 @@ impl Graph {
         &self.neighbors[i * NEIGHBORS..(i + 1) * NEIGHBORS]
     }
 
+    /// The least value of each Gaussian and its neighbors.
+    pub(super) fn eroded(&self, values: &[f32]) -> Vec<f32> {
+        let least = |i: usize| {
+            let around = self.around(i).iter().map(|&j| values[j as usize]);
+            around.fold(values[i], f32::min)
+        };
+        (0..values.len()).map(least).collect()
+    }
+
     /// `rounds` Jacobi steps toward the minimum of
     /// `Σ a_i |x_i - v_i|² + Σ_j w_ij |x_i - x_j|²`, from `x = v`, with anchors `a` of the values.
     pub(super) fn smoothed(
@@ -56,6 +65,17 @@ impl Graph {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_least_value_reaches_its_neighbors_and_no_further() {
+        let means: Vec<[f32; 3]> = (0..30u8).map(|i| [f32::from(i), 0.0, 0.0]).collect();
+        let mut values = vec![1.0; 30];
+        values[15] = 0.25;
+        let eroded = Graph::new(&means).eroded(&values);
+        let low = |i: &usize| eroded[*i] == 0.25;
+        assert_eq!((0..30).filter(low).collect::<Vec<_>>(), (11..=19).collect::<Vec<_>>());
+        assert!((0..30).filter(|i| !low(i)).all(|i| eroded[i] == 1.0));
+    }
 
     #[test]
     fn uncertain_values_follow_their_neighbors_and_sure_ones_stay() {

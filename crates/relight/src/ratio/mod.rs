@@ -2,11 +2,12 @@
 //!
 //! ```text
 //! E_i(L)    radiance of a white matte Gaussian i under L, with shadows; normals smoothed where they are not sure
+//! v_i       = 1 / (1 + (log (E_i(L') / E'_i(L')) / 0.35)⁴)          E': without the shadows of what the photos speak against
 //! g_i       = log (E_i(L') + ε' Ē') - log (E_i(L) + ε Ē)           Ē: mean over the Gaussians, ε: light from all around
-//! x         = argmin Σ a_i |x_i - g_i|² + Σ w_ij |x_i - x_j|²       a grows with the confidence c_i
-//! r_i       = m + R_i tanh((x_i - m) / R_i) - (1 - a⁸) l_i           m: median; R_i: the range that c_i allows; l: local light
+//! x         = argmin Σ a_i |x_i - g_i|² + Σ w_ij |x_i - x_j|²       a grows with the confidence c_i v_i
+//! r_i       = m + R_i tanh((x_i - m) / R_i) - (1 - a⁸) l_i           m: median; R_i: the range that c_i v_i allows; l: local light
 //! shown     = w model + (1 - w) captured exp(r)
-//! w_i       = (1 - a⁸) / (1 + (k / (1 - k) (1 - c_i) / c_i (1 + metallic))⁴)    k: caution; a: likeness of the two lights
+//! w_i       = (1 - a⁸) v_i / (1 + (k / (1 - k) (1 - c_i) / c_i (1 + metallic))⁴)    k: caution; a: likeness of the two lights
 //! ```
 //!
 //! The ratio of two lights is smooth where texture, wrong normals and wrong materials are not, and it is 1 under the scene's
@@ -28,7 +29,7 @@ use crate::log_layer;
 use crate::scene::RelightScene;
 use crate::surface_point::surface_point;
 use graph::Graph;
-use received::received;
+use received::{Received, mean};
 
 /// Light from all around, as a share of the mean: bounces, and what a surface that is not where it should be hides.
 const AMBIENT: f32 = 0.15;
@@ -75,11 +76,12 @@ impl Ratio {
         if is_black(&own) || is_black(light) || scene.gaussians.is_empty() {
             return None;
         }
-        let trust = Trust::of(scene, confidence);
         let graph = Graph::new(&scene.gaussians.means);
+        let trust = Trust::of(scene, confidence.to_vec());
         let places = places(scene, &graph, &trust);
-        let lit = |light: &Lights<'_>| received(scene, light, &places, samples, seed);
-        let raw: Vec<Vec3> = log_ratios(&lit(light), &lit(&own));
+        let received = Received::new(scene, [light, &own], &places, AMBIENT, samples, seed);
+        let raw: Vec<Vec3> = log_ratios(&received.new, &received.own);
+        let trust = trust.where_agreed(&received.agreed);
         let alike = |i: usize, j: usize| {
             let cosine = places[i].1.dot(places[j].1).max(0.0);
             cosine * cosine * trust.area[j]
@@ -90,7 +92,7 @@ impl Ratio {
             |c: usize| median(smooth.iter().map(|v| f64::from(v[c]))).unwrap_or(0.0) as f32;
         let common = Vec3::from_array([0, 1, 2].map(middle));
         let different = 1.0 - likeness_share(likeness);
-        let limited = smooth.iter().zip(trust.confidence).enumerate().map(|(i, (v, c))| {
+        let limited = smooth.iter().zip(&trust.confidence).enumerate().map(|(i, (v, c))| {
             let range = mix(RANGE, *c);
             // Found as smooth as it is, and gone with the light that it was part of.
             let local = scene.local_log_factor.as_ref().map_or(Vec3::ZERO, |l| l[i]);
@@ -98,18 +100,10 @@ impl Ratio {
         });
         let log_ratio: Vec<Vec3> = limited.collect();
         let splats = log_layer::drawn(&log_ratio, &scene.gaussians);
-        let doubt = caution / (1.0 - caution).max(1e-6);
-        let share = |(c, metallic): (f32, &f32)| {
-            // Nothing is so sure that all caution would leave it.
-            let odds = (1.0 - c).max(1e-3) / c.max(1e-3);
-            let against = doubt * odds * (1.0 + METAL * metallic.clamp(0.0, 1.0));
-            different / (1.0 + against.powi(SHARPNESS))
-        };
-        // Single Gaussians are judged by few pixels.
-        let sure: Vec<Vec3> = trust.confidence.iter().map(|c| Vec3::splat(*c)).collect();
-        let sure = graph.smoothed(&sure, &|_| 1.0, &|_, j| trust.area[j], ROUNDS / 8);
-        let model_share =
-            sure.iter().map(|c| c.x).zip(&scene.materials.metallic).map(share).collect();
+        let model_share = model_share(scene, &graph, &trust.area, &received.agreed, caution)
+            .into_iter()
+            .map(|share| share * different)
+            .collect();
         Some(Self { common, log_ratio, splats, model_share })
     }
 
@@ -143,23 +137,56 @@ fn mix([low, high]: [f32; 2], t: f32) -> f32 {
 }
 
 /// What is known of every Gaussian.
-struct Trust<'a> {
+struct Trust {
     /// Of its material and its place, 0 to 1.
-    confidence: &'a [f32],
+    confidence: Vec<f32>,
     /// How much its neighbors listen to it: its opacity.
     area: Vec<f32>,
 }
 
-impl<'a> Trust<'a> {
-    fn of(scene: &RelightScene, confidence: &'a [f32]) -> Self {
+impl Trust {
+    fn of(scene: &RelightScene, confidence: Vec<f32>) -> Self {
         let logits = &scene.gaussians.opacity_logits;
         Self { confidence, area: logits.iter().map(|&logit| sigmoid(logit)).collect() }
     }
+
+    /// A value is known as far as no disputed shadow is part of it.
+    fn where_agreed(mut self, agreed: &[f32]) -> Self {
+        for (confidence, agreed) in self.confidence.iter_mut().zip(agreed) {
+            *confidence *= agreed;
+        }
+        self
+    }
+}
+
+/// Share of the model in what is shown under a light that is nothing like the scene's own, of every Gaussian.
+fn model_share(
+    scene: &RelightScene,
+    graph: &Graph,
+    area: &[f32],
+    agreed: &[f32],
+    caution: f32,
+) -> Vec<f32> {
+    let doubt = caution / (1.0 - caution).max(1e-6);
+    let share = |c: f32, metallic: f32| {
+        // Nothing is so sure that all caution would leave it.
+        let odds = (1.0 - c).max(1e-3) / c.max(1e-3);
+        let against = doubt * odds * (1.0 + METAL * metallic.clamp(0.0, 1.0));
+        1.0 / (1.0 + against.powi(SHARPNESS))
+    };
+    // Beside a disputed shadow its rim shows.
+    let agreed = graph.eroded(agreed);
+    let known = |(i, c): (usize, &f32)| Vec3::new(*c, agreed.get(i).copied().unwrap_or(1.0), 0.0);
+    let confidence = scene.confidence.iter().flatten();
+    let known: Vec<Vec3> = confidence.enumerate().map(known).collect();
+    // Single Gaussians are judged by few pixels.
+    let known = graph.smoothed(&known, &|_| 1.0, &|_, j| area[j], ROUNDS / 8);
+    known.iter().zip(&scene.materials.metallic).map(|(k, m)| share(k.x, *m) * k.y).collect()
 }
 
 /// Where light falls on every Gaussian: normals follow their neighbors where they are not sure, and rays start off
 /// the Gaussian by its own thickness there, since nobody knows how deep in it the surface is.
-fn places(scene: &RelightScene, graph: &Graph, trust: &Trust<'_>) -> Vec<(Vec3, Vec3)> {
+fn places(scene: &RelightScene, graph: &Graph, trust: &Trust) -> Vec<(Vec3, Vec3)> {
     let first: Vec<(Vec3, Vec3)> = (0..scene.gaussians.len())
         .into_par_iter()
         .with_min_len(1024)
@@ -188,10 +215,7 @@ fn thickness(gaussians: &Gaussians, i: usize, along: Vec3) -> f32 {
 
 /// Log of new over own light, with light from all around on both sides.
 fn log_ratios(new: &[Vec3], own: &[Vec3]) -> Vec<Vec3> {
-    let floor = |lit: &[Vec3]| {
-        let sum: Vec3 = lit.iter().filter(|v| v.is_finite()).sum();
-        (sum / lit.len().max(1) as f32 * AMBIENT).max(Vec3::splat(1e-6))
-    };
+    let floor = |lit: &[Vec3]| (mean(lit) * AMBIENT).max(Vec3::splat(1e-6));
     let (floor_new, floor_own) = (floor(new), floor(own));
     let of = |(new, own): (&Vec3, &Vec3)| {
         let ratio = (*new + floor_new) / (*own + floor_own);

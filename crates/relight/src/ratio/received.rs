@@ -1,7 +1,9 @@
-//! Light that a white matte Gaussian would receive.
+//! Light that white matte Gaussians would receive, with and without the shadows of what photos speak against.
 
 use glam::Vec3;
+use motes_math::luminance::luminance;
 use motes_shading::integrate::{IntegrationOptions, Shader, SurfacePoint};
+use motes_shading::tracing::MeshTracer;
 
 use crate::lamps::Lights;
 use crate::scene::RelightScene;
@@ -9,25 +11,84 @@ use crate::surface_point::white_matte;
 
 /// Keeps the random numbers apart from those of pixels, vertices and baked colors.
 const FIRST_ITEM: u64 = 1 << 52;
+/// Natural logarithm of the light with over without a disputed shadow at which a value counts half.
+const DISPUTED_LOG_RATIO: f32 = 0.35;
 
-/// Radiance of a white Lambert surface at `position` with `normal`, for every Gaussian; direct light with shadows.
-pub(super) fn received(
-    scene: &RelightScene,
-    light: &Lights<'_>,
-    places: &[(Vec3, Vec3)],
-    samples: u32,
-    seed: u64,
-) -> Vec<Vec3> {
-    let points: Vec<SurfacePoint> =
-        places.iter().map(|&(position, normal)| white_matte(position, normal)).collect();
-    let options = IntegrationOptions {
-        light_samples: samples,
-        brdf_samples: samples / 2,
-        ray_bias: scene.ray_bias,
-        seed,
-        ..IntegrationOptions::default()
-    };
-    let shader =
-        Shader::new(light.environment, &scene.tracer, None, options).with_emitters(light.lamps);
-    shader.shade(&points, FIRST_ITEM).iter().map(|s| s.total()).collect()
+/// Of every Gaussian.
+pub(super) struct Received {
+    /// Under the new light: radiance of white Lambert matter, direct light with shadows.
+    pub(super) new: Vec<Vec3>,
+    /// Under the scene's own.
+    pub(super) own: Vec<Vec3>,
+    /// How far the new light is the same with and without disputed shadows, 0 to 1; empty without any.
+    pub(super) agreed: Vec<f32>,
+}
+
+impl Received {
+    /// At `places`, each with its normal. A disputed shadow has half its strength.
+    pub(super) fn new(
+        scene: &RelightScene,
+        [new, own]: [&Lights<'_>; 2],
+        places: &[(Vec3, Vec3)],
+        ambient: f32,
+        samples: u32,
+        seed: u64,
+    ) -> Self {
+        let points: Vec<SurfacePoint> =
+            places.iter().map(|&(position, normal)| white_matte(position, normal)).collect();
+        let options = IntegrationOptions {
+            light_samples: samples,
+            brdf_samples: samples / 2,
+            ray_bias: scene.ray_bias,
+            seed,
+            ..IntegrationOptions::default()
+        };
+        let lit = |tracer: &MeshTracer, light: &Lights<'_>| -> Vec<Vec3> {
+            let shader =
+                Shader::new(light.environment, tracer, None, options).with_emitters(light.lamps);
+            shader.shade(&points, FIRST_ITEM).iter().map(|s| s.total()).collect()
+        };
+        let [mut new_lit, mut own_lit] = [new, own].map(|light| lit(&scene.tracer, light));
+        let mut agreed = Vec::new();
+        if let Some(rest) = &scene.undisputed {
+            let without = [new, own].map(|light| lit(rest, light));
+            let floor = luminance(mean(&new_lit)) * ambient;
+            agreed = new_lit.iter().zip(&without[0]).map(|(a, b)| alike(*a, *b, floor)).collect();
+            for (with, without) in [&mut new_lit, &mut own_lit].into_iter().zip(&without) {
+                for (with, without) in with.iter_mut().zip(without) {
+                    *with = 0.5 * (*with + *without);
+                }
+            }
+        }
+        Self { new: new_lit, own: own_lit, agreed }
+    }
+}
+
+/// Mean of what is finite.
+pub(super) fn mean(lit: &[Vec3]) -> Vec3 {
+    let sum: Vec3 = lit.iter().filter(|v| v.is_finite()).sum();
+    sum / lit.len().max(1) as f32
+}
+
+/// 1 where two lights are the same, 1/2 where they differ by [`DISPUTED_LOG_RATIO`] over a floor; 1 where that is not a number.
+fn alike(a: Vec3, b: Vec3, floor: f32) -> f32 {
+    let floor = floor.max(1e-6);
+    let off = ((luminance(a) + floor) / (luminance(b) + floor)).ln() / DISPUTED_LOG_RATIO;
+    if off.is_finite() { 1.0 / (1.0 + off.powi(4)) } else { 1.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lights_agree_as_far_as_they_are_the_same_over_the_floor() {
+        let half = DISPUTED_LOG_RATIO.exp();
+        assert_eq!(alike(Vec3::ONE, Vec3::ONE, 0.1), 1.0);
+        assert!((alike(Vec3::splat(half), Vec3::ONE, 0.0) - 0.5).abs() < 1e-3);
+        assert!(
+            alike(Vec3::ZERO, Vec3::ONE, 0.1) < 0.01 && alike(Vec3::ZERO, Vec3::ONE, 9.0) > 0.9
+        );
+        assert_eq!(alike(Vec3::NAN, Vec3::ONE, 0.1), 1.0);
+    }
 }

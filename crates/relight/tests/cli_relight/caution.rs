@@ -3,11 +3,11 @@
 use glam::Vec3;
 use motes_formats::images::read_image;
 use motes_formats::ply::{read_gaussians, read_surface, write_surface};
-use motes_scene::{ImageU8, attach_confidence};
+use motes_scene::{ImageU8, Materials, attach_confidence};
 use motes_testkit::toy_scene::{ToyScene, toy_scene};
 use motes_testkit::write_broken_gaussians;
 
-use super::{VIEW, assert_code, picture, pixel_of, run_program};
+use super::{VIEW, assert_code, at, picture, pixel_of, run_program};
 
 const SUN: [&str; 4] = ["--sun", "azimuth=20,elevation=50", "--env-exposure", "ground"];
 
@@ -100,6 +100,40 @@ fn without_caution_a_scene_is_shown_and_metered_as_if_it_had_no_confidence() {
     // The meter reads what is shown.
     let shown = picture(&toy, "shown", &[sun, &["--caution", "1"]].concat());
     assert!(difference(&before, &shown) > 1.0, "{}", difference(&before, &shown));
+}
+
+/// The confidence of all that stands above the floor, and how many photos saw it.
+fn judge_box(toy: &ToyScene, confidence: f32, photos: u16) {
+    let path = toy.path("scene/gaussians.ply");
+    let mut gaussians = read_gaussians(&path).unwrap();
+    let mut materials = Materials::of(&gaussians).unwrap();
+    let stands = |mean: &[f32; 3]| mean[2] > 0.01;
+    let values = gaussians.means.iter().map(|m| if stands(m) { confidence } else { 1.0 }).collect();
+    for (count, mean) in materials.observations.iter_mut().zip(&gaussians.means) {
+        *count = if stands(mean) { photos } else { 9 };
+    }
+    materials.attach(&mut gaussians);
+    attach_confidence(values, &mut gaussians);
+    write_broken_gaussians(&path, &gaussians);
+}
+
+#[test]
+fn a_shadow_that_photos_speak_against_fades_and_one_that_none_saw_the_cause_of_stays() {
+    let toy = toy_scene();
+    // Behind the box, whose shadow falls towards the camera.
+    let sun = ["--sun", "azimuth=200,elevation=50", "--env-exposure", "ground"];
+    let relit = |folder: &str| picture(&toy, folder, &sun);
+    judge_box(&toy, 1.0, 9);
+    let sure = relit("sure");
+    judge_box(&toy, 0.0, 9);
+    let denied = relit("denied");
+    judge_box(&toy, 0.0, 0);
+    let unseen = relit("unseen");
+    let place = [0.6, 0.1, 0.0];
+    let lit = at(&toy, &sure, [-1.4, 0.9, 0.0])[1];
+    let [sure, denied, unseen] = [sure, denied, unseen].map(|p| at(&toy, &p, place)[1]);
+    assert!(sure < 0.1 * lit && unseen < 0.1 * lit, "{sure} {unseen} {lit}");
+    assert!(denied > 0.3 * lit && denied < lit, "{denied} {lit}");
 }
 
 #[test]

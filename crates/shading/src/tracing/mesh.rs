@@ -115,8 +115,23 @@ impl MeshTracer {
     /// # Errors
     /// When a triangle refers to a vertex that does not exist.
     pub fn new(mesh: &TriangleMesh, quality: BuildQuality) -> Result<Self, MeshError> {
+        Self::of_some(mesh, quality, |_| true)
+    }
+
+    /// Of the triangles that `meets` is true for, under the numbers that they have in the mesh.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn of_some(
+        mesh: &TriangleMesh,
+        quality: BuildQuality,
+        meets: impl Fn(u32) -> bool,
+    ) -> Result<Self, MeshError> {
         let corners = gather(mesh)?;
-        let usable: Vec<u32> = (0..corners.len() as u32)
+        let wanted: Vec<u32> = (0..corners.len() as u32).filter(|&i| meets(i)).collect();
+        let usable: Vec<u32> = wanted
+            .iter()
+            .copied()
             .filter(|&i| {
                 let [a, b, c] = corners[i as usize];
                 let finite = a.is_finite() && b.is_finite() && c.is_finite();
@@ -147,7 +162,7 @@ impl MeshTracer {
             (*b - *a).as_dvec3().cross((*c - *a).as_dvec3()).normalize_or_zero().as_vec3()
         };
         let normals = corners.iter().map(normal).collect();
-        let skipped = corners.len() - usable.len();
+        let skipped = wanted.len() - usable.len();
         Ok(Self { tree, normals, center, scale, skipped, one_sided_within: 0.0 })
     }
 

@@ -29,7 +29,7 @@ use crate::observation::{PixelHit, SeenView};
 use crate::report::{Term, numbers};
 use crate::state::State;
 use glam::Vec3;
-use motes_scene::Surface;
+use motes_scene::{Surface, photos_share};
 
 use super::Picture;
 use super::detail::{self, Detail};
@@ -51,8 +51,6 @@ const DENIED_RAD: f32 = 0.15;
 pub(super) const BLACK: f32 = 0.02;
 /// Half the side of the window that misfits are averaged over, pixels.
 const WINDOW: usize = 3;
-/// Photos to know a shape by.
-const PHOTOS: f32 = 1.5;
 /// A Gaussian this share of the depth behind what a pixel shows is hidden.
 const HIDDEN: f32 = 0.03;
 /// Triangles that coverage is measured on, about.
@@ -79,9 +77,8 @@ impl Said {
         if self.photos == 0 {
             return 0.0;
         }
-        let n = self.photos as f32;
         let detail = agreement(self.detail.denied_rad(), DENIED_RAD);
-        self.trust / n * (1.0 - (-n / PHOTOS).exp()) * detail
+        self.trust / self.photos as f32 * photos_share(self.photos) * detail
     }
 }
 
