@@ -39,8 +39,8 @@ pub(super) struct Filled {
     pub(super) first: usize,
     /// Their colors without light.
     pub(super) unlit: Vec<Vec3>,
-    /// What the texture multiplies them by.
-    pub(super) texture: Vec<Vec3>,
+    /// Whether those were copied from other ground.
+    pub(super) by_example: Vec<bool>,
     /// Numbers of their holes.
     pub(super) hole: Vec<usize>,
 }
@@ -128,7 +128,7 @@ pub(super) fn fill_planes(
         let filling = fill_with_plane(hole, &state.gaussians, rows, looks, texture.as_ref());
         report.filled += filling.gaussians.len();
         filled.unlit.extend_from_slice(&filling.unlit);
-        filled.texture.extend_from_slice(&filling.texture);
+        filled.by_example.extend_from_slice(&filling.by_example);
         filled.hole.resize(filled.unlit.len(), number);
         append_filling(state, filling);
     }

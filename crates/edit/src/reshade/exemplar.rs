@@ -7,7 +7,8 @@
 //! ```text
 //! P(p) = (C(p) + D(p)) / 2      C: mean confidence of what is known of the patch around p
 //!                               D: |isophote · normal of the front|, over the largest gradient there is
-//! q    = argmin Σ_known |a(p + d) - a(q + d)|²       over all q whose patch is known and may serve as an example
+//! q    = argmin w(q) Σ_known |a(p + d) - a(q + d)|²  over all q whose patch is known and may serve as an example
+//! w(q) = min(1 + (steps from q to the hole / side of a patch)², 4)
 //! ```
 
 use rayon::prelude::*;
@@ -16,6 +17,9 @@ use rayon::prelude::*;
 const LEAST_EXAMPLES: usize = 64;
 /// No more examples are compared; they lie on a coarser raster then.
 const MOST_EXAMPLES: usize = 40_000;
+
+/// An example far from the hole has to fit this many times better than one beside it.
+const FARTHEST: f32 = 4.0;
 
 /// A raster with a hole.
 #[derive(Debug)]
@@ -36,7 +40,7 @@ pub(super) struct Raster<'a> {
 
 /// The values with the hole filled; `None` where too few patches can serve as examples.
 pub(super) fn filled(raster: &Raster<'_>) -> Option<Vec<[f32; 3]>> {
-    let examples = middles_of_examples(raster);
+    let examples = priced(raster, &middles_of_examples(raster));
     if examples.len() < LEAST_EXAMPLES {
         return None;
     }
@@ -46,6 +50,40 @@ pub(super) fn filled(raster: &Raster<'_>) -> Option<Vec<[f32; 3]>> {
         work.copy(best, next);
     }
     Some(work.values)
+}
+
+/// Examples with what a mismatch of theirs is multiplied by: the farther from the hole, the better they have to fit. So the
+/// ground that borders the hole goes on, and other ground comes in where it fits far better.
+fn priced(raster: &Raster<'_>, middles: &[usize]) -> Vec<(usize, f32)> {
+    let side = (2 * raster.radius + 1) as f32;
+    let steps = steps_from(raster.size, raster.hole);
+    middles.iter().map(|&c| (c, (1.0 + (steps[c] as f32 / side).powi(2)).min(FARTHEST))).collect()
+}
+
+/// Steps from each cell to the nearest marked one, diagonals counting as one.
+fn steps_from([width, height]: [usize; 2], marked: &[bool]) -> Vec<u32> {
+    let mut steps: Vec<u32> = marked.iter().map(|m| if *m { 0 } else { u32::MAX }).collect();
+    let mut last: Vec<usize> = (0..marked.len()).filter(|c| marked[*c]).collect();
+    for step in 1.. {
+        let mut next = Vec::new();
+        for c in last {
+            let (x, y) = (c % width, c / width);
+            for j in y.saturating_sub(1)..(y + 2).min(height) {
+                for i in x.saturating_sub(1)..(x + 2).min(width) {
+                    let slot = &mut steps[j * width + i];
+                    if *slot == u32::MAX {
+                        *slot = step;
+                        next.push(j * width + i);
+                    }
+                }
+            }
+        }
+        if next.is_empty() {
+            break;
+        }
+        last = next;
+    }
+    steps
 }
 
 /// Middles of the patches that may be copied whole.
@@ -182,19 +220,19 @@ impl Work {
         Some([0.5 * (at(right)? - at(left)?), 0.5 * (at(down)? - at(up)?)])
     }
 
-    /// The example whose patch is most like what is known around a cell; of equal ones the first.
-    fn best_example(&self, cell: usize, examples: &[usize]) -> usize {
+    /// The example whose patch is most like what is known around a cell, by its price; of equal ones the first.
+    fn best_example(&self, cell: usize, examples: &[(usize, f32)]) -> usize {
         let width = self.size[0] as isize;
         let wanted: Vec<(isize, [f32; 3])> = self
             .patch(cell)
             .filter(|(c, _)| self.known[*c])
             .map(|(c, [dx, dy])| (dy * width + dx, self.values[c]))
             .collect();
-        let mismatch = |example: usize, least: f32| {
+        let mismatch = |(example, price): (usize, f32), least: f32| {
             let mut sum = 0.0f32;
             for &(shift, value) in &wanted {
                 let there = self.values[(example as isize + shift) as usize];
-                sum += (0..3).map(|k| (value[k] - there[k]).powi(2)).sum::<f32>();
+                sum += price * (0..3).map(|k| (value[k] - there[k]).powi(2)).sum::<f32>();
                 if sum > least {
                     break;
                 }
@@ -202,7 +240,7 @@ impl Work {
             sum
         };
         // Chunks of fixed size, so that what ends a sum early does not depend on threads.
-        let best_of = |(n, chunk): (usize, &[usize])| {
+        let best_of = |(n, chunk): (usize, &[(usize, f32)])| {
             let mut best = (f32::INFINITY, n * 1024);
             for (k, &example) in chunk.iter().enumerate() {
                 let sum = mismatch(example, best.0);
@@ -217,7 +255,7 @@ impl Work {
             .enumerate()
             .map(best_of)
             .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        best.map_or(examples[0], |(_, k)| examples[k])
+        best.map_or(examples[0].0, |(_, k)| examples[k].0)
     }
 
     /// Copies what is missing of the patch around a cell.
@@ -290,12 +328,32 @@ mod tests {
         }
     }
 
+    fn grain(x: usize, y: usize) -> f32 {
+        let hash = (x as u32).wrapping_mul(73_856_093) ^ (y as u32).wrapping_mul(19_349_663);
+        (hash.wrapping_mul(2_654_435_761) >> 16) as f32 / 65_536.0
+    }
+
+    /// Even ground of the same mean is, cell by cell, more like any grain than the grain of another place is.
+    #[test]
+    fn ground_at_the_rim_goes_on_and_not_smoother_ground_farther_off() {
+        let near = |x: usize, y: usize| (8..64).contains(&x) && (4..56).contains(&y);
+        let (_, filled, hole) = fill(|x, y| if near(x, y) { grain(x, y) } else { 0.5 });
+        let inside = || filled.iter().zip(&hole).filter(|(_, hole)| **hole).map(|(v, _)| v[0]);
+        let even = inside().filter(|v| *v == 0.5).count();
+        assert!(even * 10 < inside().count(), "{even} cells come from beyond the rim");
+    }
+
+    #[test]
+    fn steps_are_those_of_a_king() {
+        let marked: Vec<bool> = (0..20).map(|c| c == 6).collect();
+        let steps = steps_from([5, 4], &marked);
+        assert_eq!(steps[..5], [1, 1, 1, 2, 3]);
+        assert_eq!(steps[15..], [2, 2, 2, 2, 3]);
+        assert_eq!(steps_from([2, 1], &[false; 2]), [u32::MAX; 2], "nothing is marked");
+    }
+
     #[test]
     fn grain_goes_on_with_its_statistics() {
-        let grain = |x: usize, y: usize| {
-            let hash = (x as u32).wrapping_mul(73_856_093) ^ (y as u32).wrapping_mul(19_349_663);
-            (hash.wrapping_mul(2_654_435_761) >> 16) as f32 / 65_536.0
-        };
         let (truth, filled, hole) = fill(grain);
         let spread = |values: &[[f32; 3]]| {
             let inside: Vec<f32> =

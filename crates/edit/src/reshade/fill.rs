@@ -17,6 +17,9 @@ const FLATNESS: f32 = 0.1;
 /// Opacity of a new Gaussian.
 const OPACITY: f32 = 0.95;
 
+/// Texture makes base colors brighter or darker by no more than this.
+const LARGEST_RATIO: f32 = 3.3;
+
 /// What fills a hole.
 #[derive(Debug, Default)]
 pub(super) struct Filling {
@@ -25,8 +28,8 @@ pub(super) struct Filling {
     pub(super) materials: Materials,
     /// Radiance over the radiance of a white matte surface, linear.
     pub(super) unlit: Vec<Vec3>,
-    /// What the texture multiplies that by.
-    pub(super) texture: Vec<Vec3>,
+    /// Whether that was copied from other ground.
+    pub(super) by_example: Vec<bool>,
 }
 
 /// The lid of a hole with the materials around.
@@ -82,14 +85,17 @@ pub(super) fn fill_with_plane(
         g.opacity_logits.push(logit(OPACITY));
         g.sh.extend([0.0; 3]);
         m.normals.push(normal.to_array());
-        let factor = texture.map_or(Vec3::ONE, |texture| texture.factor_at(flat));
-        m.base_color_linear.push((Vec3::from(base(look)) * factor).to_array().map(unit));
+        let smooth = Vec3::new(look[0], look[1], look[2]).max(Vec3::ZERO);
+        let copied = texture.and_then(|texture| texture.unlit_at(flat));
+        let ratio = copied.map_or(Vec3::ONE, |copied| copied / smooth.max(Vec3::splat(1e-6)));
+        let ratio = ratio.clamp(Vec3::splat(LARGEST_RATIO.recip()), Vec3::splat(LARGEST_RATIO));
+        m.base_color_linear.push((Vec3::from(base(look)) * ratio).to_array().map(unit));
         m.roughness.push(unit(look[6]));
         m.metallic.push(unit(look[7]));
         m.visibility.push(1.0);
         m.observations.push(0);
-        filling.unlit.push(Vec3::new(look[0], look[1], look[2]).max(Vec3::ZERO));
-        filling.texture.push(factor);
+        filling.unlit.push(copied.unwrap_or(smooth));
+        filling.by_example.push(copied.is_some());
     }
     filling
 }

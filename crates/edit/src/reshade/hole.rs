@@ -26,6 +26,9 @@ const ROUGHEST: f32 = 0.05;
 const RIM: f32 = 0.04;
 /// What is this near to an opening is fitted together with what fills it, share of the object's size.
 const REFIT_RIM: f32 = 0.08;
+/// Cells of the ground are no wider than this share of the object's size, however coarse the mesh: the rings around a hole are
+/// counted in cells.
+const FINE: f32 = 0.01;
 /// In cells.
 const MAX_RIM: usize = 32;
 /// Gaps of up to twice as many cells between openings are open, too.
@@ -135,7 +138,7 @@ fn ground(
     seed: u64,
 ) -> Option<(Grid, f32, f32)> {
     let points: Vec<Vec3> = around.iter().map(|o| o.point).collect();
-    let over = |plane| Grid::over(plane, object, edge, margin * size);
+    let over = |plane| Grid::over(plane, object, cell_width(edge, size), margin * size);
     let tolerances = || {
         let allowed = |edges: &f32| *edges == TOLERANCE_EDGES[0] || edges * edge <= ROUGHEST * size;
         TOLERANCE_EDGES.into_iter().filter(allowed).map(|edges| edges * edge)
@@ -204,6 +207,11 @@ pub(super) fn covered(
         }
     }
     covered
+}
+
+/// Width of a cell of the ground under an object of this size, where edges of the mesh are so long.
+fn cell_width(edge: f32, size: f32) -> f32 {
+    edge.min(FINE * size)
 }
 
 fn bounds(points: &[Vec3]) -> Option<(Vec3, Vec3)> {
@@ -369,5 +377,16 @@ impl Hole {
     /// Number of open cells.
     pub(super) fn open_cells(&self) -> usize {
         self.open.iter().filter(|open| **open).count()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rings_around_a_hole_are_narrow_under_a_small_object_on_a_coarse_mesh() {
+        assert_eq!(cell_width(0.1, 1.0), 0.01);
+        assert_eq!(cell_width(0.004, 1.0), 0.004, "a fine mesh says more");
     }
 }

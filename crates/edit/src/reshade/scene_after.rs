@@ -184,20 +184,20 @@ fn scale_light(
     filled: Filled,
     report: &mut ReshadeReport,
 ) -> Rows {
-    let Filled { first, mut unlit, texture, hole } = filled;
+    let Filled { first, mut unlit, by_example, hole } = filled;
     let rows = ratio::sort(state, change.before.0, change.after.0, first);
     let holes: Vec<&Hole> = holes.iter().map(|(hole, _)| hole).collect();
     let (scaled, calibrations) = ratio::scale(state, &rows, change, &holes);
     report.scaled = scaled;
     let exponents = calibrations.iter().flatten().filter_map(|c| c.exponent);
     report.shadow_exponents = exponents.map(|e| e.to_array()).collect();
-    for ((mean, unlit), hole) in state.gaussians.means[first..].iter().zip(&mut unlit).zip(&hole) {
-        let calibration = calibrations[*hole].as_ref();
+    let smooth = unlit.iter_mut().zip(&hole).zip(&by_example);
+    for (mean, ((unlit, hole), copied)) in state.gaussians.means[first..].iter().zip(smooth) {
+        let calibration = calibrations[*hole].as_ref().filter(|_| !copied);
         if let Some(better) = calibration.and_then(|c| c.unlit_at(Vec3::from(*mean))) {
             *unlit = better;
         }
     }
-    unlit.iter_mut().zip(&texture).for_each(|(unlit, factor)| *unlit *= *factor);
     ratio::light_filling(state, first, &unlit, change);
     rows
 }

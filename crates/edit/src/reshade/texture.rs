@@ -1,19 +1,19 @@
 //! Texture of the ground around a hole, continued into it.
 //!
 //! ```text
-//! t = log c - log L - m      m: mean of log c - log L over a wide window, continued into the hole
+//! a = log c - log L
 //! ```
 //!
-//! `c` is the ground as it looks from above, `L` the light of white matte matter there. `t` goes on by example
-//! ([`super::exemplar`]), and the colors of what fills the hole are multiplied by `exp t`. So light and brightness stay
-//! those of the smooth filling, and only what varies quickly is copied.
+//! `c` is the ground as it looks from above, `L` the light of white matte matter there. `a` goes on by example
+//! ([`super::exemplar`]), and `exp a` is the unlit color of what fills the hole. Its mean is not taken out: ground is told from
+//! other ground by its color at least as well as by its grain.
 
 use glam::Vec3;
 use motes_scene::Gaussians;
 
 use super::colors::Projection;
 use super::exemplar::{Raster, filled};
-use super::grid::{Grid, boxed, pull_push};
+use super::grid::{Grid, boxed};
 use super::hole::Hole;
 use super::looks::Seen;
 use super::plane_picture::plane_picture;
@@ -22,10 +22,9 @@ use super::plane_picture::plane_picture;
 const CELLS: f32 = 112.0;
 /// A cell of the ground is divided into so many along a side at most.
 const FINEST: usize = 3;
-/// Texture varies within this share of the object's size to each side; slower changes are light and color.
-const WIDE: f32 = 0.2;
-/// Half a side of a patch, share of the object's size, and in cells.
-const PATCH: f32 = 0.12;
+/// Half a side of a patch, share of the object's size, and in cells: a strip of ground as narrow as a tenth beside the hole holds
+/// whole patches.
+const PATCH: f32 = 0.05;
 const PATCH_CELLS: [usize; 2] = [3, 14];
 /// Light varies by less where the ground may serve as an example, log units: no edge of a shadow is copied.
 const EVEN_LIGHT: f32 = 0.05;
@@ -35,16 +34,14 @@ const LIGHT_WINDOW: usize = 2;
 const LEAST_DEVIATION: f64 = 0.025;
 /// Radiance below says nothing but dark, as in `calibrate`.
 const LEAST_RADIANCE: f32 = 2e-3;
-/// Texture beyond is an error of the light or a highlight, log units.
-const LARGEST: f32 = 1.2;
 /// Cells of examples that a hole needs.
 const LEAST_EXAMPLES: usize = 400;
 
-/// What the colors of a smooth filling are multiplied by, per cell of a raster of its own.
+/// Unlit colors of ground and hole, per cell of a raster of its own.
 #[derive(Debug)]
 pub(super) struct Texture {
     grid: Grid,
-    log_factor: Vec<[f32; 3]>,
+    log_unlit: Vec<[f32; 3]>,
 }
 
 impl Texture {
@@ -70,14 +67,7 @@ impl Texture {
         };
         let ratios: Vec<Option<[f32; 3]>> = cells.clone().map(log_ratio).collect();
         let known: Vec<bool> = ratios.iter().map(Option::is_some).collect();
-        let wide = (WIDE * hole.object_size / grid.pitch).round() as usize;
-        let means = wide_means(&grid, &ratios, wide);
-        let values: Vec<[f32; 3]> = (0..grid.cells())
-            .map(|c| match ratios[c] {
-                Some(v) => std::array::from_fn(|k| (v[k] - means[c][k]).clamp(-LARGEST, LARGEST)),
-                None => [0.0; 3],
-            })
-            .collect();
+        let values: Vec<[f32; 3]> = ratios.into_iter().map(Option::unwrap_or_default).collect();
         let examples: Vec<bool> =
             cells.clone().map(|c| known[c] && coarse(c).is_some_and(|from| even[from])).collect();
         let radius = (PATCH * hole.object_size / grid.pitch).round() as usize;
@@ -92,8 +82,8 @@ impl Texture {
             hole: &open.collect::<Vec<_>>(),
             radius,
         };
-        let log_factor = filled(&raster)?;
-        Some(Self { grid, log_factor })
+        let log_unlit = filled(&raster)?;
+        Some(Self { grid, log_unlit })
     }
 
     /// Width of a cell, world units.
@@ -101,10 +91,9 @@ impl Texture {
         self.grid.pitch
     }
 
-    /// What a color at coordinates of the plane is multiplied by, per channel, linear.
-    pub(super) fn factor_at(&self, flat: [f32; 2]) -> Vec3 {
-        let cell = self.grid.cell(flat);
-        cell.map_or(Vec3::ONE, |cell| Vec3::from(self.log_factor[cell]).map(f32::exp))
+    /// Color without light at coordinates of the plane, linear.
+    pub(super) fn unlit_at(&self, flat: [f32; 2]) -> Option<Vec3> {
+        Some(Vec3::from(self.log_unlit[self.grid.cell(flat)?]).map(f32::exp))
     }
 }
 
@@ -126,16 +115,6 @@ fn light(hole: &Hole, seen: &Seen) -> (Vec<Vec3>, Vec<bool>) {
         .map(|c| seen.is_known(c) && (near[c] - wider[c]).abs().max_element() < EVEN_LIGHT)
         .collect();
     (near, even)
-}
-
-/// Means over squares of `2 radius + 1` cells, continued where nothing is known.
-fn wide_means(grid: &Grid, values: &[Option<[f32; 3]>], radius: usize) -> Vec<[f32; 3]> {
-    let own: Vec<[f32; 4]> =
-        values.iter().map(|v| v.map_or([0.0; 4], |[r, g, b]| [r, g, b, 1.0])).collect();
-    let sums = boxed(grid, &own, radius);
-    let weights: Vec<f32> = sums.iter().map(|s| s[3].min(1.0)).collect();
-    let means = sums.iter().map(|[r, g, b, n]| [*r, *g, *b].map(|v| v / n.max(1.0)));
-    pull_push(grid.size, means.collect(), weights)
 }
 
 /// Whether enough ground is seen, and varies within patches.
