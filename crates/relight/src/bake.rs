@@ -25,6 +25,7 @@ use motes_shading::integrate::{IntegrationOptions, Shader, SurfacePoint};
 use motes_shading::tracing::{Hit, Ray};
 use rayon::prelude::*;
 
+use crate::ratio::believed;
 use crate::relighter::Relighter;
 use crate::surface_point::surface_point;
 use motes_math::srgb;
@@ -96,7 +97,8 @@ impl Relighter<'_> {
             let shown = |basis: &[f32; 25], model: Vec3| {
                 let model = model * local * factor(basis);
                 self.ratio.as_ref().map_or(model, |ratio| {
-                    ratio.color(scene, i, basis).lerp(model, ratio.model_share[i])
+                    let shown = ratio.color(scene, i, basis);
+                    shown.lerp(model, believed(ratio.model_share[i], model, shown))
                 })
             };
             fit(options.sh_degree, &observations, even, &shown, sh);

@@ -40,7 +40,7 @@ pub(super) struct Raster<'a> {
 
 /// The values with the hole filled; `None` where too few patches can serve as examples.
 pub(super) fn filled(raster: &Raster<'_>) -> Option<Vec<[f32; 3]>> {
-    let examples = priced(raster, &middles_of_examples(raster));
+    let examples = weighted(raster, &middles_of_examples(raster));
     if examples.len() < LEAST_EXAMPLES {
         return None;
     }
@@ -52,9 +52,9 @@ pub(super) fn filled(raster: &Raster<'_>) -> Option<Vec<[f32; 3]>> {
     Some(work.values)
 }
 
-/// Examples with what a mismatch of theirs is multiplied by: the farther from the hole, the better they have to fit. So the
+/// Examples with the weight of their mismatch, `w(q)`: the farther from the hole, the better they have to fit. So the
 /// ground that borders the hole goes on, and other ground comes in where it fits far better.
-fn priced(raster: &Raster<'_>, middles: &[usize]) -> Vec<(usize, f32)> {
+fn weighted(raster: &Raster<'_>, middles: &[usize]) -> Vec<(usize, f32)> {
     let side = (2 * raster.radius + 1) as f32;
     let steps = steps_from(raster.size, raster.hole);
     middles.iter().map(|&c| (c, (1.0 + (steps[c] as f32 / side).powi(2)).min(FARTHEST))).collect()
@@ -220,7 +220,7 @@ impl Work {
         Some([0.5 * (at(right)? - at(left)?), 0.5 * (at(down)? - at(up)?)])
     }
 
-    /// The example whose patch is most like what is known around a cell, by its price; of equal ones the first.
+    /// The example whose weighted mismatch with what is known around a cell is least; of equal ones the first.
     fn best_example(&self, cell: usize, examples: &[(usize, f32)]) -> usize {
         let width = self.size[0] as isize;
         let wanted: Vec<(isize, [f32; 3])> = self
@@ -228,11 +228,11 @@ impl Work {
             .filter(|(c, _)| self.known[*c])
             .map(|(c, [dx, dy])| (dy * width + dx, self.values[c]))
             .collect();
-        let mismatch = |(example, price): (usize, f32), least: f32| {
+        let mismatch = |(example, weight): (usize, f32), least: f32| {
             let mut sum = 0.0f32;
             for &(shift, value) in &wanted {
                 let there = self.values[(example as isize + shift) as usize];
-                sum += price * (0..3).map(|k| (value[k] - there[k]).powi(2)).sum::<f32>();
+                sum += weight * (0..3).map(|k| (value[k] - there[k]).powi(2)).sum::<f32>();
                 if sum > least {
                     break;
                 }
@@ -333,7 +333,7 @@ mod tests {
         (hash.wrapping_mul(2_654_435_761) >> 16) as f32 / 65_536.0
     }
 
-    /// Even ground of the same mean is, cell by cell, more like any grain than the grain of another place is.
+    /// Cell by cell, even ground of the same mean is more like grain than the grain of another place is.
     #[test]
     fn ground_at_the_rim_goes_on_and_not_smoother_ground_farther_off() {
         let near = |x: usize, y: usize| (8..64).contains(&x) && (4..56).contains(&y);
@@ -344,7 +344,7 @@ mod tests {
     }
 
     #[test]
-    fn steps_are_those_of_a_king() {
+    fn steps_go_along_rows_columns_and_diagonals() {
         let marked: Vec<bool> = (0..20).map(|c| c == 6).collect();
         let steps = steps_from([5, 4], &marked);
         assert_eq!(steps[..5], [1, 1, 1, 2, 3]);

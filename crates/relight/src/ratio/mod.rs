@@ -10,6 +10,8 @@
 //! w_i       = (1 - a⁸) v_i / (1 + (k / (1 - k) (1 - c_i) / c_i (1 + metallic))⁴)    k: caution; a: likeness of the two lights
 //! ```
 //!
+//! Where the model is brighter, a low `w` gets lower (`believed`).
+//!
 //! The ratio of two lights is smooth where texture, wrong normals and wrong materials are not, and it is 1 under the scene's
 //! own light: there the picture is the splat itself (Liu, Shan & Zhang 2001; the quotient image of Riklin-Raviv & Shashua 2001).
 
@@ -17,6 +19,7 @@ mod graph;
 mod received;
 
 use glam::Vec3;
+use motes_math::luminance::luminance;
 use motes_math::median::median;
 use motes_math::sh::{MAX_SH_DEGREE, sh_coefficients};
 use motes_math::sigmoid::sigmoid;
@@ -43,6 +46,10 @@ const RANGE: [f32; 2] = [0.7, 1.39];
 const LIKENESS_POWER: i32 = 8;
 /// How sharply the model gives way: at confidence 0.68 and caution 0.5 it has 95 %, at 0.32 5 %.
 const SHARPNESS: i32 = 4;
+/// Natural logarithm of the model over the ratio at which a model that has hardly any share loses half of it.
+const SURPLUS: f32 = 0.6;
+/// Linear radiance below which ratios are noise.
+const LEAST_RADIANCE: f32 = 1e-4;
 /// How much more evidence a metal takes.
 const METAL: f32 = 1.0;
 
@@ -130,6 +137,17 @@ impl Ratio {
 /// How far a light counts as the scene's own, from how much it is like it.
 pub(crate) fn likeness_share(likeness: f32) -> f32 {
     likeness.powi(LIKENESS_POWER)
+}
+
+/// What is left of the model's share where it is brighter than the captured colors times the ratio: the less of it there
+/// is, the less surplus is believed. Light that a torn surface catches, or a base color that a deep shadow was divided out
+/// of, is burnt; a surface that is sure may shine.
+pub(crate) fn believed(share: f32, model: Vec3, shown: Vec3) -> f32 {
+    let (model, shown) = (luminance(model), luminance(shown));
+    let floor = 0.1 * shown + LEAST_RADIANCE;
+    // `max` first: it turns NaN into 0.
+    let surplus = ((model + floor) / (shown + floor)).ln().max(0.0).clamp(0.0, 20.0);
+    share / (1.0 + (surplus * (1.0 - share).powi(2) / SURPLUS).powi(4))
 }
 
 fn mix([low, high]: [f32; 2], t: f32) -> f32 {
@@ -222,4 +240,25 @@ fn log_ratios(new: &[Vec3], own: &[Vec3]) -> Vec<Vec3> {
         if ratio.is_finite() { ratio.map(f32::ln) } else { Vec3::ZERO }
     };
     new.iter().zip(own).map(of).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_surplus_is_believed_as_far_as_the_model_is_sure_and_a_shadow_is_a_shadow() {
+        let gray = Vec3::splat(0.2);
+        assert_eq!(believed(0.4, gray, gray), 0.4);
+        assert_eq!(believed(0.4, Vec3::ZERO, gray), 0.4);
+        assert_eq!(believed(1.0, gray * 100.0, gray), 1.0);
+        let of = |share: f32| believed(share, gray * 4.0, gray) / share;
+        assert!(of(0.9) > 0.99 && of(0.05) < 0.15, "{} {}", of(0.9), of(0.05));
+        assert!((1..20).all(|i| of(i as f32 * 0.05) >= of((i as f32 - 0.5) * 0.05)));
+        let strange = [Vec3::INFINITY, Vec3::NAN].map(|model| believed(1.0, model, gray));
+        assert_eq!(strange, [1.0; 2]);
+        // Nothing was captured here, and nothing is there to be divided by.
+        let black = believed(0.5, gray, Vec3::ZERO);
+        assert!((0.0..0.5).contains(&black), "{black}");
+    }
 }
