@@ -5,7 +5,8 @@
 //! v_i       = 1 / (1 + (log (E_i(L') / E'_i(L')) / 0.35)⁴)          E': without the shadows of what the photos speak against
 //! g_i       = log (E_i(L') + ε' Ē') - log (E_i(L) + ε Ē)           Ē: mean over the Gaussians, ε: light from all around
 //! x         = argmin Σ a_i |x_i - g_i|² + Σ w_ij |x_i - x_j|²       a grows with the confidence c_i v_i
-//! r_i       = m + R_i tanh((x_i - m) / R_i) - (1 - a⁸) l_i           m: median; R_i: the range that c_i v_i allows; l: local light
+//! u_i       = log (U(L', n_i) + ε' Ē') - log (U(L, n_i) + ε Ē)     U: radiance of white matter with nothing around it, of harmonics
+//! r_i       = m_i + R_i tanh((x_i - m_i) / R_i) - (1 - a⁸) l_i      m = u + median(x - u); R_i: the range that c_i v_i allows; l: local light
 //! shown     = w model + (1 - w) captured exp(r)
 //! w_i       = (1 - a⁸) v_i / (1 + (k / (1 - k) (1 - c_i) / c_i (1 + metallic))⁴)    k: caution; a: likeness of the two lights
 //! ```
@@ -25,6 +26,7 @@ use motes_math::sh::{MAX_SH_DEGREE, sh_coefficients};
 use motes_math::sigmoid::sigmoid;
 use motes_math::srgb;
 use motes_scene::Gaussians;
+use motes_shading::environment::irradiance;
 use rayon::prelude::*;
 
 use crate::lamps::Lights;
@@ -40,14 +42,14 @@ const AMBIENT: f32 = 0.15;
 const ROUNDS: u32 = 32;
 /// Anchor of a value nobody is sure of, and of one that is sure; weights of neighbors are at most 1.
 const ANCHOR: [f32; 2] = [0.5, 8.0];
-/// Largest distance of the log ratio from its median where nothing is sure, and where all is: 1 and 2 stops.
+/// Largest distance of the log ratio from that of open ground where nothing is sure, and where all is: 1 and 2 stops.
 const RANGE: [f32; 2] = [0.7, 1.39];
 /// Power of the likeness of two lights: 0.9 counts as 0.43, 0.5 as nothing.
 const LIKENESS_POWER: i32 = 8;
 /// How sharply the model gives way: at confidence 0.68 and caution 0.5 it has 95 %, at 0.32 5 %.
 const SHARPNESS: i32 = 4;
 /// Natural logarithm of the model over the ratio at which a model that has hardly any share loses half of it.
-const SURPLUS: f32 = 0.6;
+const SURPLUS: f32 = 0.35;
 /// Linear radiance below which ratios are noise.
 const LEAST_RADIANCE: f32 = 1e-4;
 /// How much more evidence a metal takes.
@@ -87,7 +89,8 @@ impl Ratio {
         let trust = Trust::of(scene, confidence.to_vec());
         let places = places(scene, &graph, &trust);
         let received = Received::new(scene, [light, &own], &places, AMBIENT, samples, seed);
-        let raw: Vec<Vec3> = log_ratios(&received.new, &received.own);
+        let floors = [&received.new, &received.own].map(|lit| floor(lit));
+        let raw = log_ratios([&received.new, &received.own], floors);
         let trust = trust.where_agreed(&received.agreed);
         let alike = |i: usize, j: usize| {
             let cosine = places[i].1.dot(places[j].1).max(0.0);
@@ -95,15 +98,18 @@ impl Ratio {
         };
         let anchor = |i: usize| mix(ANCHOR, trust.confidence[i].powi(2));
         let smooth = graph.smoothed(&raw, &anchor, &alike, ROUNDS);
-        let middle =
-            |c: usize| median(smooth.iter().map(|v| f64::from(v[c]))).unwrap_or(0.0) as f32;
-        let common = Vec3::from_array([0, 1, 2].map(middle));
         let different = 1.0 - likeness_share(likeness);
-        let limited = smooth.iter().zip(&trust.confidence).enumerate().map(|(i, (v, c))| {
-            let range = mix(RANGE, *c);
+        let open = [light, &own].map(|light| unshadowed(light, &places));
+        let open = log_ratios([&open[0], &open[1]], floors);
+        let offset = medians(smooth.iter().zip(&open).map(|(v, open)| *v - *open));
+        let common = medians(smooth.iter().copied());
+        let limited = smooth.iter().zip(&open).enumerate().map(|(i, (v, open))| {
+            let range = mix(RANGE, trust.confidence[i]);
+            let middle = *open + offset;
             // Found as smooth as it is, and gone with the light that it was part of.
             let local = scene.local_log_factor.as_ref().map_or(Vec3::ZERO, |l| l[i]);
-            (*v - common).map(|v| range * (v / range).tanh()) - local * different
+            let limited = middle + (*v - middle).map(|v| range * (v / range).tanh());
+            limited - common - local * different
         });
         let log_ratio: Vec<Vec3> = limited.collect();
         let splats = log_layer::drawn(&log_ratio, &scene.gaussians);
@@ -231,15 +237,35 @@ fn thickness(gaussians: &Gaussians, i: usize, along: Vec3) -> f32 {
     if deviation.is_finite() { deviation } else { 0.0 }
 }
 
+/// Radiance of white matte Gaussians with nothing around them, from the harmonics of a light; without lamps.
+fn unshadowed(light: &Lights<'_>, places: &[(Vec3, Vec3)]) -> Vec<Vec3> {
+    let harmonics = light.environment.harmonics();
+    let of = |(_, normal): &(Vec3, Vec3)| {
+        let radiance = irradiance(&harmonics, normal.as_dvec3()).as_vec3() / std::f32::consts::PI;
+        // Harmonics of a sun ring: behind it they fall below 0.
+        radiance.max(Vec3::ZERO)
+    };
+    places.par_iter().with_min_len(1024).map(of).collect()
+}
+
+/// Light from all around.
+fn floor(lit: &[Vec3]) -> Vec3 {
+    (mean(lit) * AMBIENT).max(Vec3::splat(1e-6))
+}
+
 /// Log of new over own light, with light from all around on both sides.
-fn log_ratios(new: &[Vec3], own: &[Vec3]) -> Vec<Vec3> {
-    let floor = |lit: &[Vec3]| (mean(lit) * AMBIENT).max(Vec3::splat(1e-6));
-    let (floor_new, floor_own) = (floor(new), floor(own));
+fn log_ratios([new, own]: [&[Vec3]; 2], floors: [Vec3; 2]) -> Vec<Vec3> {
     let of = |(new, own): (&Vec3, &Vec3)| {
-        let ratio = (*new + floor_new) / (*own + floor_own);
+        let ratio = (*new + floors[0]) / (*own + floors[1]);
         if ratio.is_finite() { ratio.map(f32::ln) } else { Vec3::ZERO }
     };
     new.iter().zip(own).map(of).collect()
+}
+
+/// Median of each channel; 0 without values.
+fn medians(values: impl Iterator<Item = Vec3> + Clone) -> Vec3 {
+    let of = |c: usize| median(values.clone().map(|v| f64::from(v[c]))).unwrap_or(0.0) as f32;
+    Vec3::from_array([0, 1, 2].map(of))
 }
 
 #[cfg(test)]

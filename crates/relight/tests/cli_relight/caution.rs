@@ -3,8 +3,9 @@
 use glam::Vec3;
 use motes_formats::images::read_image;
 use motes_formats::ply::{read_gaussians, read_surface, write_surface};
+use motes_math::srgb::decode;
 use motes_scene::{ImageU8, Materials, attach_confidence};
-use motes_testkit::toy_scene::{ToyScene, toy_scene};
+use motes_testkit::toy_scene::{BOX, FLOOR, ToyScene, toy_scene};
 use motes_testkit::write_broken_gaussians;
 
 use super::{VIEW, assert_code, at, picture, pixel_of, run_program};
@@ -100,6 +101,21 @@ fn without_caution_a_scene_is_shown_and_metered_as_if_it_had_no_confidence() {
     // The meter reads what is shown.
     let shown = picture(&toy, "shown", &[sun, &["--caution", "1"]].concat());
     assert!(difference(&before, &shown) > 1.0, "{}", difference(&before, &shown));
+}
+
+#[test]
+fn a_wall_that_faces_a_low_sun_is_far_brighter_than_the_ground_though_nothing_is_sure() {
+    let toy = toy_scene();
+    put_confidence(&toy, 0.0);
+    let low = ["--sun", "azimuth=20,elevation=8", "--env-exposure", "ground"];
+    let relit = picture(&toy, "low", &low);
+    // Of green, linear: what the captured color is multiplied with.
+    let times = |point: [f64; 3], captured: [f32; 3]| {
+        decode(at(&toy, &relit, point)[1] / 255.0) / decode(captured[1])
+    };
+    let (wall, ground) = (times([0.3, 0.0, 0.3], BOX), times([-1.4, 0.9, 0.0], FLOOR));
+    // A stop around the ground would let the wall be twice as bright.
+    assert!(wall > 2.5 * ground && wall < 9.0 * ground, "{wall} {ground}");
 }
 
 /// The confidence of all that stands above the floor, and how many photos saw it.
