@@ -25,7 +25,6 @@ use motes_shading::integrate::{IntegrationOptions, Shader, SurfacePoint};
 use motes_shading::tracing::{Hit, Ray};
 use rayon::prelude::*;
 
-use crate::ratio::believed;
 use crate::relighter::Relighter;
 use crate::surface_point::surface_point;
 use motes_math::srgb;
@@ -98,7 +97,7 @@ impl Relighter<'_> {
                 let model = model * local * factor(basis);
                 self.ratio.as_ref().map_or(model, |ratio| {
                     let shown = ratio.color(scene, i, basis);
-                    shown.lerp(model, believed(ratio.model_share[i], model, shown))
+                    shown.lerp(model, ratio.believed(ratio.model_share[i], model, shown))
                 })
             };
             fit(options.sh_degree, &observations, even, &shown, sh);

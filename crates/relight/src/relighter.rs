@@ -16,7 +16,7 @@ use crate::lamps::{Lights, share_of_lamps, shining};
 use crate::log_layer;
 use crate::options::{QualityOptions, ViewTransform};
 use crate::radiance_cache::RadianceCache;
-use crate::ratio::{Ratio, believed, likeness_share};
+use crate::ratio::{Ratio, likeness_share};
 use crate::residual_share::{apply_residual, likeness, share_under};
 use crate::scene::RelightScene;
 use crate::upsample::{fine_pixel, upsample};
@@ -154,7 +154,7 @@ impl<'a> Relighter<'a> {
             let share = at(&drawn.model_share).x / alpha.max(LEAST_ALPHA);
             // Where no surface was met the model stands on nothing.
             let share = if sight.on_surface { share.clamp(0.0, 1.0) } else { 0.0 };
-            let share = believed(share, lit.parts.total(), shown);
+            let share = ratio.believed(share, lit.parts.total(), shown);
             lit.parts = lit.parts.toward(shown, 1.0 - share);
         });
     }

@@ -50,7 +50,7 @@ const LIKENESS_POWER: i32 = 8;
 const SHARPNESS: i32 = 4;
 /// Natural logarithm of the model over the ratio at which a model that has hardly any share loses half of it.
 const SURPLUS: f32 = 0.35;
-/// Linear radiance below which ratios are noise.
+/// Linear value of a photo below which ratios are noise.
 const LEAST_RADIANCE: f32 = 1e-4;
 /// How much more evidence a metal takes.
 const METAL: f32 = 1.0;
@@ -127,6 +127,14 @@ impl Ratio {
         captured * (log_layer::read(drawn, alpha) + self.common).map(f32::exp)
     }
 
+    /// What is left of the model's share where it is brighter than the captured colors times the ratio: the less of it
+    /// there is, the less surplus is believed. Light that a torn surface catches, or a base color that a deep shadow was
+    /// divided out of, is burnt; a surface that is sure may shine.
+    pub(crate) fn believed(&self, share: f32, model: Vec3, shown: Vec3) -> f32 {
+        let least = LEAST_RADIANCE * luminance(self.common.map(f32::exp));
+        believed(share, luminance(model), luminance(shown), least)
+    }
+
     /// Linear color of a Gaussian, from the basis of the direction of view.
     pub(crate) fn color(&self, scene: &RelightScene, i: usize, basis: &[f32; 25]) -> Vec3 {
         let k = sh_coefficients(scene.gaussians.sh_degree.min(MAX_SH_DEGREE));
@@ -145,12 +153,9 @@ pub(crate) fn likeness_share(likeness: f32) -> f32 {
     likeness.powi(LIKENESS_POWER)
 }
 
-/// What is left of the model's share where it is brighter than the captured colors times the ratio: the less of it there
-/// is, the less surplus is believed. Light that a torn surface catches, or a base color that a deep shadow was divided out
-/// of, is burnt; a surface that is sure may shine.
-pub(crate) fn believed(share: f32, model: Vec3, shown: Vec3) -> f32 {
-    let (model, shown) = (luminance(model), luminance(shown));
-    let floor = 0.1 * shown + LEAST_RADIANCE;
+/// [`Ratio::believed`], of luminances; below `least` ratios are noise.
+fn believed(share: f32, model: f32, shown: f32, least: f32) -> f32 {
+    let floor = 0.1 * shown + least;
     // `max` first: it turns NaN into 0.
     let surplus = ((model + floor) / (shown + floor)).ln().max(0.0).clamp(0.0, 20.0);
     share / (1.0 + (surplus * (1.0 - share).powi(2) / SURPLUS).powi(4))
@@ -274,17 +279,17 @@ mod tests {
 
     #[test]
     fn a_surplus_is_believed_as_far_as_the_model_is_sure_and_a_shadow_is_a_shadow() {
-        let gray = Vec3::splat(0.2);
-        assert_eq!(believed(0.4, gray, gray), 0.4);
-        assert_eq!(believed(0.4, Vec3::ZERO, gray), 0.4);
-        assert_eq!(believed(1.0, gray * 100.0, gray), 1.0);
-        let of = |share: f32| believed(share, gray * 4.0, gray) / share;
-        assert!(of(0.9) > 0.99 && of(0.05) < 0.15, "{} {}", of(0.9), of(0.05));
-        assert!((1..20).all(|i| of(i as f32 * 0.05) >= of((i as f32 - 0.5) * 0.05)));
-        let strange = [Vec3::INFINITY, Vec3::NAN].map(|model| believed(1.0, model, gray));
-        assert_eq!(strange, [1.0; 2]);
+        let of = |share, model, shown| believed(share, model, shown, 1e-4);
+        assert_eq!((of(0.4, 0.2, 0.2), of(0.4, 0.0, 0.2), of(1.0, 20.0, 0.2)), (0.4, 0.4, 1.0));
+        assert_eq!([f32::INFINITY, f32::NAN].map(|model| of(1.0, model, 0.2)), [1.0; 2]);
+        let left = |share: f32| of(share, 0.8, 0.2) / share;
+        assert!(left(0.9) > 0.99 && left(0.05) < 0.15, "{} {}", left(0.9), left(0.05));
+        assert!((1..20).all(|i| left(i as f32 * 0.05) >= left((i as f32 - 0.5) * 0.05)));
         // Nothing was captured here, and nothing is there to be divided by.
-        let black = believed(0.5, gray, Vec3::ZERO);
+        let black = of(0.5, 0.2, 0.0);
         assert!((0.0..0.5).contains(&black), "{black}");
+        // In the dark as in the light.
+        let dark = believed(0.5, 4e-9, 1e-9, 1e-12);
+        assert!((dark - believed(0.5, 4.0, 1.0, 1e-3)).abs() < 1e-6, "{dark}");
     }
 }
