@@ -55,7 +55,10 @@ fn disputed_triangles(
     };
     let vertices = of_nearest(&surface.vertices, &gaussians.means, NEIGHBORS, around);
     let at = |v: u32| vertices[v as usize].unwrap_or(1.0);
-    let is_denied = |t: &[u32; 3]| t.iter().map(|&v| at(v)).sum::<f32>() < 3.0 * DENIED;
+    // A lamp outshines what a photo can hold, which says nothing about where it is.
+    let shines = |t: &[u32; 3]| t.iter().all(|&v| surface.emission(v as usize).is_some());
+    let is_denied =
+        |t: &[u32; 3]| t.iter().map(|&v| at(v)).sum::<f32>() < 3.0 * DENIED && !shines(t);
     surface.triangles.par_iter().map(is_denied).collect()
 }
 
@@ -99,6 +102,9 @@ mod tests {
         surface.vertices[0] = [f32::NAN; 3];
         let seen = disputed_triangles(&gaussians, &[0.0; 8], &[9; 8], &surface);
         assert_eq!(seen, [false, true, true, true]);
+        surface.emission_linear = vec![[9.0; 3]; 4];
+        let lamp = disputed_triangles(&gaussians, &[0.0; 8], &[9; 8], &surface);
+        assert_eq!(lamp, [false, false, true, true]);
         gaussians.opacity_logits.fill(f32::NEG_INFINITY);
         assert_eq!(disputed_triangles(&gaussians, &[0.0; 8], &[9; 8], &surface), [false; 4]);
         let none = Gaussians::empty(0);
