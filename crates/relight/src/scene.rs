@@ -1,5 +1,7 @@
 //! A decomposed scene, ready for light.
 
+use std::sync::OnceLock;
+
 use glam::Vec3;
 use motes_math::srgb;
 use motes_raster::Antialias;
@@ -61,8 +63,8 @@ pub struct RelightScene {
     pub(crate) residual: Option<SceneResidual>,
     pub(crate) surface: Surface,
     pub(crate) tracer: MeshTracer,
-    /// The surface without what the photos speak against, where they do.
-    pub(crate) undisputed: Option<MeshTracer>,
+    /// Found when it is first asked for: only ratios of light take it.
+    undisputed: OnceLock<Option<MeshTracer>>,
     /// Lamps of the surface, as they shine in the photos.
     pub(crate) lamps: Option<Emitters>,
     /// Degree 0; colors are base color, sRGB-encoded, as they are blended.
@@ -92,21 +94,12 @@ impl RelightScene {
         if !surface.triangles.is_empty() && !surface.has_materials() {
             return Err(SceneError::SurfaceMaterial);
         }
-        let mesh = TriangleMesh {
-            vertices: surface.vertices.iter().map(|v| Vec3::from(*v)).collect(),
-            triangles: surface.triangles.clone(),
-        };
+        let mesh = mesh_of(&surface);
         // More care with the tree does not pay: rays gain little (docs/benchmarks/shading.md).
         let tracer = MeshTracer::new(&mesh, BuildQuality::Fast)?;
         let median_edge = mesh.median_edge();
         let ray_bias = mesh.roughness();
-        let layers = TriangleMesh::LAYERS * ray_bias;
-        let tracer = tracer.one_sided_within(layers);
-        let confidence = confidence_of(&gaussians);
-        let undisputed = confidence.as_deref().and_then(|confidence| {
-            without_disputed(&mesh, &gaussians, confidence, &materials.observations, &surface)
-        });
-        let undisputed = undisputed.map(|tracer| tracer.one_sided_within(layers));
+        let tracer = tracer.one_sided_within(TriangleMesh::LAYERS * ray_bias);
         let base_color_splats =
             gaussians.colored(|i| materials.base_color_linear[i].map(srgb::encode));
         let property_splats = gaussians.colored(|i| {
@@ -116,6 +109,7 @@ impl RelightScene {
         let emission: Vec<Vec3> = surface.emission_linear.iter().map(|&e| e.into()).collect();
         let lamps = Emitters::new(&mesh, &emission);
         let residual = SceneResidual::of(&gaussians).map_err(SceneError::Residual)?;
+        let confidence = confidence_of(&gaussians);
         let local_log_factor: Option<Vec<Vec3>> =
             local_light_of(&gaussians).map(|all| all.into_iter().map(Vec3::from).collect());
         let local_splats = local_log_factor.as_ref().map(|l| log_layer::drawn(l, &gaussians));
@@ -134,13 +128,26 @@ impl RelightScene {
             residual,
             surface,
             tracer,
-            undisputed,
+            undisputed: OnceLock::new(),
             lamps,
             base_color_splats,
             property_splats,
             ray_bias,
             median_edge,
         })
+    }
+
+    /// The surface without what the photos speak against, where they do.
+    pub(crate) fn undisputed(&self) -> Option<&MeshTracer> {
+        let found = || {
+            let confidence = self.confidence.as_deref()?;
+            let mesh = mesh_of(&self.surface);
+            let observations = &self.materials.observations;
+            let rest =
+                without_disputed(&mesh, &self.gaussians, confidence, observations, &self.surface)?;
+            Some(rest.one_sided_within(TriangleMesh::LAYERS * mesh.roughness()))
+        };
+        self.undisputed.get_or_init(found).as_ref()
     }
 
     /// What a point of the surface sends out on its own; 0 where it is dark.
@@ -237,6 +244,13 @@ impl RelightScene {
         let normal = (a * (1.0 - u - v) + b * u + c * v).normalize_or(hit.geometric_normal);
         // Normals that point to the other side of their triangle are noise.
         if normal.dot(hit.geometric_normal) > 0.0 { normal } else { hit.geometric_normal }
+    }
+}
+
+fn mesh_of(surface: &Surface) -> TriangleMesh {
+    TriangleMesh {
+        vertices: surface.vertices.iter().map(|v| Vec3::from(*v)).collect(),
+        triangles: surface.triangles.clone(),
     }
 }
 

@@ -34,10 +34,8 @@ use crate::log_layer;
 use crate::scene::RelightScene;
 use crate::surface_point::surface_point;
 use graph::Graph;
-use received::{Received, mean};
+use received::{Received, floor};
 
-/// Light from all around, as a share of the mean: bounces, and what a surface that is not where it should be hides.
-const AMBIENT: f32 = 0.15;
 /// Jacobi steps; information travels one neighbor each.
 const ROUNDS: u32 = 32;
 /// Anchor of a value nobody is sure of, and of one that is sure; weights of neighbors are at most 1.
@@ -88,7 +86,7 @@ impl Ratio {
         let graph = Graph::new(&scene.gaussians.means);
         let trust = Trust::of(scene, confidence.to_vec());
         let places = places(scene, &graph, &trust);
-        let received = Received::new(scene, [light, &own], &places, AMBIENT, samples, seed);
+        let received = Received::new(scene, [light, &own], &places, samples, seed);
         let floors = [&received.new, &received.own].map(|lit| floor(lit));
         let raw = log_ratios([&received.new, &received.own], floors);
         let trust = trust.where_agreed(&received.agreed);
@@ -251,11 +249,6 @@ fn unshadowed(light: &Lights<'_>, places: &[(Vec3, Vec3)]) -> Vec<Vec3> {
         radiance.max(Vec3::ZERO)
     };
     places.par_iter().with_min_len(1024).map(of).collect()
-}
-
-/// Light from all around.
-fn floor(lit: &[Vec3]) -> Vec3 {
-    (mean(lit) * AMBIENT).max(Vec3::splat(1e-6))
 }
 
 /// Log of new over own light, with light from all around on both sides.

@@ -11,6 +11,8 @@ use crate::surface_point::white_matte;
 
 /// Keeps the random numbers apart from those of pixels, vertices and baked colors.
 const FIRST_ITEM: u64 = 1 << 52;
+/// Light from all around, as a share of the mean: bounces, and what a surface that is not where it should be hides.
+const AMBIENT: f32 = 0.15;
 /// Natural logarithm of the light with over without a disputed shadow at which a value counts half.
 const DISPUTED_LOG_RATIO: f32 = 0.35;
 
@@ -30,7 +32,6 @@ impl Received {
         scene: &RelightScene,
         [new, own]: [&Lights<'_>; 2],
         places: &[(Vec3, Vec3)],
-        ambient: f32,
         samples: u32,
         seed: u64,
     ) -> Self {
@@ -50,9 +51,9 @@ impl Received {
         };
         let [mut new_lit, mut own_lit] = [new, own].map(|light| lit(&scene.tracer, light));
         let mut agreed = Vec::new();
-        if let Some(rest) = &scene.undisputed {
+        if let Some(rest) = scene.undisputed() {
             let without = [new, own].map(|light| lit(rest, light));
-            let floor = luminance(mean(&new_lit)) * ambient;
+            let floor = luminance(floor(&new_lit));
             agreed = new_lit.iter().zip(&without[0]).map(|(a, b)| alike(*a, *b, floor)).collect();
             for (with, without) in [&mut new_lit, &mut own_lit].into_iter().zip(&without) {
                 for (with, without) in with.iter_mut().zip(without) {
@@ -64,15 +65,14 @@ impl Received {
     }
 }
 
-/// Mean of what is finite.
-pub(super) fn mean(lit: &[Vec3]) -> Vec3 {
+/// Light from all around: a share of the mean of what is finite.
+pub(super) fn floor(lit: &[Vec3]) -> Vec3 {
     let sum: Vec3 = lit.iter().filter(|v| v.is_finite()).sum();
-    sum / lit.len().max(1) as f32
+    (sum / lit.len().max(1) as f32 * AMBIENT).max(Vec3::splat(1e-6))
 }
 
 /// 1 where two lights are the same, 1/2 where they differ by [`DISPUTED_LOG_RATIO`] over a floor; 1 where that is not a number.
 fn alike(a: Vec3, b: Vec3, floor: f32) -> f32 {
-    let floor = floor.max(1e-6);
     let off = ((luminance(a) + floor) / (luminance(b) + floor)).ln() / DISPUTED_LOG_RATIO;
     if off.is_finite() { 1.0 / (1.0 + off.powi(4)) } else { 1.0 }
 }
