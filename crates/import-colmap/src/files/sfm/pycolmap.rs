@@ -17,6 +17,9 @@ pub(super) const DRIVER: &str = include_str!("pycolmap_driver.py");
 const RESTATED: [&str; 4] =
     ["exif_orientation", "not_all_registered", "several_models", "focal_moved"];
 
+/// The warning that photos lack a focal length: reworded where all of them do.
+const NO_FOCAL: &str = "no_exif_focal";
+
 #[derive(Deserialize)]
 struct Outcome {
     models: Vec<Model>,
@@ -60,9 +63,11 @@ pub(super) fn solve(
     for variable in ["TMPDIR", "TEST_TMPDIR", "GLOG_log_dir"] {
         command.env(variable, request.workspace);
     }
-    let (outcome, warnings) =
-        listen(&mut command, progress, "run again with -v to see its log, or use --sfm colmap")?;
-    let warnings = warnings.into_iter().filter(|w| !RESTATED.contains(&w.code.as_str()));
+    let remedy = "run again with -v to see its log, or use --sfm colmap";
+    let (outcome, warnings) = listen::<Outcome>(&mut command, progress, remedy)?;
+    let no_prior = outcome.focal_prior_px.is_none();
+    let restated = |code: &str| RESTATED.contains(&code) || (no_prior && code == NO_FOCAL);
+    let warnings = warnings.into_iter().filter(|w| !restated(&w.code));
     Ok(solution(outcome, warnings.map(|warning| warning.message).collect()))
 }
 

@@ -306,9 +306,8 @@ def group_photos(photos, arguments, events):
     if arguments.focal_from_exif:
         without = sum(len(g.photos) for g in groups if g.source == "none")
         if without:
-            events.warning("no_exif_focal", "%d of %d photos carry no EXIF focal length. Without it a wrong focal "
-                           "length can go unseen at a low reprojection error; --focal-px sets one."
-                           % (without, len(photos)))
+            events.warning("no_exif_focal", "%d of %d photos carry no EXIF focal length, without which a wrong one can go "
+                           "unseen at a low reprojection error; if you know it, give --focal" % (without, len(photos)))
     return groups
 
 
