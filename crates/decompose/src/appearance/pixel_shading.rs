@@ -1,6 +1,7 @@
 //! The photos divided by their shading: base color per pixel.
 
 use glam::Vec3;
+use half::f16;
 use motes_math::srgb;
 use motes_scene::ImageF32;
 use motes_shading::brdf::Material;
@@ -9,21 +10,30 @@ use motes_shading::tracing::MeshTracer;
 use rayon::prelude::*;
 
 use super::basis::{BasisScene, Terms, Wanted, each_term};
+use super::half_pixels::HalfPixels;
 use super::sparse::{Shade, Spacing, shades};
 use super::vertex_materials::VertexMaterials;
 use crate::observation::samples::luminance;
-use crate::observation::{SeenView, TracedSurface};
+use crate::observation::{PixelHit, SeenView, TracedSurface};
 
 /// Radiance of every pixel as a linear function of base color: `b slope + offset`.
 ///
-/// A scene without gloss has no offsets and no parts of one color. Its photos are many, so what is zero everywhere is not stored.
+/// A scene without gloss has no offsets and no parts of one color. Its photos are many, so what is zero everywhere is not stored, and
+/// the rest in half precision.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PixelShading {
-    slope: Vec<Vec3>,
-    /// Empty where all are zero.
-    offset: Vec<Vec3>,
-    /// Empty where no pixel has any.
-    uniform: Vec<(f32, Vec3)>,
+    slope: HalfPixels,
+    /// None where all are zero.
+    offset: Option<HalfPixels>,
+    /// None where no pixel has any.
+    uniform: Option<Uniform>,
+}
+
+/// How much of every pixel has one base color with its part, and that color.
+#[derive(Clone, Debug, PartialEq)]
+struct Uniform {
+    share: Vec<f16>,
+    color_linear: HalfPixels,
 }
 
 /// Whether a pixel with this slope tells its base color.
@@ -131,31 +141,39 @@ const OFF_PLANE: f32 = 0.1;
 impl PixelShading {
     /// Per pixel: slope and offset, zero where the surface is missed, and how much of it has one base color with its part, and that
     /// color.
-    pub(crate) fn new(slope: Vec<Vec3>, offset: Vec<Vec3>, uniform: Vec<(f32, Vec3)>) -> Self {
-        let offset = if offset.iter().all(|v| *v == Vec3::ZERO) { Vec::new() } else { offset };
-        let uniform =
-            if uniform.iter().all(|(share, _)| *share == 0.0) { Vec::new() } else { uniform };
-        Self { slope, offset, uniform }
+    pub(crate) fn new(slope: &[Vec3], offset: &[Vec3], uniform: &[(f32, Vec3)]) -> Self {
+        let stored = |values: &[Vec3]| HalfPixels::new(values.iter().copied());
+        let is_glossy = offset.iter().any(|v| *v != Vec3::ZERO);
+        let of_parts = || Uniform {
+            share: uniform.iter().map(|(share, _)| f16::from_f32(*share)).collect(),
+            color_linear: HalfPixels::new(uniform.iter().map(|(_, color)| *color)),
+        };
+        Self {
+            slope: stored(slope),
+            offset: is_glossy.then(|| stored(offset)),
+            uniform: uniform.iter().any(|(share, _)| *share != 0.0).then(of_parts),
+        }
     }
 
     /// Number of pixels.
     pub(crate) fn count(&self) -> usize {
-        self.slope.len()
+        self.slope.count()
     }
 
     /// Radiance over base color of a pixel; zero where the surface is missed.
     pub(crate) fn slope(&self, i: usize) -> Vec3 {
-        self.slope[i]
+        self.slope.at(i)
     }
 
     /// Radiance of a pixel that its base color has no part in.
     pub(crate) fn offset(&self, i: usize) -> Vec3 {
-        self.offset.get(i).copied().unwrap_or(Vec3::ZERO)
+        self.offset.as_ref().map_or(Vec3::ZERO, |offset| offset.at(i))
     }
 
     /// How much of a pixel has one base color with its part, and that color.
     pub(crate) fn uniform(&self, i: usize) -> (f32, Vec3) {
-        self.uniform.get(i).copied().unwrap_or((0.0, Vec3::ZERO))
+        let of_part = |u: &Uniform| (u.share[i].to_f32(), u.color_linear.at(i));
+        self.uniform.as_ref().map_or((0.0, Vec3::ZERO), of_part)
     }
 
     /// Integrates the pixels of a view.
@@ -190,32 +208,38 @@ impl PixelShading {
             shades(size, spacing, shade, is_between)
         });
         let uniform = |seen: &Option<Seen>| seen.as_ref().map_or((0.0, Vec3::ZERO), |s| s.uniform);
-        Self::new(
-            shades.iter().map(|s| s.slope).collect(),
-            shades.iter().map(|s| s.offset).collect(),
-            seen.iter().map(uniform).collect(),
-        )
+        let slope: Vec<Vec3> = shades.iter().map(|s| s.slope).collect();
+        let offset: Vec<Vec3> = shades.iter().map(|s| s.offset).collect();
+        let uniform: Vec<(f32, Vec3)> = seen.iter().map(uniform).collect();
+        Self::new(&slope, &offset, &uniform)
     }
 
     /// Multiplies the shading by the factor that a local light has at each pixel.
     pub(crate) fn light(&mut self, factor: impl Fn(usize) -> Vec3 + Sync) {
         let pixels = (0..self.count()).into_par_iter().with_min_len(1024);
         let factors: Vec<Vec3> = pixels.map(&factor).collect();
-        for layer in [&mut self.slope, &mut self.offset] {
-            layer.iter_mut().zip(&factors).for_each(|(value, factor)| *value *= *factor);
-        }
+        let lit = |layer: &HalfPixels| {
+            HalfPixels::new(factors.iter().enumerate().map(|(i, factor)| layer.at(i) * *factor))
+        };
+        self.slope = lit(&self.slope);
+        self.offset = self.offset.as_ref().map(lit);
     }
 
     /// Multiplies the colors of whole parts by a factor per vertex.
     pub(crate) fn darken(&mut self, view: &SeenView<'_>, scene: &TracedSurface, factors: &[f32]) {
-        for (hit, (_, color)) in view.hits.iter().zip(&mut self.uniform) {
-            if hit.is_hit() {
-                let [p, q, r] = scene.surface.triangles[hit.triangle as usize];
-                let [b, c] = hit.barycentrics;
-                let of = |v: u32| factors[v as usize];
-                *color *= of(p) * (1.0 - b - c) + of(q) * b + of(r) * c;
+        let Some(uniform) = &mut self.uniform else { return };
+        let factor = |hit: &PixelHit| {
+            if !hit.is_hit() {
+                return 1.0;
             }
-        }
+            let [p, q, r] = scene.surface.triangles[hit.triangle as usize];
+            let [b, c] = hit.barycentrics;
+            let of = |v: u32| factors[v as usize];
+            of(p) * (1.0 - b - c) + of(q) * b + of(r) * c
+        };
+        let before = &uniform.color_linear;
+        let darker = view.hits.iter().enumerate().map(|(i, hit)| before.at(i) * factor(hit));
+        uniform.color_linear = HalfPixels::new(darker);
     }
 
     /// Base color that explains every pixel of the photo, `[h, w, 3]`, sRGB-encoded, and its weight `[h, w, 1]`: how much
@@ -226,7 +250,7 @@ impl PixelShading {
         let mut weight = ImageF32::filled(w, h, 1, 0.0);
         for i in 0..w * h {
             let radiance = Vec3::from_slice(&view.photo.radiance_linear.data[3 * i..3 * i + 3]);
-            let slope = self.slope[i];
+            let slope = self.slope(i);
             if !is_told(slope) {
                 continue;
             }
@@ -246,7 +270,7 @@ impl PixelShading {
     pub fn relit(&self, base: &ImageF32) -> ImageF32 {
         let mut out = base.clone();
         for (i, pixel) in out.data.chunks_exact_mut(3).enumerate() {
-            let radiance = Vec3::from_slice(pixel) * self.slope[i] + self.offset(i);
+            let radiance = Vec3::from_slice(pixel) * self.slope(i) + self.offset(i);
             pixel.copy_from_slice(&radiance.to_array());
         }
         out

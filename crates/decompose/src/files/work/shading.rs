@@ -67,8 +67,8 @@ pub(super) fn read(folder: &Path, state: &State<'_>) -> anyhow::Result<Vec<Pixel
                 Ok((0..r.len()).map(|i| Vec3::new(r[i], g[i], b[i])).collect())
             };
             let share = floats(&image, &path, SHARE)?;
-            let uniform = share.iter().copied().zip(triples("part")?).collect();
-            Ok(PixelShading::new(triples("slope")?, triples("offset")?, uniform))
+            let uniform: Vec<(f32, Vec3)> = share.iter().copied().zip(triples("part")?).collect();
+            Ok(PixelShading::new(&triples("slope")?, &triples("offset")?, &uniform))
         })
         .collect();
     Ok(all?)
