@@ -130,7 +130,8 @@ fn surface_of(
     parts.begin("fusion", 0.3)?;
     let limit = options.max_blocks.max(64);
     // Things stand out against what they stand on; a wall behind them is not seen around them as surely.
-    let hull = silhouettes::silhouettes(views, &maps, &on_planes, voxel, options.mirror_spread);
+    let planes = (&sheets[..report.planes], &*on_planes);
+    let hull = silhouettes::silhouettes(views, &maps, planes, voxel, options.mirror_spread);
     let carve = options.carve_weight.max(0.0);
     let grid = tsdf::fuse(views, &maps, &flat, &hull, voxel, limit, carve);
     drop((maps, hull));

@@ -107,13 +107,14 @@ impl Seen<'_> {
             let looked = self.look(k, &at);
             let load = |values: &Row| f32x8::from_slice(simd, values);
             let zero = f32x8::splat(simd, 0.0);
-            if !self.hull.is_empty() {
+            if self.has_outlines() {
                 // From the center of the last pixel inside to the outline is half a pixel.
                 let scale = view.footprint() / self.voxel;
                 let within = (load(&looked.within) - 0.5) * z * scale;
                 let inside = load(&sums.inside[row]);
                 shown.select(inside.min(within), inside).store_slice(&mut sums.inside[row]);
-                let more = shown.select(f32x8::splat(simd, 1.0), zero);
+                let tells = shown & within.simd_lt(f32x8::splat(simd, f32::INFINITY));
+                let more = tells.select(f32x8::splat(simd, 1.0), zero);
                 (load(&sums.looks[row]) + more).store_slice(&mut sums.looks[row]);
             }
             let [a, b, c, d] = [0, 1, 2, 3].map(|k: usize| load(&looked.corners[k]));
@@ -156,7 +157,8 @@ impl Seen<'_> {
             }
             let pixel = y as usize * view.width + x as usize;
             if let Some(hull) = self.hull.get(k) {
-                (out.steady[i], out.within[i]) = (hull.steady[pixel], hull.depth_inside[pixel]);
+                out.steady[i] = hull.steady[pixel];
+                out.within[i] = hull.depth_inside.get(pixel).copied().unwrap_or(0.0);
             }
             let nearest = depth[pixel];
             out.nearest[i] = nearest;
@@ -177,8 +179,15 @@ impl Seen<'_> {
         out
     }
 
+    fn has_outlines(&self) -> bool {
+        self.hull.first().is_some_and(Silhouette::has_outline)
+    }
+
     /// Puts what the silhouettes leave over where depths tell little.
     fn fill_hull(&self, sums: &mut Sums) {
+        if !self.has_outlines() {
+            return;
+        }
         let least = (self.views.len() / HULL_SHARE).max(HULL_VIEWS) as f32;
         for row in 0..SIDE * SIDE {
             for i in 0..SIDE {

@@ -97,6 +97,11 @@ impl Sheet {
         self.at(p).is_some_and(|i| self.filled[i])
     }
 
+    /// Whether the ray of a pixel meets the part of the plane that is surface, be it behind something else.
+    pub(super) fn is_met(&self, view: &View, ray: Vec3) -> bool {
+        crossing(&self.plane, view, ray).is_some_and(|c| self.covers(c.at))
+    }
+
     /// Sums of the squared differences by plane and by depth, and their number, per cell.
     fn sums(&self, rivals: &[Rivals]) -> Vec<[f32; 3]> {
         let mut sums = vec![[0.0f32; 3]; self.filled.len()];

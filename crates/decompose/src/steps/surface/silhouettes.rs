@@ -7,6 +7,7 @@
 use motes_math::median::upper_median;
 use rayon::prelude::*;
 
+use super::sheet::Sheet;
 use super::splat_depth::DepthMap;
 use super::view::View;
 
@@ -16,6 +17,8 @@ const HIDDEN: f32 = 6.0;
 const AGREED: f32 = 2.5;
 /// Views that agree about a place from which its depth is believed in full, against the median of the capture.
 const ENOUGH: f32 = 0.7;
+/// Belief from which a depth shows a thing rather than something far behind.
+const BELIEVED: f32 = 0.5;
 /// Photos that a place is compared in, at least.
 const LEAST_WITNESSES: usize = 4;
 /// Side of the square that differences are averaged over, pixels, odd.
@@ -25,21 +28,31 @@ const BLUR: usize = 9;
 pub(super) struct Silhouette {
     /// `[h, w]`, 0 to 1: how far the depth of a pixel is believed.
     pub(super) steady: Vec<f32>,
-    /// `[h, w]`: distance to the nearest pixel that sees a plane, pixels; 0 for those themselves.
+    /// `[h, w]`: distance to the nearest pixel that sees a plane, pixels; 0 for those themselves, infinite where no plane is behind a
+    /// pixel: nothing tells a thing from what is far behind it there. Empty without a plane.
     pub(super) depth_inside: Vec<f32>,
 }
 
-/// Silhouettes before the planes; empty without a plane, as there is nothing to tell things by.
+impl Silhouette {
+    /// Whether there are planes that things stand out against.
+    pub(super) fn has_outline(&self) -> bool {
+        !self.depth_inside.is_empty()
+    }
+}
+
+/// Belief in the depths, and silhouettes before the planes. Without planes the photos' brightness does not count: nothing would close
+/// the pits of mirrors.
 pub(super) fn silhouettes(
     views: &[View],
     maps: &[DepthMap],
-    flat: &[Vec<bool>],
+    (sheets, flat): (&[Sheet], &[Vec<bool>]),
     voxel: f32,
     mirror_spread: f32,
 ) -> Vec<Silhouette> {
-    if !(mirror_spread > 0.0) || !flat.iter().flatten().any(|&f| f) {
+    if !(mirror_spread > 0.0) {
         return Vec::new();
     }
+    let has_planes = flat.iter().flatten().any(|&f| f);
     let maps_of: Vec<Known> = (0..views.len())
         .into_par_iter()
         .with_max_len(1)
@@ -63,12 +76,13 @@ pub(super) fn silhouettes(
             }
             let s = if spread[k].is_finite() { spread[k] } else { 0.0 };
             let a = if agreed[k].is_finite() { agreed[k] } else { 0.0 };
-            steady(s, limit) * (a / enough).min(1.0).powi(3)
+            let by_brightness = if has_planes { steady(s, limit) } else { 1.0 };
+            by_brightness * (a / enough).min(1.0).powi(3)
         };
-        Silhouette {
-            steady: (0..flat.len()).map(believed).collect(),
-            depth_inside: distance_to(flat, view.width, view.height),
-        }
+        let steady: Vec<f32> = (0..flat.len()).map(believed).collect();
+        let depth_inside =
+            if has_planes { inside(sheets, view, flat, &steady) } else { Vec::new() };
+        Silhouette { steady, depth_inside }
     };
     maps_of.par_iter().zip(flat).zip(views).with_max_len(1).map(of).collect()
 }
@@ -149,6 +163,22 @@ pub(super) fn blurred(values: &[f32], width: usize, height: usize, side: usize) 
             if count > 0.0 { sum / count } else { f32::NAN }
         })
         .collect()
+}
+
+/// How far pixels lie inside what stands out against the sheets; infinite where none is behind them and their depth is not believed
+/// either.
+fn inside(sheets: &[Sheet], view: &View, flat: &[bool], steady: &[f32]) -> Vec<f32> {
+    let (width, mut depth) = (view.width, distance_to(flat, view.width, view.height));
+    for (k, depth) in depth.iter_mut().enumerate() {
+        if flat[k] || steady[k] >= BELIEVED {
+            continue;
+        }
+        let ray = view.pixel_ray([k % width, k / width]);
+        if !sheets.iter().any(|sheet| sheet.is_met(view, ray)) {
+            *depth = f32::INFINITY;
+        }
+    }
+    depth
 }
 
 /// Distance to the nearest marked pixel, by two passes of the 3-4 chamfer (Borgefors 1986); large without one.

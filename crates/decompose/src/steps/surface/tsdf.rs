@@ -88,7 +88,7 @@ fn touched(
             let ray = view.pixel_ray([i % view.width, i / view.width]);
             let step = 0.5 * edge / ray.length();
             let half = reach / ray.length();
-            let pit = hull.get(k).is_some_and(|h| h.steady[i] < PIT);
+            let pit = hull.get(k).is_some_and(|h| h.has_outline() && h.steady[i] < PIT);
             let mut t = z - if pit { half * (PIT_REACH / TRUNCATION) } else { half };
             loop {
                 let p = view.center + ray * t.min(z + half);

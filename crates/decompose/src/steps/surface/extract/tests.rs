@@ -61,12 +61,20 @@ fn depths(views: &[View], unit: &UnitWorld, wave: f32) -> Vec<DepthMap> {
 }
 
 fn from_depths(wave: f32, options: &Options) -> (Mesh, Vec<Vec3>, GeometryReport, UnitWorld) {
+    of_maps(options, |views, unit| depths(views, unit, wave))
+}
+
+/// The surface that twelve views of these depths give.
+fn of_maps(
+    options: &Options,
+    maps: impl Fn(&[View], &UnitWorld) -> Vec<DepthMap>,
+) -> (Mesh, Vec<Vec3>, GeometryReport, UnitWorld) {
     let photos = photos(12, 1.0, DVec3::ZERO);
     let centers: Vec<DVec3> =
         photos.iter().map(|p| p.camera_from_world.center_in_world()).collect();
     let unit = UnitWorld::of(&centers, std::iter::empty());
     let views: Vec<View> = photos.iter().map(|p| View::new(p, &unit)).collect();
-    let maps = depths(&views, &unit, wave);
+    let maps = maps(&views, &unit);
     let mut tick = |_: f32| Ok(());
     let mut parts = Parts { tick: &mut tick, times: Vec::new(), started: None };
     let (mesh, normals, report) =
@@ -106,6 +114,31 @@ fn a_sphere_on_a_plane_comes_back() {
             mesh.vertices.iter().filter(|v| unit.point_in_world(v.as_dvec3()).z.abs() < 5e-3);
         assert!(on_plane.count() > 500, "the plane is part of the surface");
     }
+}
+
+/// Far from the thing the Gaussians are fog, at another depth in every view: it stands out against no plane, and is no thing.
+#[test]
+fn fog_before_the_far_end_of_a_plane_is_no_thing() {
+    let (mesh, _, report, unit) = of_maps(&fine(), |views, unit| {
+        let mut maps = depths(views, unit, 0.0);
+        for (k, (view, map)) in views.iter().zip(&mut maps).enumerate() {
+            for (i, z) in map.depth.iter_mut().enumerate() {
+                let at = unit
+                    .point_in_world(view.place([i % view.width, i / view.width], *z).as_dvec3());
+                if at.truncate().length() > 0.6 {
+                    *z *= 0.3 + 0.05 * (k * 5 % 12) as f32;
+                }
+            }
+        }
+        maps
+    });
+    assert_eq!(report.planes, 1, "{report:?}");
+    let is_fog = |v: &&Vec3| {
+        let p = unit.point_in_world(v.as_dvec3());
+        (p - DVec3::new(0.0, 0.0, 0.25)).length() > RADIUS + 0.05 && p.z > 0.05
+    };
+    let (fog, all) = (mesh.vertices.iter().filter(is_fog).count(), mesh.vertices.len());
+    assert!(all > 3000 && fog * 100 < all, "{fog} of {all}");
 }
 
 #[test]

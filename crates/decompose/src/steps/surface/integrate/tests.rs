@@ -45,9 +45,10 @@ fn scene(count: usize) -> (Vec<View>, Vec<DepthMap>, Vec<Silhouette>) {
             let step = if x > 30.0 { 0.4 } else { 0.0 };
             if i % 97 == 5 { 0.0 } else { 2.0 + 0.02 * (0.3 * x + 0.2 * y).sin() - step }
         });
+        let inside = |i| if i % 29 == 7 { f32::INFINITY } else { (i % WIDTH) as f32 * 0.3 - 4.0 };
         let hull = Silhouette {
             steady: (0..pixels).map(|i| if i % 31 == 3 { 0.3 } else { 1.0 }).collect(),
-            depth_inside: (0..pixels).map(|i| (i % WIDTH) as f32 * 0.3 - 4.0).collect(),
+            depth_inside: (0..pixels).map(inside).collect(),
         };
         (view, DepthMap { depth: depth.collect() }, hull)
     };
@@ -97,7 +98,7 @@ fn slow(views: &[View], maps: &[DepthMap], hull: &[Silhouette], p: DVec3) -> (Op
             believed = f64::from(hull.steady[pixel]);
             let within = f64::from(hull.depth_inside[pixel]) - 0.5;
             inside = inside.min(within * q.z * footprint / voxel);
-            looks += 1;
+            looks += usize::from(within.is_finite());
         }
         let Some(z) = slow_depth(view, map, x, y) else { continue };
         let d = (z - q.z) / voxel;
