@@ -218,11 +218,9 @@ impl PixelShading {
     pub(crate) fn light(&mut self, factor: impl Fn(usize) -> Vec3 + Sync) {
         let pixels = (0..self.count()).into_par_iter().with_min_len(1024);
         let factors: Vec<Vec3> = pixels.map(&factor).collect();
-        let lit = |layer: &HalfPixels| {
-            HalfPixels::new(factors.iter().enumerate().map(|(i, factor)| layer.at(i) * *factor))
-        };
-        self.slope = lit(&self.slope);
-        self.offset = self.offset.as_ref().map(lit);
+        for layer in std::iter::once(&mut self.slope).chain(&mut self.offset) {
+            *layer = HalfPixels::new(factors.iter().enumerate().map(|(i, f)| layer.at(i) * *f));
+        }
     }
 
     /// Multiplies the colors of whole parts by a factor per vertex.
