@@ -30,6 +30,8 @@ const NEAR: f32 = 0.5;
 const LEAST_NEAR: f32 = 0.05;
 /// Cosine between the normals of a superpixel and of the plane that it is of.
 const FACING: f64 = 0.7;
+/// The same for a superpixel that lies on a plane already found: a side that is steeper is the foot of something that stands there.
+const LYING: f32 = 0.5;
 
 impl SupportPlane {
     /// Height above the plane, world units.
@@ -47,6 +49,11 @@ impl SupportPlane {
     pub(crate) fn membership(&self, point: Vec3, width: f32) -> f32 {
         let unit = (2.5 * self.noise).max(0.35 * width);
         (-(self.height(point) / unit).powi(2)).exp()
+    }
+
+    /// Whether a superpixel faces as the plane does; otherwise it is the foot of something that stands there, however low it lies.
+    pub(crate) fn is_faced_by(&self, s: &Segment) -> bool {
+        self.normal.dot(s.normal.into()) > LYING
     }
 
     /// Finds the plane that most of the area lies on; `None` when there is none of a fifth of it.
@@ -160,4 +167,18 @@ fn fit(segments: &[&Segment]) -> Option<(DVec3, f64)> {
         normal = (inverse * normal).try_normalize()?;
     }
     Some((normal, normal.dot(middle)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_foot_is_not_of_the_plane() {
+        let plane = SupportPlane { normal: Vec3::Z, offset: 1.0, noise: 0.01 };
+        let facing =
+            |normal: [f32; 3]| plane.is_faced_by(&Segment { normal, ..Segment::default() });
+        assert!(facing([0.0, 0.0, 1.0]) && facing([0.6, 0.0, 0.8]));
+        assert!(!facing([1.0, 0.0, 0.0]) && !facing([0.0, 0.0, -1.0]));
+    }
 }

@@ -67,6 +67,11 @@ impl RaisedSupport {
         s.width > 0.0 && self.plane.membership(s.point.into(), s.width) > 0.5 && self.is_within(s)
     }
 
+    /// Whether a superpixel of the plane faces another way: the foot of something that stands on it.
+    pub(crate) fn holds_foot(&self, s: &Segment) -> bool {
+        self.holds(s) && !self.plane.is_faced_by(s)
+    }
+
     /// Whether a superpixel is so low above the plane that what it belongs to rests there.
     pub(crate) fn is_near(&self, s: &Segment, sides: f32) -> bool {
         let height = self.plane.height(s.point.into());

@@ -37,20 +37,41 @@ impl Seeds {
     }
 }
 
+fn on_plane(index: &SceneIndex, n: u32) -> bool {
+    let s = index.segment(n);
+    s.width > 0.0 && index.plane.is_some_and(|p| p.membership(s.point.into(), s.width) > 0.5)
+}
+
+/// Whether the support plane itself is meant. Who clicks a thing low down may hit what it stands on, in all views or in some;
+/// who means the support hits nothing else. A rectangle is drawn around a thing, whose middle may be a hole.
+fn means_support(index: &SceneIndex, seeds: &Seeds) -> bool {
+    let hits = |hit: &Vec<u32>| 2 * hit.iter().filter(|&&n| on_plane(index, n)).count() > hit.len();
+    match seeds.positive.is_empty() {
+        true => seeds.boxes.iter().flatten().all(|&n| on_plane(index, n)),
+        false => seeds.positive.iter().all(hits),
+    }
+}
+
+/// Superpixels as low as what is stood on that face another way: the feet of things. A walk that used them would run from one
+/// thing to the next.
+pub(crate) fn feet(index: &SceneIndex, seeds: &Seeds) -> Vec<u32> {
+    if means_support(index, seeds) {
+        return Vec::new();
+    }
+    let stands_on = stands_on(index, seeds);
+    let is_foot = |&n: &u32| {
+        let s = index.segment(n);
+        let turned = index.plane.is_some_and(|p| !p.is_faced_by(s));
+        on_plane(index, n) && turned || stands_on.iter().any(|r| r.holds_foot(s))
+    };
+    (0..index.nodes() as u32).filter(is_foot).collect()
+}
+
 /// Where a walk starts and ends.
 pub(crate) fn marks(index: &SceneIndex, seeds: &Seeds) -> Vec<Mark> {
     let mut marks = vec![Mark::Free; index.nodes()];
-    let on_plane = |n: u32| {
-        let s = index.segment(n);
-        s.width > 0.0 && index.plane.is_some_and(|p| p.membership(s.point.into(), s.width) > 0.5)
-    };
-    // Who clicks a thing low down may hit what it stands on, in all views or in some; who means the support hits
-    // nothing else. A rectangle is drawn around a thing, whose middle may be a hole.
-    let is_on_plane = |hit: &Vec<u32>| 2 * hit.iter().filter(|&&n| on_plane(n)).count() > hit.len();
-    let is_support = match seeds.positive.is_empty() {
-        true => seeds.boxes.iter().flatten().all(|&n| on_plane(n)),
-        false => seeds.positive.iter().all(is_on_plane),
-    };
+    let on_plane = |n: u32| on_plane(index, n);
+    let is_support = means_support(index, seeds);
     let stands_on = stands_on(index, seeds);
     let on_raised = |n: u32| stands_on.iter().any(|r| r.holds(index.segment(n)));
     for n in 0..index.nodes() as u32 {

@@ -85,17 +85,25 @@ fn first_answer(index: &SceneIndex, first_click: &Seeds, least: f32) -> Arc<Firs
     answer
 }
 
+/// Weight of the first masks in every round, against what is rendered. Where Gaussians are larger than what they show, such as
+/// a leaf or a stalk, few of them lie mostly inside, and rounds without a memory lose it.
+const FIRST_MASK: f32 = 0.35;
+
 /// Lifts, renders and cuts again until the views agree.
 pub(crate) fn rounds(
     index: &SceneIndex,
-    mut mask: Vec<f32>,
+    first: &[f32],
     seeds: &Seeds,
     options: &SegmentOptions,
 ) -> Vec<f32> {
+    let mut mask = first.to_vec();
     for _ in 0..options.rounds {
         let lifted = index.lift(&mask);
-        let rendered = index.rendered(|i| if lifted[i] > 0.5 { 1.0 } else { 0.0 });
-        mask = cut(index, &rendered, seeds, options);
+        let mut wanted = index.rendered(|i| if lifted[i] > 0.5 { 1.0 } else { 0.0 });
+        for (wanted, first) in wanted.iter_mut().zip(first) {
+            *wanted += FIRST_MASK * (first - *wanted);
+        }
+        mask = cut(index, &wanted, seeds, options);
     }
     mask
 }

@@ -23,7 +23,8 @@ fn find(scene: &[Segment]) -> Vec<RaisedSupport> {
 }
 
 fn at(x: f32, height: f32) -> Segment {
-    Segment { area_px: 80.0, point: [x, 0.0, height], width: 0.1, ..Segment::default() }
+    let normal = [0.0, 0.0, 1.0];
+    Segment { area_px: 80.0, point: [x, 0.0, height], normal, width: 0.1, ..Segment::default() }
 }
 
 #[test]
@@ -34,6 +35,8 @@ fn a_table_carries_what_is_above_it_and_not_its_legs() {
     assert!((table.plane.offset - 1.0).abs() < 0.01 && table.plane.normal.z > 0.99, "{table:?}");
     assert!(table.carries(&at(0.0, 1.5)));
     assert!(!table.carries(&at(0.0, 1.0)) && table.holds(&at(0.0, 1.0)));
+    let side = Segment { normal: [1.0, 0.0, 0.0], ..at(0.0, 1.0) };
+    assert!(table.holds_foot(&side) && !table.holds_foot(&at(0.0, 1.0)));
     for beside in [at(0.6, 0.5), at(1.4, 1.5)] {
         assert!(!table.carries(&beside) && !table.holds(&beside), "{beside:?}");
     }
