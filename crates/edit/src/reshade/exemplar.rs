@@ -13,13 +13,7 @@
 
 use rayon::prelude::*;
 
-/// A known patch is needed, and more than a few to choose from.
-const LEAST_EXAMPLES: usize = 64;
-/// No more examples are compared; they lie on a coarser raster then.
-const MOST_EXAMPLES: usize = 40_000;
-
-/// An example far from the hole has to fit this many times better than one beside it.
-const FARTHEST: f32 = 4.0;
+use super::examples::examples_of;
 
 /// A raster with a hole.
 #[derive(Debug)]
@@ -40,82 +34,13 @@ pub(super) struct Raster<'a> {
 
 /// The values with the hole filled; `None` where too few patches can serve as examples.
 pub(super) fn filled(raster: &Raster<'_>) -> Option<Vec<[f32; 3]>> {
-    let examples = weighted(raster, &middles_of_examples(raster));
-    if examples.len() < LEAST_EXAMPLES {
-        return None;
-    }
+    let examples = examples_of(raster)?;
     let mut work = Work::new(raster);
     while let Some(next) = work.first_of_front() {
         let best = work.best_example(next, &examples);
         work.copy(best, next);
     }
     Some(work.values)
-}
-
-/// Examples with the weight of their mismatch, `w(q)`: the farther from the hole, the better they have to fit. So the
-/// ground that borders the hole goes on, and other ground comes in where it fits far better.
-fn weighted(raster: &Raster<'_>, middles: &[usize]) -> Vec<(usize, f32)> {
-    let side = (2 * raster.radius + 1) as f32;
-    let steps = steps_from(raster.size, raster.hole);
-    middles.iter().map(|&c| (c, (1.0 + (steps[c] as f32 / side).powi(2)).min(FARTHEST))).collect()
-}
-
-/// Steps from each cell to the nearest marked one, diagonals counting as one.
-fn steps_from([width, height]: [usize; 2], marked: &[bool]) -> Vec<u32> {
-    let mut steps: Vec<u32> = marked.iter().map(|m| if *m { 0 } else { u32::MAX }).collect();
-    let mut last: Vec<usize> = (0..marked.len()).filter(|c| marked[*c]).collect();
-    for step in 1.. {
-        let mut next = Vec::new();
-        for c in last {
-            let (x, y) = (c % width, c / width);
-            for j in y.saturating_sub(1)..(y + 2).min(height) {
-                for i in x.saturating_sub(1)..(x + 2).min(width) {
-                    let slot = &mut steps[j * width + i];
-                    if *slot == u32::MAX {
-                        *slot = step;
-                        next.push(j * width + i);
-                    }
-                }
-            }
-        }
-        if next.is_empty() {
-            break;
-        }
-        last = next;
-    }
-    steps
-}
-
-/// Middles of the patches that may be copied whole.
-fn middles_of_examples(raster: &Raster<'_>) -> Vec<usize> {
-    let [width, height] = raster.size;
-    let side = 2 * raster.radius + 1;
-    if width < side || height < side {
-        return Vec::new();
-    }
-    // Examples in the rectangle above and left of a cell: a patch is one when its count is full.
-    let mut counts = vec![0u32; (width + 1) * (height + 1)];
-    for y in 0..height {
-        for x in 0..width {
-            let at = |x: usize, y: usize| y * (width + 1) + x;
-            counts[at(x + 1, y + 1)] = counts[at(x, y + 1)] + counts[at(x + 1, y)]
-                - counts[at(x, y)]
-                + u32::from(raster.examples[y * width + x]);
-        }
-    }
-    let at = |x: usize, y: usize| counts[y * (width + 1) + x];
-    let whole = |x: usize, y: usize| {
-        at(x + side, y + side) + at(x, y) - at(x, y + side) - at(x + side, y)
-            == (side * side) as u32
-    };
-    let corners = (0..=height - side).flat_map(|y| (0..=width - side).map(move |x| (x, y)));
-    let found = corners.filter(|&(x, y)| whole(x, y));
-    let found: Vec<usize> =
-        found.map(|(x, y)| (y + raster.radius) * width + x + raster.radius).collect();
-    let step = (found.len() as f32 / MOST_EXAMPLES as f32).sqrt().ceil().max(1.0) as usize;
-    let on_raster =
-        |c: &usize| (c % width).is_multiple_of(step) && (c / width).is_multiple_of(step);
-    if step == 1 { found } else { found.into_iter().filter(on_raster).collect() }
 }
 
 /// A raster on its way.
@@ -228,34 +153,7 @@ impl Work {
             .filter(|(c, _)| self.known[*c])
             .map(|(c, [dx, dy])| (dy * width + dx, self.values[c]))
             .collect();
-        let mismatch = |(example, weight): (usize, f32), least: f32| {
-            let mut sum = 0.0f32;
-            for &(shift, value) in &wanted {
-                let there = self.values[(example as isize + shift) as usize];
-                sum += weight * (0..3).map(|k| (value[k] - there[k]).powi(2)).sum::<f32>();
-                if sum > least {
-                    break;
-                }
-            }
-            sum
-        };
-        // Chunks of fixed size, so that what ends a sum early does not depend on threads.
-        let best_of = |(n, chunk): (usize, &[(usize, f32)])| {
-            let mut best = (f32::INFINITY, n * 1024);
-            for (k, &example) in chunk.iter().enumerate() {
-                let sum = mismatch(example, best.0);
-                if sum < best.0 {
-                    best = (sum, n * 1024 + k);
-                }
-            }
-            best
-        };
-        let best = examples
-            .par_chunks(1024)
-            .enumerate()
-            .map(best_of)
-            .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        best.map_or(examples[0].0, |(_, k)| examples[k].0)
+        nearest(&self.values, &wanted, examples)
     }
 
     /// Copies what is missing of the patch around a cell.
@@ -275,6 +173,42 @@ impl Work {
             }
         }
     }
+}
+
+/// The example whose weighted mismatch with values at shifts from its middle is least; of equal ones the first.
+pub(super) fn nearest(
+    values: &[[f32; 3]],
+    wanted: &[(isize, [f32; 3])],
+    examples: &[(usize, f32)],
+) -> usize {
+    let mismatch = |(example, weight): (usize, f32), least: f32| {
+        let mut sum = 0.0f32;
+        for &(shift, value) in wanted {
+            let there = values[(example as isize + shift) as usize];
+            sum += weight * (0..3).map(|k| (value[k] - there[k]).powi(2)).sum::<f32>();
+            if sum > least {
+                break;
+            }
+        }
+        sum
+    };
+    // Chunks of fixed size, so that what ends a sum early does not depend on threads.
+    let best_of = |(n, chunk): (usize, &[(usize, f32)])| {
+        let mut best = (f32::INFINITY, n * 1024);
+        for (k, &example) in chunk.iter().enumerate() {
+            let sum = mismatch(example, best.0);
+            if sum < best.0 {
+                best = (sum, n * 1024 + k);
+            }
+        }
+        best
+    };
+    let best = examples
+        .par_chunks(1024)
+        .enumerate()
+        .map(best_of)
+        .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    best.map_or(examples[0].0, |(_, k)| examples[k].0)
 }
 
 #[cfg(test)]
@@ -341,15 +275,6 @@ mod tests {
         let inside = || filled.iter().zip(&hole).filter(|(_, hole)| **hole).map(|(v, _)| v[0]);
         let even = inside().filter(|v| *v == 0.5).count();
         assert!(even * 10 < inside().count(), "{even} cells come from beyond the rim");
-    }
-
-    #[test]
-    fn steps_go_along_rows_columns_and_diagonals() {
-        let marked: Vec<bool> = (0..20).map(|c| c == 6).collect();
-        let steps = steps_from([5, 4], &marked);
-        assert_eq!(steps[..5], [1, 1, 1, 2, 3]);
-        assert_eq!(steps[15..], [2, 2, 2, 2, 3]);
-        assert_eq!(steps_from([2, 1], &[false; 2]), [u32::MAX; 2], "nothing is marked");
     }
 
     #[test]

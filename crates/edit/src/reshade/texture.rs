@@ -13,6 +13,7 @@ use motes_scene::Gaussians;
 
 use super::colors::Projection;
 use super::exemplar::{Raster, filled};
+use super::foretold::is_foretold;
 use super::grid::{Grid, boxed};
 use super::hole::Hole;
 use super::looks::Seen;
@@ -82,6 +83,7 @@ impl Texture {
             hole: &open.collect::<Vec<_>>(),
             radius,
         };
+        is_foretold(&raster).then_some(())?;
         let log_unlit = filled(&raster)?;
         Some(Self { grid, log_unlit })
     }
