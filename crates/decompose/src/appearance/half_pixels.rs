@@ -8,7 +8,7 @@ const LARGEST: i32 = 14;
 
 /// Three values per pixel in half precision, times one power of two.
 ///
-/// The power is that which makes use of the range, so any exposure of the photos is stored with an error of 2^-12 at most, down to
+/// The power is that which makes use of the range, so any exposure of the photos is stored with an error of 2^-11 at most, down to
 /// 2^-28 of the largest value. Values that were stored are stored again without a change.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct HalfPixels {
@@ -64,7 +64,7 @@ mod tests {
             let first = stored(&values);
             for (i, value) in values.iter().enumerate() {
                 let off = (first.at(i) - *value).abs() / *value;
-                assert!(off.max_element() < 2.5e-4, "{exposure} {i}: {off}");
+                assert!(off.max_element() < 4.9e-4, "{exposure} {i}: {off}");
             }
             let read: Vec<Vec3> = (0..first.count()).map(|i| first.at(i)).collect();
             let again = stored(&read);

@@ -10,6 +10,7 @@ mod options;
 pub(crate) mod pairs;
 mod priors;
 pub(crate) mod problem;
+mod smooth_light;
 pub(crate) mod solve;
 pub(crate) mod transport;
 
