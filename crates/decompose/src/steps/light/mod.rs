@@ -10,7 +10,6 @@ mod options;
 pub(crate) mod pairs;
 mod priors;
 pub(crate) mod problem;
-mod smooth_light;
 pub(crate) mod solve;
 pub(crate) mod transport;
 

@@ -10,7 +10,6 @@ use super::lamps::Lamps;
 use super::local::FoundLocal;
 use super::options::Options;
 use super::pairs::{Pair, PairOptions, choose_pairs};
-use super::smooth_light::SmoothLight;
 use super::solve::{LitPoints, solve};
 use super::transport::{Transport, TransportOptions, bounce};
 use crate::appearance::ModelOptions;
@@ -29,11 +28,6 @@ const AMONG: usize = 200;
 /// Difference of log chromaticity at which base colors are no longer alike. Sun and sky differ in color, so points that look
 /// alike before the light is known are mostly lit alike: choosing by looks would hide every shadow from the fit.
 const CHROMA: f32 = 0.4;
-/// The same where a light found so leaves near points less alike than a smooth one did: shadows under a blue sky differ by more from
-/// the sunlit ground around them, as long as the sun is not known, and tell of no sun then.
-const WIDE_CHROMA: f32 = 1.5;
-/// Near points are less alike from this factor on.
-const WORSE: f64 = 1.01;
 /// Weight of pairs that are not both on a flat piece: their normals err by degrees, which flattens the light.
 const UNSURE: f32 = 0.2;
 /// How much smoother the sky is that lamps are first found beside.
@@ -72,8 +66,6 @@ pub(crate) struct LightProblem<'a> {
     pub model: &'a ModelOptions,
     /// Distance at which rays leave the surface, world units.
     pub ray_bias: f32,
-    /// Difference of log chromaticity at which base colors are no longer alike.
-    pub chroma: f32,
     /// Key of the random numbers.
     pub seed: u64,
 }
@@ -95,8 +87,6 @@ pub(crate) struct FoundLight {
     pub lamp_costs: Option<(f64, f64)>,
     /// The light that is not at infinity, of a single capture.
     pub local: Option<FoundLocal>,
-    /// Mean difference of log base colors between near points of any color.
-    pub unlikeness: f64,
 }
 
 impl<'a> LightProblem<'a> {
@@ -116,7 +106,6 @@ impl<'a> LightProblem<'a> {
             options,
             model: state.inputs.model,
             ray_bias: state.ray_bias(),
-            chroma: CHROMA,
             seed: state.inputs.seed,
         }
     }
@@ -135,58 +124,34 @@ impl<'a> LightProblem<'a> {
     pub(crate) fn solve(&mut self) -> FoundLight {
         let lamp_costs = self.weigh_lamps();
         let bounces = self.bounces();
-        let smooth = self.smooth_light(&bounces);
-        let mut found = self.divided(&smooth, &bounces);
-        if found.unlikeness > WORSE * smooth.unlikeness(&smooth.lit, &smooth.lights) {
-            self.chroma = WIDE_CHROMA;
-            let wide = self.divided(&smooth, &bounces);
-            if wide.unlikeness < found.unlikeness {
-                found = wide;
-            }
-            self.chroma = CHROMA;
-        }
-        found.lamp_costs = lamp_costs;
-        found.lamp_of_vertex.clone_from(&self.lamps.of_vertex);
-        found
-    }
-
-    /// The light in cells of level 0. Its pairs are near each other and may have any color; they are chosen again once the light is
-    /// roughly known.
-    fn smooth_light(&self, bounces: &[Vec<Vec3>]) -> SmoothLight {
         let mut lights = vec![self.even(); self.lights];
-        let (rows, lit) = self.lit_points(&lights[0], bounces);
-        self.start(&mut lights, &rows, &lit);
-        let (mut costs, mut pairs) = (Vec::new(), Vec::new());
-        for pass in 0..2 {
-            pairs = self.pairs(&rows, &lit, &[], self.seed.wrapping_add(pass), RADIUS);
-            costs.push(solve(&mut lights, &lit, &pairs, &mut [], &self.solve_options()));
-        }
-        SmoothLight { lights, rows, lit, pairs, costs }
-    }
-
-    /// That light in finer cells where it is bright.
-    fn divided(&self, smooth: &SmoothLight, bounces: &[Vec<Vec3>]) -> FoundLight {
+        let mut found = FoundLight { lamp_costs, ..FoundLight::default() };
+        let mut base: Vec<Vec<Vec3>> = Vec::new();
         let levels = self.options.light_levels;
-        let mut lights = smooth.lights.clone();
-        let mut found = FoundLight { costs: smooth.costs.clone(), ..FoundLight::default() };
-        found.cells.push(lights[0].cells.len());
-        let (mut rows, mut lit): (Option<Vec<Vec<u32>>>, Option<Vec<LitPoints>>) = (None, None);
-        for _ in 0..levels {
-            let before: &[LitPoints] = lit.as_deref().unwrap_or(&smooth.lit);
-            let base: Vec<_> = before.iter().zip(&lights).map(|(l, e)| base_colors(l, e)).collect();
-            let which = around(&lights[0].cells, &hot_cells(&lights, before), levels);
-            lights.iter_mut().for_each(|light| light.divide(&which));
-            let (of_round, lit_now) = self.lit_points(&lights[0], bounces);
-            let pairs = self.pairs(&of_round, &lit_now, &base, self.seed, RADIUS);
-            found.costs.push(solve(&mut lights, &lit_now, &pairs, &mut [], &self.solve_options()));
+        for round in 0..=levels {
+            let (rows, lit) = self.lit_points(&lights[0], &bounces);
+            if round == 0 {
+                self.start(&mut lights, &rows, &lit);
+            }
+            // The first pairs are near each other and may have any color; they are chosen again once the light is
+            // roughly known.
+            for pass in 0..if round == 0 { 2 } else { 1u64 } {
+                let pairs = self.pairs(&rows, &lit, &base, self.seed.wrapping_add(pass), RADIUS);
+                let cost = solve(&mut lights, &lit, &pairs, &mut [], &self.solve_options());
+                found.costs.push(cost);
+            }
+            base = lit.iter().zip(&lights).map(|(l, light)| base_colors(l, light)).collect();
             found.cells.push(lights[0].cells.len());
-            (rows, lit) = (Some(of_round), Some(lit_now));
+            if round == levels {
+                found.lamp_share = lamp_share(&lights[0], &lit[0]);
+                found.local = self.local_light(&mut lights, &rows, &lit, found.lamp_share);
+            } else {
+                let hot = hot_cells(&lights, &lit);
+                let which = around(&lights[0].cells, &hot, levels);
+                lights.iter_mut().for_each(|light| light.divide(&which));
+            }
         }
-        let rows = rows.as_deref().unwrap_or(&smooth.rows);
-        let lit = lit.as_deref().unwrap_or(&smooth.lit);
-        found.unlikeness = smooth.unlikeness(lit, &lights);
-        found.lamp_share = lamp_share(&lights[0], &lit[0]);
-        found.local = self.local_light(&mut lights, rows, lit, found.lamp_share);
+        found.lamp_of_vertex.clone_from(&self.lamps.of_vertex);
         found.lights = lights;
         found
     }
@@ -320,7 +285,7 @@ impl<'a> LightProblem<'a> {
             let positions: Vec<Vec3> =
                 rows.iter().map(|&p| self.samples[p as usize].position).collect();
             let (colors, chroma) =
-                base.get(l).map_or((&lit.radiance, f32::INFINITY), |base| (base, self.chroma));
+                base.get(l).map_or((&lit.radiance, f32::INFINITY), |base| (base, CHROMA));
             let pair_options = PairOptions {
                 count: 8,
                 among: AMONG,
