@@ -13,8 +13,6 @@
 
 use rayon::prelude::*;
 
-use super::examples::examples_of;
-
 /// A raster with a hole.
 #[derive(Debug)]
 pub(super) struct Raster<'a> {
@@ -32,15 +30,14 @@ pub(super) struct Raster<'a> {
     pub(super) radius: usize,
 }
 
-/// The values with the hole filled; `None` where too few patches can serve as examples.
-pub(super) fn filled(raster: &Raster<'_>) -> Option<Vec<[f32; 3]>> {
-    let examples = examples_of(raster)?;
+/// The values with the hole filled by these examples.
+pub(super) fn filled(raster: &Raster<'_>, examples: &[(usize, f32)]) -> Vec<[f32; 3]> {
     let mut work = Work::new(raster);
     while let Some(next) = work.first_of_front() {
-        let best = work.best_example(next, &examples);
+        let best = work.best_example(next, examples);
         work.copy(best, next);
     }
-    Some(work.values)
+    work.values
 }
 
 /// A raster on its way.
@@ -214,6 +211,12 @@ pub(super) fn nearest(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::reshade::examples::examples_of;
+
+    /// `None` where too few patches can serve as examples.
+    fn filled(raster: &Raster<'_>) -> Option<Vec<[f32; 3]>> {
+        Some(super::filled(raster, &examples_of(raster)?))
+    }
 
     const SIZE: [usize; 2] = [72, 60];
 

@@ -11,7 +11,6 @@
 
 use rayon::prelude::*;
 
-use super::examples::examples_of;
 use super::exemplar::{Raster, nearest};
 
 /// Patches that are tried.
@@ -22,15 +21,14 @@ const TRIED: usize = 96;
 const MOST_ERROR: f32 = 1.5;
 
 /// Whether examples foretell the ground beside the hole well enough to be copied into it.
-pub(super) fn is_foretold(raster: &Raster<'_>) -> bool {
-    error_of_examples(raster).is_some_and(|error| error <= MOST_ERROR)
+pub(super) fn is_foretold(raster: &Raster<'_>, examples: &[(usize, f32)]) -> bool {
+    error_of_examples(raster, examples).is_some_and(|error| error <= MOST_ERROR)
 }
 
-/// `error` over `blank`, summed over patches beside the hole; `None` where too few can serve as examples.
-fn error_of_examples(raster: &Raster<'_>) -> Option<f32> {
-    let examples = examples_of(raster)?;
+/// `error` over `blank`, summed over patches beside the hole; `None` where all is even.
+fn error_of_examples(raster: &Raster<'_>, examples: &[(usize, f32)]) -> Option<f32> {
     // Those beside the hole: what is farther away may be other ground.
-    let mut tried = examples.clone();
+    let mut tried = examples.to_vec();
     tried.sort_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
     tried.truncate(examples.len().div_ceil(3));
     let step = tried.len().div_ceil(TRIED);
@@ -38,7 +36,7 @@ fn error_of_examples(raster: &Raster<'_>) -> Option<f32> {
     let errors: Vec<[f64; 2]> = tried
         .par_iter()
         .enumerate()
-        .map(|(k, &middle)| foretold(raster, &examples, middle, k % 4))
+        .map(|(k, &middle)| foretold(raster, examples, middle, k % 4))
         .collect();
     let sum = |k: usize| errors.iter().map(|e| e[k]).sum::<f64>();
     (sum(1) > 0.0).then(|| (sum(0) / sum(1)) as f32)
@@ -87,6 +85,7 @@ fn foretold(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::reshade::examples::examples_of;
 
     /// Of a pattern with a hole in the middle.
     fn error(pattern: impl Fn(usize, usize) -> f32) -> f32 {
@@ -100,7 +99,8 @@ mod tests {
         let known: Vec<bool> = hole.iter().map(|hole| !hole).collect();
         let (known, examples) = (&known[..], &known[..]);
         let raster = Raster { size, values: &values, known, examples, hole: &hole, radius: 4 };
-        error_of_examples(&raster).expect("enough examples")
+        let examples = examples_of(&raster).expect("enough examples");
+        error_of_examples(&raster, &examples).expect("an uneven pattern")
     }
 
     #[test]

@@ -12,6 +12,7 @@ use glam::Vec3;
 use motes_scene::Gaussians;
 
 use super::colors::Projection;
+use super::examples::examples_of;
 use super::exemplar::{Raster, filled};
 use super::foretold::is_foretold;
 use super::grid::{Grid, boxed};
@@ -83,9 +84,9 @@ impl Texture {
             hole: &open.collect::<Vec<_>>(),
             radius,
         };
-        is_foretold(&raster).then_some(())?;
-        let log_unlit = filled(&raster)?;
-        Some(Self { grid, log_unlit })
+        let examples = examples_of(&raster)?;
+        is_foretold(&raster, &examples)
+            .then(|| Self { grid, log_unlit: filled(&raster, &examples) })
     }
 
     /// Width of a cell, world units.
