@@ -9,23 +9,30 @@ import { withTab } from "./browser.mjs";
 const [folder, url, view, x, y] = process.argv.slice(2);
 const shot = (tab, name) => tab.screenshot({ path: join(folder, `${name}.png`) });
 const live = (tab, read) => tab.evaluate(`window.motes.then((viewer) => (${read})(viewer, viewer.live))`);
+// Waits until `condition([live, wanted])` holds; one that gave a promise would count as true at once.
+const until = async (tab, condition, wanted, options) => {
+  const page = await tab.evaluateHandle("window.motes.then(({ live }) => live)");
+  await tab.waitForFunction(condition, [page, wanted], { timeout: 120000, ...options });
+};
+const acted = (tab, count) => until(tab, ([{ state }, count]) => state.steps.length === count, count);
+// Everything that is known is in the picture.
+const atRest = (tab) => until(tab, ([{ viewer, following }]) => !(viewer.dirty || viewer.unsorted || viewer.sorting || following));
 const settled = async (tab) => {
   await live(tab, "(viewer, live) => live.isSettled()");
-  await tab.waitForTimeout(300);
+  await atRest(tab);
 };
 const opened = async (tab) => {
   await tab.goto(url);
   await tab.waitForSelector("body.ready, body.failed", { timeout: 120000 });
 };
-const wait = (tab, condition) => tab.waitForFunction(`window.motes.then(({ live: { state } }) => ${condition})`, null, { timeout: 120000 });
 
 const report = await withTab({ width: 1280, height: 800 }, async (tab) => {
   const outside = [];
   tab.on("request", (request) => request.url().startsWith(url) || request.url().startsWith("blob:") || request.url().startsWith("data:") || outside.push(request.url()));
   await opened(tab);
-  await wait(tab, `state.views === "ready"`);
+  await until(tab, ([{ state }]) => state.views === "ready");
   await live(tab, `(viewer) => viewer.look(viewer.manifest.photos.findIndex(({ name }) => name === ${JSON.stringify(view)}))`);
-  await tab.waitForTimeout(500);
+  await atRest(tab);
   // Where a pixel of the view is in the window.
   const place = await live(tab, `(viewer) => {
     const { size } = viewer.manifest.photos[viewer.state.view];
@@ -34,32 +41,43 @@ const report = await withTab({ width: 1280, height: 800 }, async (tab) => {
   }`);
   const start = Date.now();
   await tab.mouse.click(...place);
-  await tab.waitForFunction(`window.motes.then((viewer) => viewer.splats[0].marked)`, null, { polling: 10, timeout: 60000 });
+  await until(tab, ([{ viewer }]) => viewer.splats[0].marked, null, { polling: 10 });
   const milliseconds = Date.now() - start;
   // Without the drawing, which is slow where there is no graphics processor.
   const answer = await tab.evaluate(() => performance.getEntriesByName(new URL("prompt", location.href).href).pop().duration);
   const clicked = await live(tab, "(viewer, live) => live.state.selection");
-  await tab.waitForTimeout(400);
+  await atRest(tab);
   await shot(tab, "selected");
   // What Shift says does not belong.
   await tab.keyboard.down("Shift");
   await tab.mouse.click(place[0], 760);
   await tab.keyboard.up("Shift");
-  await wait(tab, "state.selection?.gestures === 2");
+  await until(tab, ([{ state }]) => state.selection?.gestures === 2);
+  // The answer to the name comes late, when somebody has gone on to a handle.
+  let answerName;
+  const late = new Promise((resolve) => (answerName = resolve));
+  await tab.route("**/keep", async (route) => {
+    const response = await route.fetch();
+    await late;
+    await route.fulfill({ response });
+  });
   await tab.fill("#name", "thing");
   await tab.keyboard.press("Enter");
-  await wait(tab, `state.selections.includes("thing")`);
+  await until(tab, ([{ state }]) => state.selections.includes("thing"));
   await tab.selectOption("#material", "brass");
   await tab.click("#set-material");
-  await wait(tab, "state.steps.length === 2");
-  // A handle by keys: two steps along the first axis.
+  await acted(tab, 2);
+  // A handle by keys: two steps along the first axis. What is not shown takes no focus.
+  await tab.waitForSelector("#handles.shown");
   await tab.focus("#handle-x");
   await tab.keyboard.press("ArrowRight");
+  answerName();
+  await tab.waitForFunction(() => document.getElementById("name").value === "");
   await tab.keyboard.press("ArrowRight");
-  await tab.waitForTimeout(200);
+  await atRest(tab);
   await shot(tab, "moving");
   await tab.keyboard.press("Enter");
-  await wait(tab, "state.steps.length === 3");
+  await acted(tab, 3);
   // The sun is dragged across its disc: one act.
   let acts = 3;
   if (await tab.isVisible("#sky")) {
@@ -82,12 +100,12 @@ const report = await withTab({ width: 1280, height: 800 }, async (tab) => {
   await tab.click("#edit summary");
   await tab.click("#edit summary");
   for (let k = 0; k < 2; k++) await tab.keyboard.press("Control+z");
-  await wait(tab, `state.steps.length === ${acts - 2}`);
+  await acted(tab, acts - 2);
   for (let k = 0; k < 2; k++) await tab.keyboard.press("Control+Shift+z");
-  await wait(tab, `state.steps.length === ${acts}`);
+  await acted(tab, acts);
   await settled(tab);
   await tab.click("#compare-before");
-  await tab.waitForTimeout(800);
+  await atRest(tab);
   await shot(tab, "before-after");
   await tab.click("#compare-before");
   await tab.click("#copy-command");
@@ -95,17 +113,17 @@ const report = await withTab({ width: 1280, height: 800 }, async (tab) => {
   const [download] = await Promise.all([tab.waitForEvent("download"), tab.click("#save-plan")]);
   await download.saveAs(join(folder, "edit-plan.json"));
   await tab.click("#help-button");
-  await tab.waitForTimeout(200);
+  await tab.waitForSelector("#help[open]");
   await shot(tab, "help");
   return { milliseconds, answer, clicked, steps, copied, outside };
 });
 // The page of somebody else, who sees the same; small.
 report.phone = await withTab({ width: 390, height: 844 }, async (tab) => {
   await opened(tab);
-  await tab.waitForTimeout(500);
+  await atRest(tab);
   await shot(tab, "phone");
   await tab.click("#edit summary");
-  await tab.waitForTimeout(300);
+  await tab.waitForSelector("#edit[open]");
   await shot(tab, "phone-edit");
   const wide = await tab.evaluate("document.documentElement.scrollWidth");
   return { wide, steps: await live(tab, "(viewer, live) => live.state.steps.length") };

@@ -21,7 +21,9 @@ class Panel {
     $("keep").onsubmit = async (event) => {
       event.preventDefault();
       if (await live.send("keep", { name: $("name").value })) $("name").value = "";
-      $("canvas").focus();
+      // Whoever went on meanwhile keeps the focus; the body has it once the field is disabled.
+      const { activeElement } = document;
+      if (activeElement === document.body || $("keep").contains(activeElement)) $("canvas").focus();
     };
     for (const id of ["box", "brush"]) $(id).disabled = !session.views;
     if (window.innerWidth <= 600) $("edit").open = false;
