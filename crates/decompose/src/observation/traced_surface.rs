@@ -48,7 +48,7 @@ impl TracedSurface {
     /// # Errors
     /// A triangle refers to a vertex that does not exist.
     pub fn new(surface: Surface) -> Result<Self, MeshError> {
-        let mesh = mesh_of(&surface);
+        let mesh = TriangleMesh::from(&surface);
         let diagonal = mesh.diagonal();
         let extent = if diagonal > 0.0 && diagonal.is_finite() { diagonal } else { 1.0 };
         // Refuses corners that are no vertices, which the median cannot.
@@ -60,7 +60,7 @@ impl TracedSurface {
 
     /// Its triangles.
     pub(crate) fn mesh(&self) -> TriangleMesh {
-        mesh_of(&self.surface)
+        (&self.surface).into()
     }
 
     /// Whether vertices of which this holds lie on no flat piece: there normals are exact.
@@ -94,13 +94,6 @@ impl TracedSurface {
         let shading = at(&self.surface.normals).normalize_or(geometric);
         let shading = if shading.dot(geometric) < 0.0 { -shading } else { shading };
         (at(&self.surface.vertices), shading, geometric)
-    }
-}
-
-fn mesh_of(surface: &Surface) -> TriangleMesh {
-    TriangleMesh {
-        vertices: surface.vertices.iter().map(|&v| Vec3::from(v)).collect(),
-        triangles: surface.triangles.clone(),
     }
 }
 

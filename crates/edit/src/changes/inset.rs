@@ -23,9 +23,9 @@ pub(crate) fn inset(asset: &mut Asset) {
     let Some(width) = asset.gaussians.log_scales.first().map(|s| s[0].max(s[1]).exp()) else {
         return;
     };
-    let vertices = surface.vertices.iter().map(|v| Vec3::from(*v)).collect();
-    let mesh = TriangleMesh { vertices, triangles: surface.triangles.clone() };
-    let Ok(tracer) = MeshTracer::new(&mesh, BuildQuality::Fast) else { return };
+    let Ok(tracer) = MeshTracer::new(&TriangleMesh::from(&*surface), BuildQuality::Fast) else {
+        return;
+    };
     // As the rasterizer shows them.
     let shown =
         (width.powi(2) + motes_raster::BLUR_VARIANCE_PX2 * (asset.pixel as f32).powi(2)).sqrt();

@@ -1,10 +1,10 @@
 //! The ground below an asset, and whether it touches it.
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 use motes_math::median::{median, weighted_median};
 use motes_math::sigmoid::sigmoid;
 use motes_scene::{Gaussians, Surface};
-use motes_shading::tracing::{BuildQuality, MeshTracer, Ray, Tracer as _, TriangleMesh};
+use motes_shading::tracing::{BuildQuality, MeshTracer, Ray, Tracer as _};
 
 use crate::changes::ground::find_ground;
 use crate::changes::measure::Extent;
@@ -47,9 +47,7 @@ pub fn contact(
 
 /// Median height of the surface below a few points of the footprint.
 fn below_on(surface: &Surface, up: DVec3, extent: &Extent) -> Option<f64> {
-    let vertices = surface.vertices.iter().map(|v| Vec3::from(*v)).collect();
-    let mesh = TriangleMesh { vertices, triangles: surface.triangles.clone() };
-    let tracer = MeshTracer::new(&mesh, BuildQuality::Fast).ok()?;
+    let tracer = MeshTracer::new(&surface.into(), BuildQuality::Fast).ok()?;
     let (x, y) = up.any_orthonormal_pair();
     // From the lower part of the asset: what hangs over it is no ground.
     let start = extent.base() + up * (0.3 * extent.height());

@@ -35,10 +35,7 @@ struct Baker<'a> {
 
 pub(super) fn bake(source: &MeshSource<'_>, reduced: &Reduced, atlas: &Atlas) -> PbrMesh {
     let surface = source.surface;
-    let full = TriangleMesh {
-        vertices: surface.vertices.iter().map(|v| Vec3::from(*v)).collect(),
-        triangles: surface.triangles.clone(),
-    };
+    let full = TriangleMesh::from(surface);
     let edge = full.median_edge();
     // `is_consistent` has seen the corners already.
     let tracer = MeshTracer::new(&full, BuildQuality::Fast);

@@ -8,6 +8,7 @@
 use std::time::Duration;
 
 use glam::{Vec3, Vec3A};
+use motes_scene::Surface;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::builder::build_bvh2;
 use obvhs::{Boundable, BvhBuildParams};
@@ -41,6 +42,13 @@ pub struct TriangleMesh {
     pub vertices: Vec<Vec3>,
     /// Three vertices each; the normal follows the right-hand rule.
     pub triangles: Vec<[u32; 3]>,
+}
+
+impl From<&Surface> for TriangleMesh {
+    fn from(surface: &Surface) -> Self {
+        let vertices = surface.vertices.iter().map(|v| Vec3::from(*v)).collect();
+        Self { vertices, triangles: surface.triangles.clone() }
+    }
 }
 
 impl TriangleMesh {
