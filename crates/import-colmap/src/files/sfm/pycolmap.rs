@@ -11,14 +11,14 @@ use super::{FocalPrior, Request, SfmReport, Solution};
 use crate::error::{IngestError, Result};
 use crate::progress::Progress;
 
-pub(super) const DRIVER: &str = include_str!("pycolmap_driver.py");
+/// Files for pycolmap, name and text; this one lies beside every script.
+pub(super) const EVENTS: [&str; 2] = ["pycolmap_events.py", include_str!("pycolmap_events.py")];
+const PHOTOS: [&str; 2] = ["pycolmap_photos.py", include_str!("pycolmap_photos.py")];
+const DRIVER: [&str; 2] = ["pycolmap_driver.py", include_str!("pycolmap_driver.py")];
 
 /// Warnings of the driver that this program words itself.
 const RESTATED: [&str; 4] =
     ["exif_orientation", "not_all_registered", "several_models", "focal_moved"];
-
-/// The warning that photos lack a focal length: reworded where all of them do.
-const NO_FOCAL: &str = "no_exif_focal";
 
 #[derive(Deserialize)]
 struct Outcome {
@@ -55,8 +55,10 @@ pub(super) fn solve(
     progress: &dyn Progress,
 ) -> Result<Solution> {
     std::fs::create_dir_all(request.workspace).map_err(|e| cannot_write(request.workspace, &e))?;
-    let script = request.workspace.join("pycolmap_driver.py");
-    std::fs::write(&script, DRIVER).map_err(|e| cannot_write(&script, &e))?;
+    for file in [EVENTS, PHOTOS] {
+        write(request.workspace, file)?;
+    }
+    let script = write(request.workspace, DRIVER)?;
     let mut command = Command::new(python);
     command.arg(&script).args(arguments(request)).env("PYTHONDONTWRITEBYTECODE", "1");
     // COLMAP writes a log of every run into the folder for temporary files.
@@ -65,9 +67,7 @@ pub(super) fn solve(
     }
     let remedy = "run again with -v to see its log, or use --sfm colmap";
     let (outcome, warnings) = listen::<Outcome>(&mut command, progress, remedy)?;
-    let no_prior = outcome.focal_prior_px.is_none();
-    let restated = |code: &str| RESTATED.contains(&code) || (no_prior && code == NO_FOCAL);
-    let warnings = warnings.into_iter().filter(|w| !restated(&w.code));
+    let warnings = warnings.into_iter().filter(|w| !RESTATED.contains(&w.code.as_str()));
     Ok(solution(outcome, warnings.map(|warning| warning.message).collect()))
 }
 
@@ -131,6 +131,13 @@ fn solution(outcome: Outcome, warnings: Vec<String>) -> Solution {
         report,
         warnings,
     }
+}
+
+/// Puts a file, name and text, into a folder; where it is.
+pub(super) fn write(folder: &Path, [name, text]: [&str; 2]) -> Result<PathBuf> {
+    let file = folder.join(name);
+    std::fs::write(&file, text).map_err(|e| cannot_write(&file, &e))?;
+    Ok(file)
 }
 
 pub(super) fn cannot_write(path: &Path, error: &std::io::Error) -> IngestError {

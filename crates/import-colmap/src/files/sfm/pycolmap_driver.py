@@ -32,105 +32,19 @@ PNG with Pillow after importing pycolmap 4.2.1 aborts the process).
 """
 
 import argparse
-import json
 import math
 import os
 import shutil
-import sqlite3
+import statistics
 import sys
-import threading
 import time
 
-PHOTO_SUFFIXES = (".jpg", ".jpeg", ".png", ".tif", ".tiff", ".bmp")
+from pycolmap_events import CountRows, Events, Failure, count_features, count_pairs, end_with_parent
+from pycolmap_photos import group_photos, list_photos, make_database, read_photos, stage_masks
+
 EXHAUSTIVE_UP_TO = 60  # pairs grow with the square of the photos: 60 are 1770 pairs, minutes on two cores
-FOCAL_GUESS = 1.2      # focal length / long side when nothing is known; COLMAP's own default factor
 FOCAL_MOVED = 0.15     # EXIF focal lengths are rounded to whole millimeters, so a few percent off is normal
 MIN_FEATURES = 50      # a photo with fewer cannot be placed reliably (the mapper wants 30 inliers)
-
-
-class Failure(Exception):
-    def __init__(self, code, message, remedy):
-        super().__init__(message)
-        self.code, self.message, self.remedy = code, message, remedy
-
-
-class Events:
-    """Writes the JSON lines to the real stdout and points file descriptor 1 at stderr, so that no
-    library, C++ ones included, can put a stray line among them."""
-
-    def __init__(self):
-        self.out = os.fdopen(os.dup(1), "w", encoding="utf-8", newline="\n")
-        os.dup2(2, 1)
-        self.lock = threading.Lock()
-        self.last = None
-
-    def emit(self, **fields):
-        line = json.dumps(fields, ensure_ascii=False, allow_nan=False)
-        with self.lock:
-            self.out.write(line + "\n")
-            self.out.flush()
-
-    def progress(self, phase, done, total):
-        now = (phase, done, total)
-        if now != self.last:
-            self.last = now
-            self.emit(event="progress", phase=phase, done=done, total=total)
-
-    def warning(self, code, message, photo=None):
-        extra = {} if photo is None else {"photo": photo}
-        self.emit(event="warning", code=code, message=message, **extra)
-
-
-class CountRows:
-    """Reports progress while a COLMAP call blocks, by counting rows in its database from a second,
-    read-only connection: the calls themselves tell nothing. The database is in WAL mode, so this
-    reader never holds up the writer."""
-
-    def __init__(self, events, database, table, phase, total):
-        self.events, self.database, self.table = events, database, table
-        self.phase, self.total = phase, total
-        self.stop = threading.Event()
-        self.thread = threading.Thread(target=self.watch, daemon=True)
-
-    def watch(self):
-        while not self.stop.wait(0.5):
-            try:
-                db = sqlite3.connect(self.database, timeout=0.2)
-                try:
-                    db.execute("PRAGMA query_only=1")
-                    rows = db.execute("SELECT COUNT(*) FROM " + self.table).fetchone()[0]
-                finally:
-                    db.close()
-            except sqlite3.Error:
-                continue  # only a progress report is lost
-            self.events.progress(self.phase, min(rows, self.total), self.total)
-
-    def __enter__(self):
-        self.events.progress(self.phase, 0, self.total)
-        self.thread.start()
-        return self
-
-    def __exit__(self, kind, value, trace):
-        self.stop.set()
-        self.thread.join()
-        if kind is None:
-            self.events.progress(self.phase, self.total, self.total)
-
-
-def end_with_parent(scratch):
-    """motes holds our standard input open as long as it lives, and never writes: the end of it is the end of motes,
-    also of one that was killed. Nobody would hear us then, so end too, and take the scratch folder along."""
-
-    def watch():
-        # Not sys.stdin: a thread that waits there holds its lock, and the interpreter aborts at its end for want of it.
-        while os.read(0, 4096):
-            pass
-        if scratch:
-            for _ in range(3):  # other threads may still write into it
-                shutil.rmtree(scratch, ignore_errors=True)
-        os._exit(1)
-
-    threading.Thread(target=watch, daemon=True).start()
 
 
 class Arguments(argparse.ArgumentParser):
@@ -192,206 +106,6 @@ def parse_arguments(argv):
     p.add_argument("--max-features", type=at_least(64), default=8192, metavar="N", help="per photo")
     return p.parse_args(argv)
 
-
-def list_photos(folder):
-    """Names relative to the folder with '/' between parts, in an order that every machine agrees on."""
-    if not os.path.isdir(folder):
-        raise Failure("no_photos", "There is no folder '%s'." % folder, "Give the folder that holds the photos.")
-    names = []
-    for here, folders, files in os.walk(folder):
-        folders[:] = [f for f in folders if not f.startswith(".")]
-        for name in files:
-            if name.lower().endswith(PHOTO_SUFFIXES) and not name.startswith("."):
-                names.append(os.path.relpath(os.path.join(here, name), folder).replace(os.sep, "/"))
-    names.sort()
-    if not names:
-        raise Failure("no_photos", "No photos in '%s'." % folder,
-                      "Put JPEG, PNG or TIFF photos there; convert other formats (HEIC, WebP, raw) first.")
-    if len(names) == 1:
-        raise Failure("too_few_photos", "Only one photo in '%s'." % folder,
-                      "Take at least 3 photos, better 20, from different places around the subject.")
-    return names
-
-
-def jpeg_is_cut_off(path):
-    """The decoder fills a cut-off JPEG with gray and says nothing. Entropy-coded data cannot hold the bytes
-    FF D9 (end of image), so a whole file has them after its last start of scan."""
-    with open(path, "rb") as f:
-        data = f.read()
-    if data[:2] != b"\xff\xd8":
-        return False
-    return data.rfind(b"\xff\xd9") < data.rfind(b"\xff\xda")
-
-
-class Photo:
-    def __init__(self, name, bitmap):
-        self.name = name
-        self.width, self.height = bitmap.width, bitmap.height
-        self.orientation = bitmap.exif_orientation() or 1
-        self.model = bitmap.exif_camera_model() or ""
-        focal = bitmap.exif_focal_length()
-        self.exif_focal = focal if focal and math.isfinite(focal) and focal > 0 else None
-
-
-def read_photos(pycolmap, folder, names, events):
-    """Decodes every photo once, so that a broken one is named here and not met half-way through."""
-    photos, failed = [], []
-    for name in names:
-        path = os.path.join(folder, *name.split("/"))
-        try:
-            bitmap = pycolmap.Bitmap.read(path, False)
-        except Exception as e:  # the binding's exception types are not documented
-            print("%s: %s" % (name, e), file=sys.stderr)
-            bitmap = None
-        if bitmap is None or bitmap.is_empty:
-            failed.append(name)
-            events.warning("bad_photo", "'%s' cannot be decoded and was left out." % name, name)
-            continue
-        photo = Photo(name, bitmap)
-        if jpeg_is_cut_off(path):
-            events.warning("truncated_photo", "'%s' ends in the middle; its lower part may be gray." % name, name)
-        if photo.orientation != 1:
-            events.warning("exif_orientation", "'%s' has EXIF orientation %d, which is not applied: its pose is for "
-                           "the pixels as stored." % (name, photo.orientation), name)
-        photos.append(photo)
-    if len(photos) < 2:
-        named = ", ".join("'%s'" % n for n in failed[:3])
-        raise Failure("bad_photo", "%d of %d photos cannot be decoded (%s); fewer than two are left."
-                      % (len(failed), len(names), named), "Open them in an image viewer and export them again as JPEG.")
-    return photos, failed
-
-
-def median(values):
-    values = sorted(values)
-    n = len(values)
-    return (values[(n - 1) // 2] + values[n // 2]) / 2
-
-
-class Group:
-    """Photos that share one camera."""
-
-    def __init__(self, photos, arguments):
-        self.photos = photos
-        self.width, self.height = photos[0].width, photos[0].height
-        known = [p.exif_focal for p in photos if p.exif_focal]
-        if arguments.focal_px:
-            self.prior, self.source = arguments.focal_px, "flag"
-        elif arguments.focal_from_exif and known:
-            self.prior, self.source = median(known), "exif"
-        else:
-            self.prior, self.source = None, "none"
-        self.focals = sorted(set(round(f, 1) for f in known))
-
-
-def group_photos(photos, arguments, events):
-    def key(photo):
-        size = (photo.width, photo.height)
-        if arguments.single_camera is True:
-            return size
-        if arguments.single_camera is False:
-            return photo.name
-        return size + (photo.model, photo.exif_focal)
-
-    groups = {}
-    for photo in photos:
-        groups.setdefault(key(photo), []).append(photo)
-    groups = [Group(members, arguments) for members in groups.values()]
-    if arguments.single_camera is True:
-        if len(groups) > 1:
-            events.warning("mixed_sizes", "The photos have %d sizes; one camera is used for each size." % len(groups))
-        for g in groups:
-            if len(g.focals) > 1:
-                events.warning("mixed_focals", "Photos that are to share one camera were taken at %d focal lengths "
-                               "(%g to %g px): was the zoom used?" % (len(g.focals), g.focals[0], g.focals[-1]))
-    if arguments.focal_from_exif:
-        without = sum(len(g.photos) for g in groups if g.source == "none")
-        if without:
-            events.warning("no_exif_focal", "%d of %d photos carry no EXIF focal length, without which a wrong one can go "
-                           "unseen at a low reprojection error; if you know it, give --focal" % (without, len(photos)))
-    return groups
-
-
-def make_database(pycolmap, path, groups, model):
-    """Fills in cameras and photos before COLMAP sees them: this fixes the ids in name order and puts the focal
-    length prior (value and flag) on the camera."""
-    try:
-        db = pycolmap.Database.open(path)
-    except Exception as e:
-        raise Failure("internal", "The database '%s' cannot be made: %s" % (path, e),
-                      "Choose a workspace on a disk with free space where files can be written.")
-    try:
-        camera_of = {}
-        for group in groups:
-            focal = group.prior or FOCAL_GUESS * max(group.width, group.height)
-            camera = pycolmap.Camera.create_from_model_name(0, model, focal, group.width, group.height)
-            camera.has_prior_focal_length = group.prior is not None
-            group.camera_id = db.write_camera(camera)
-            camera = db.read_camera(group.camera_id)
-            rig = pycolmap.Rig()
-            rig.add_ref_sensor(camera.sensor_id)
-            rig_id = db.write_rig(rig)
-            for photo in group.photos:
-                camera_of[photo.name] = (group.camera_id, rig_id)
-        for name in sorted(camera_of):
-            camera_id, rig_id = camera_of[name]
-            image_id = db.write_image(pycolmap.Image(name=name, camera_id=camera_id))
-            frame = pycolmap.Frame()
-            frame.rig_id = rig_id
-            frame.add_data_id(db.read_image(image_id).data_id)
-            db.write_frame(frame)
-    finally:
-        db.close()
-
-
-def stage_masks(pycolmap, folder, photos, target, events):
-    """COLMAP wants MASKS/PHOTO_NAME.png; people also have a mask named after the photo without its suffix.
-    Masks are copied under COLMAP's name so that both work and a wrong size is found before the run.
-    Returns the names of the photos that have one."""
-    if not os.path.isdir(folder):
-        raise Failure("bad_mask", "There is no folder '%s'." % folder, "Give the folder that holds the masks.")
-    masked = []
-    for photo in photos:
-        for candidate in (photo.name + ".png", os.path.splitext(photo.name)[0] + ".png"):
-            source = os.path.join(folder, *candidate.split("/"))
-            if os.path.isfile(source):
-                break
-        else:
-            events.warning("mask_missing", "'%s' has no mask; all of it is used." % photo.name, photo.name)
-            continue
-        bitmap = pycolmap.Bitmap.read(source, False)
-        if bitmap is None:
-            raise Failure("bad_mask", "The mask '%s' cannot be decoded." % candidate, "Save it again as an 8-bit PNG.")
-        if (bitmap.width, bitmap.height) != (photo.width, photo.height):
-            raise Failure("bad_mask", "The mask '%s' is %dx%d but its photo is %dx%d." % (
-                candidate, bitmap.width, bitmap.height, photo.width, photo.height),
-                "Make the masks at the size of the photos.")
-        place = os.path.join(target, *(photo.name + ".png").split("/"))
-        os.makedirs(os.path.dirname(place), exist_ok=True)
-        shutil.copyfile(source, place)
-        masked.append(photo.name)
-    if not masked:
-        raise Failure("bad_mask", "No mask in '%s' is named after a photo." % folder,
-                      "Name the mask of IMG_1.jpg IMG_1.png or IMG_1.jpg.png, in the same subfolder.")
-    return masked
-
-
-def count_features(path):
-    db = sqlite3.connect(path)
-    try:
-        return dict(db.execute("SELECT images.name, COALESCE(keypoints.rows, 0) FROM images "
-                               "LEFT JOIN keypoints USING (image_id)"))
-    finally:
-        db.close()
-
-
-def count_pairs(path):
-    db = sqlite3.connect(path)
-    try:
-        return db.execute("SELECT COUNT(*) FROM two_view_geometries WHERE rows > 0").fetchone()[0]
-    finally:
-        db.close()
-
-
 def triangulation_angles(numpy, model):
     """For every point the widest angle, in degrees, between two of the rays that see it."""
     centers = {i: image.projection_center() for i, image in model.images.items() if image.has_pose}
@@ -427,10 +141,9 @@ def describe_model(numpy, model, path, groups):
         "points": points,
         "mean_reprojection_error_px": float(model.compute_mean_reprojection_error()) if points else None,
         "mean_track_length": float(model.compute_mean_track_length()) if points else None,
-        "median_triangulation_angle_deg": median(angles) if angles else None,
+        "median_triangulation_angle_deg": statistics.median(angles) if angles else None,
         "cameras": cameras,
     }
-
 
 def run(arguments, events):
     started = time.monotonic()
@@ -576,6 +289,11 @@ def run(arguments, events):
                            "%.0f px: one of the two is wrong. --refine-focal false holds it."
                            % (camera["id"], focal, 100 * (focal / prior - 1), prior))
     main = max(described[0]["cameras"], key=lambda c: (c["photos"], -c["id"]))
+    without = sum(len(g.photos) for g in groups if g.source == "none")
+    # Where the camera of most photos has no prior either, motes says so itself.
+    if main["focal_prior_source"] == "exif" and without:
+        events.warning("no_exif_focal", "%d of %d photos carry no EXIF focal length, without which a wrong one can go "
+                       "unseen at a low reprojection error; if you know it, give --focal" % (without, len(photos)))
     times = os.times()
     events.emit(event="result", models=described, photos=n + len(failed), failed=sorted(failed + lost),
                 focal_prior_px=main["focal_prior_px"], focal_prior_source=main["focal_prior_source"],

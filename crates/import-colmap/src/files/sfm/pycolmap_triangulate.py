@@ -15,7 +15,7 @@ import shutil
 import sys
 import time
 
-from pycolmap_driver import CountRows, Events, Failure, count_pairs
+from pycolmap_events import CountRows, Events, Failure, count_pairs
 
 
 def posed_model(pycolmap, database, photos):

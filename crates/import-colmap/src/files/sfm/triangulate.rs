@@ -13,11 +13,11 @@ use serde_json::json;
 use super::choose::python_with_pycolmap;
 use super::events::listen;
 use super::options::SfmOptions;
-use super::pycolmap::{DRIVER, cannot_write};
+use super::pycolmap::{EVENTS, write};
 use crate::error::{IngestError, Result};
 use crate::progress::Progress;
 
-const SCRIPT: &str = include_str!("pycolmap_triangulate.py");
+const SCRIPT: [&str; 2] = ["pycolmap_triangulate.py", include_str!("pycolmap_triangulate.py")];
 /// Photos that a photo is matched with.
 const NEIGHBORS: usize = 12;
 /// Angle between two optical axes, radians, that counts like twice the distance.
@@ -56,14 +56,9 @@ pub(crate) fn triangulate(
         remedy: "free some space, or leave it out with --triangulate off".into(),
     })?;
     let workspace = workspace.path();
-    let write = |name: &str, text: &str| {
-        let file = workspace.join(name);
-        std::fs::write(&file, text).map_err(|e| cannot_write(&file, &e))?;
-        Ok::<_, IngestError>(file)
-    };
-    write("pycolmap_driver.py", DRIVER)?;
-    let script = write("pycolmap_triangulate.py", SCRIPT)?;
-    let request = write("request.json", &request(capture, &used).to_string())?;
+    write(workspace, EVENTS)?;
+    let script = write(workspace, SCRIPT)?;
+    let request = write(workspace, ["request.json", &request(capture, &used).to_string()])?;
     let mut command = Command::new(&python);
     command.arg(&script).arg("--photos").arg(folder).arg("--workspace").arg(workspace);
     command.arg("--request").arg(&request).env("PYTHONDONTWRITEBYTECODE", "1");
