@@ -11,6 +11,7 @@ mod mesh;
 mod observation;
 mod options;
 mod parabola;
+pub mod photometry;
 pub mod pipeline;
 mod prior_agreement;
 mod progress;

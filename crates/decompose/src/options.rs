@@ -4,6 +4,7 @@ use clap::Args;
 use serde::{Deserialize, Serialize};
 
 use crate::appearance::ModelOptions;
+use crate::photometry;
 use crate::steps::{
     appearance_residual, base_color, light, materials, refinement, reflected_light, samples,
     shading, shape_from_reflection, shape_from_shading, surface,
@@ -48,6 +49,9 @@ pub struct DecomposeOptions {
     #[command(flatten)]
     #[serde(flatten)]
     pub shape_from_reflection: shape_from_reflection::Options,
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub photometry: photometry::Options,
     #[command(flatten)]
     #[serde(flatten)]
     pub model: ModelOptions,

@@ -171,6 +171,9 @@ pub struct StepRecord {
 /// What the steps told.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Report {
+    /// What the camera did to the photos.
+    #[serde(default)]
+    pub photometry: Vec<Term>,
     /// How the surface was extracted.
     pub geometry: GeometryReport,
     /// The steps that have run.
@@ -178,7 +181,7 @@ pub struct Report {
 }
 
 impl Report {
-    /// What was modeled or left out in the end, and why: lobes, the terms of the steps, the parts of the surface, the
+    /// What was modeled or left out in the end, and why: the camera, lobes, the terms of the steps, the parts of the surface, the
     /// appearance residual.
     pub fn terms(&self, state: &State<'_>) -> Vec<Term> {
         let found = &state.illumination.materials;
@@ -188,7 +191,13 @@ impl Report {
             steps.flat_map(|step| step.terms.iter().cloned())
         };
         let lobes = materials::lobe_terms(found).into_iter();
-        lobes.chain(of(false)).chain(materials::part_terms(found)).chain(of(true)).collect()
+        let camera = self.photometry.iter().cloned();
+        camera
+            .chain(lobes)
+            .chain(of(false))
+            .chain(materials::part_terms(found))
+            .chain(of(true))
+            .collect()
     }
 }
 

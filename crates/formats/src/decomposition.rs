@@ -50,6 +50,10 @@ pub struct DecompositionDocument {
     pub lobes: Lobes,
     /// Whether one bounce of indirect light belongs to the scene's image formation.
     pub indirect: bool,
+    /// Contrast of the camera's tone curve beyond sRGB, -0.5 to 0.6: with `v` sRGB-encoded light, photos show
+    /// `v + contrast (3 v² - 2 v³ - v)`. Colors of the Gaussians are light without it. Absent: none was found.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tone_curve_contrast: Option<f64>,
     /// What the scale of light against base color rests on.
     pub scale_anchor: ScaleAnchorDocument,
     /// What was modeled or left out, and why.
@@ -76,7 +80,7 @@ pub struct DecompositionDocument {
 impl Document for DecompositionDocument {
     const FORMAT: &'static str = "motes/decomposition";
     const MAJOR: u32 = 1;
-    const MINOR: u32 = 3;
+    const MINOR: u32 = 4;
 }
 
 /// Time of a step.

@@ -10,6 +10,7 @@
 //! kept when it explains the gains better than no response by more than its cost (Schwarz 1978, the
 //! Bayesian information criterion).
 
+use motes_math::additive_fit::{AdditiveFit, Entry};
 use motes_math::median::median;
 use motes_scene::{ExposureResponse, ImageU8};
 
@@ -114,43 +115,22 @@ pub(crate) fn note(fitted: Option<FittedResponse>) -> Option<String> {
 }
 
 /// Log gain per photo, median 0: what minimizes `Σ huber(b_ip - surface_p - g_i)`.
-///
-/// The surfaces and the gains take turns. Each turn is a mean with the weights of iteratively reweighted
-/// least squares, so the sum never rises, and since it is convex and smooth the turns end at its least.
 fn gains(photos: &[PhotoBrightness], points: usize) -> Vec<f64> {
-    let mut of_point: Vec<Vec<(usize, f64)>> = vec![Vec::new(); points];
-    for (i, photo) in photos.iter().enumerate() {
-        for &(point, brightness) in &photo.samples {
-            of_point[point].push((i, brightness));
-        }
-    }
-    let mut gains = vec![0.0; photos.len()];
-    let first = of_point.iter().map(|seen| seen.iter().map(|s| s.1).collect());
-    let mut surface: Vec<f64> = first.map(middle_or_zero).collect();
-    for _ in 0..ROUNDS {
-        for (gain, photo) in gains.iter_mut().zip(photos) {
-            // A point that one photo alone sees fits any gain.
-            let shared = photo.samples.iter().filter(|(p, _)| of_point[*p].len() > 1);
-            *gain = huber_mean(shared.map(|&(p, b)| b - surface[p]), *gain);
-        }
-        let middle = middle_or_zero(gains.clone());
+    let mut seen_by = vec![0; points];
+    photos.iter().flat_map(|photo| &photo.samples).for_each(|&(point, _)| seen_by[point] += 1);
+    // A point that one photo alone sees fits any gain.
+    let entries: Vec<Entry> = photos
+        .iter()
+        .enumerate()
+        .flat_map(|(i, photo)| photo.samples.iter().map(move |sample| (i, sample)))
+        .filter(|(_, (point, _))| seen_by[*point] > 1)
+        .map(|(i, &(point, value))| Entry { row: i as u32, column: point as u32, value })
+        .collect();
+    let center = |gains: &mut [f64]| {
+        let middle = middle_or_zero(gains.to_vec());
         gains.iter_mut().for_each(|gain| *gain -= middle);
-        for (value, seen) in surface.iter_mut().zip(&of_point) {
-            *value = huber_mean(seen.iter().map(|&(i, b)| b - gains[i]), *value);
-        }
-    }
-    gains
-}
-
-/// The mean with weights `min(1, HUBER / |value - before|)`; `before` of nothing.
-fn huber_mean(values: impl Iterator<Item = f64>, before: f64) -> f64 {
-    let (mut sum, mut weights) = (0.0, 0.0);
-    for value in values {
-        let weight = HUBER / (value - before).abs().max(HUBER);
-        sum += weight * value;
-        weights += weight;
-    }
-    if weights > 0.0 { sum / weights } else { before }
+    };
+    AdditiveFit::solve(&entries, [photos.len(), points], HUBER, ROUNDS, center).rows
 }
 
 /// 0 of nothing.

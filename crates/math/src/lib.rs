@@ -1,6 +1,7 @@
 //! Pure numerics: no files, no scene types, no thread-pool policy, no hidden randomness.
 
 pub mod adam;
+pub mod additive_fit;
 pub mod codebook;
 pub mod disjoint_sets;
 pub mod kmeans;
@@ -14,3 +15,4 @@ pub mod sh;
 pub mod sh_rotation;
 pub mod sigmoid;
 pub mod srgb;
+pub mod tone_curve;

@@ -142,7 +142,7 @@ pub(crate) fn compose(with: &Composition<'_>, buffer: &GBuffer, lit: &[Lit]) -> 
     let rays = Rays::new(camera, camera_from_world);
     let behind = |i: usize| match background {
         Background::Transparent => Vec3::ZERO,
-        Background::Color(c) => Vec3::from(c.map(srgb::decode)),
+        Background::Color(c) => Vec3::from(c.map(|v| view.decode(v))),
         Background::Captured => captured.as_ref().map_or(Vec3::ZERO, |image| {
             Vec3::from_slice(&image.data[3 * i..3 * i + 3]).to_array().map(srgb::decode).into()
         }),

@@ -182,9 +182,12 @@ pub enum Quality {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum ViewTransform {
-    /// Clipped at 1, sRGB-encoded: compares with photos
+    /// Clipped at 1, then as the photos show light: sRGB-encoded, with the tone curve of the camera where the decomposition
+    /// found one
     #[default]
     Standard,
+    /// Clipped at 1, sRGB-encoded
+    Srgb,
     /// A film-like curve after AgX: highlights roll off to white instead of clipping
     Agx,
 }

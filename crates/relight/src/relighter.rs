@@ -119,7 +119,7 @@ impl<'a> Relighter<'a> {
         apply_residual(&buffer, self.residual_share, &mut lit);
         self.apply_ratio(&buffer, &mut lit);
         let (scene, light) = (self.scene, self.light);
-        let view = self.view.view();
+        let view = self.view.view(self.scene.tone_curve);
         let with = Composition {
             scene,
             light,

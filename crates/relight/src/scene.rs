@@ -4,6 +4,7 @@ use std::sync::OnceLock;
 
 use glam::Vec3;
 use motes_math::srgb;
+use motes_math::tone_curve::ToneCurve;
 use motes_raster::Antialias;
 use motes_scene::{Gaussians, Materials, Surface, confidence_of, local_light_of};
 use motes_shading::brdf::{Lobes, Material};
@@ -54,6 +55,8 @@ pub struct RelightScene {
     pub own_light: Option<Harmonics>,
     /// The same light whole, where it is known: ratios of light are about it.
     pub own_environment: Option<Environment>,
+    /// What the camera did to sRGB-encoded light; the colors of the Gaussians are without it.
+    pub tone_curve: ToneCurve,
     /// How far the decomposition is to be trusted, per Gaussian, 0 to 1, where it says so.
     pub confidence: Option<Vec<f32>>,
     /// Logarithm of the local light at every Gaussian, where the decomposition found one.
@@ -122,6 +125,7 @@ impl RelightScene {
             up_in_world: up_in_world.normalize_or(Vec3::Z),
             own_light: None,
             own_environment: None,
+            tone_curve: ToneCurve::default(),
             confidence,
             local_log_factor,
             local_splats,

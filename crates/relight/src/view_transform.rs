@@ -1,11 +1,13 @@
 //! From scene-linear light to the values of an 8-bit picture.
 //!
-//! `Standard` clips and applies the sRGB curve: a linear value is the value of a photo. `Agx` is a film-like curve after the published
+//! `Srgb` clips and applies the sRGB curve. `Standard` adds the tone curve of the camera, so that a linear value is shown as a photo shows
+//! it. `Agx` is a film-like curve after the published
 //! description of AgX (Troy Sobotka): light is expressed in wider primaries, so that strong colors carry some of all channels and go to
 //! white as they get brighter; each channel goes through a sigmoid of its logarithm; then most of the widening is taken back.
 
 use glam::{DMat3, DVec2, DVec3, Mat3, Vec3};
 use motes_math::srgb;
+use motes_math::tone_curve::ToneCurve;
 
 use crate::options::ViewTransform;
 
@@ -24,24 +26,32 @@ const BEND: f32 = 1.5;
 #[derive(Clone, Copy, Debug)]
 pub struct View {
     agx: Option<(Mat3, Mat3)>,
+    /// Of the camera.
+    curve: ToneCurve,
 }
 
 impl ViewTransform {
-    /// Prepares it.
-    pub fn view(self) -> View {
+    /// Prepares it for a scene whose photos have this tone curve.
+    pub fn view(self, tone_curve: ToneCurve) -> View {
         let agx = (self == Self::Agx).then(|| {
             let inset = inset(INSET).as_mat3();
             (inset, inset_inverse(OUTSET))
         });
-        View { agx }
+        let curve = if self == Self::Standard { tone_curve } else { ToneCurve::default() };
+        View { agx, curve }
     }
 }
 
 impl View {
+    /// The linear value that is shown as `encoded`, without AgX.
+    pub fn decode(&self, encoded: f32) -> f32 {
+        srgb::decode(self.curve.invert(encoded))
+    }
+
     /// sRGB-encoded values, 0 to 1, of linear Rec. 709 light; NaN becomes 0.
     pub fn encode(&self, linear: Vec3) -> [f32; 3] {
         let Some((inset, outset)) = self.agx else {
-            return linear.to_array().map(|v| srgb::encode(clean(v)));
+            return linear.to_array().map(|v| self.curve.apply(srgb::encode(clean(v))));
         };
         let wide = inset * Vec3::from(linear.to_array().map(|v| if v.is_nan() { 0.0 } else { v }));
         let curved = Vec3::from(wide.to_array().map(|v| srgb::decode(sigmoid(v))));
@@ -99,15 +109,32 @@ mod tests {
     use super::*;
 
     #[test]
+    fn the_tone_curve_of_the_camera_is_put_on_once() {
+        let curve = ToneCurve::new(0.5);
+        let gray =
+            |transform: ViewTransform, v: f32| transform.view(curve).encode(Vec3::splat(v))[0];
+        for v in [0.01, 0.18, 0.7] {
+            let encoded = srgb::encode(v);
+            assert_eq!(gray(ViewTransform::Srgb, v), encoded);
+            assert_eq!(gray(ViewTransform::Standard, v), curve.apply(encoded));
+            let agx = ViewTransform::Agx.view(ToneCurve::default()).encode(Vec3::splat(v))[0];
+            assert_eq!(gray(ViewTransform::Agx, v), agx);
+            let back = ViewTransform::Standard.view(curve).decode(gray(ViewTransform::Standard, v));
+            assert!((back - v).abs() < 1e-5, "{back} {v}");
+        }
+        assert_eq!(gray(ViewTransform::Standard, 9.0), 1.0);
+    }
+
+    #[test]
     fn standard_is_the_srgb_curve() {
-        let view = ViewTransform::Standard.view();
+        let view = ViewTransform::Standard.view(ToneCurve::default());
         let c = view.encode(Vec3::new(0.18, 2.0, f32::NAN));
         assert!((c[0] - srgb::encode(0.18)).abs() + (c[1] - 1.0).abs() + c[2] < 1e-6, "{c:?}");
     }
 
     #[test]
     fn agx_keeps_gray_gray_rises_and_never_leaves_the_picture() {
-        let view = ViewTransform::Agx.view();
+        let view = ViewTransform::Agx.view(ToneCurve::default());
         let gray = |v: f32| {
             let [r, g, b] = view.encode(Vec3::splat(v));
             assert!((r - g).abs() < 2e-3 && (g - b).abs() < 2e-3, "{v}: {r} {g} {b}");
@@ -130,7 +157,7 @@ mod tests {
 
     #[test]
     fn strong_colors_go_to_white_as_they_get_brighter() {
-        let view = ViewTransform::Agx.view();
+        let view = ViewTransform::Agx.view(ToneCurve::default());
         let spread = |v: f32| {
             let c = view.encode(Vec3::new(v, 0.25 * v, 0.05 * v));
             c[0] - c[2]

@@ -191,6 +191,7 @@ fn write_scene(folder: &Path, root: &Path, views: &[View]) {
         up_in_world: [0.0, 0.0, 1.0],
         lobes: Lobes::Burley,
         indirect: true,
+        tone_curve_contrast: None,
         scale_anchor: ScaleAnchorDocument {
             kind: ScaleAnchor::Environment,
             explanation: "ground truth".into(),

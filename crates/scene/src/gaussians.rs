@@ -183,6 +183,32 @@ impl Gaussians {
         }
     }
 
+    /// The same Gaussians with what they show, sRGB-encoded, mapped by `shown_as(i, channel, value)`: the mean color `m` of each
+    /// becomes that of `m`, and the bands above it are scaled by the slope there, within a tenth and four: near black such
+    /// maps are steep.
+    pub fn with_colors_mapped(&self, shown_as: impl Fn(usize, usize, f32) -> f32) -> Self {
+        const STEP: f32 = 1e-3;
+        const SLOPES: [f32; 2] = [0.1, 4.0];
+        let mut out = self.clone();
+        let stride = 3 * out.sh_coefficients();
+        for (i, sh) in out.sh.chunks_exact_mut(stride).enumerate() {
+            for c in 0..3 {
+                let mean = 0.5 + SH_C0 as f32 * sh[c];
+                let [below, at, above] =
+                    [mean - STEP, mean, mean + STEP].map(|v| (v, shown_as(i, c, v)));
+                if [below, at, above].iter().all(|(v, shown)| v == shown) {
+                    continue;
+                }
+                let slope = (above.1 - below.1) / (2.0 * STEP);
+                sh[c] = (at.1 - 0.5) / SH_C0 as f32;
+                for value in sh.iter_mut().skip(3 + c).step_by(3) {
+                    *value *= slope.clamp(SLOPES[0], SLOPES[1]);
+                }
+            }
+        }
+        out
+    }
+
     /// The same Gaussians at another SH degree: higher bands are dropped or start at zero.
     pub fn with_sh_degree(&self, degree: u8) -> Self {
         let (old, new) = (self.sh_coefficients(), (degree as usize + 1).pow(2));

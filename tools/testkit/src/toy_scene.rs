@@ -171,6 +171,7 @@ fn write_document(scene: &Path, gaussians: usize, surface: &Surface, up_in_world
         up_in_world: up_in_world.to_array(),
         lobes: Lobes::Lambert,
         indirect: false,
+        tone_curve_contrast: None,
         scale_anchor: ScaleAnchorDocument {
             kind: ScaleAnchor::Environment,
             explanation: "made".into(),

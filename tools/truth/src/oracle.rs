@@ -118,6 +118,7 @@ fn true_document(
         up_in_world: [0.0, 0.0, 1.0],
         lobes: if recipe.lambert { Lobes::Lambert } else { lobes },
         indirect: true,
+        tone_curve_contrast: None,
         scale_anchor: ScaleAnchorDocument {
             kind: ScaleAnchor::Environment,
             explanation: "the true light".into(),

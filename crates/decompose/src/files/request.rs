@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::photometry::{Photometry, calibrate};
 use crate::pipeline::STEPS;
 use crate::{
     DecomposeError, DecomposeOptions, Inputs, Known, Photo, Pipeline, Progress, RenderedView,
@@ -57,6 +58,7 @@ struct Loaded {
     /// Who predicted what is known.
     provider: Option<ProviderUse>,
     file: GaussianFile,
+    photometry: Photometry,
 }
 
 impl Request<'_> {
@@ -82,7 +84,6 @@ impl Request<'_> {
             work.claim(context)?;
         }
         let loaded = self.load(context)?;
-        context.stop_if_dry_run()?;
         let inputs = Inputs {
             gaussians: &loaded.file.gaussians,
             photos: &loaded.photos,
@@ -96,6 +97,7 @@ impl Request<'_> {
             Some(work) => work.restore(&inputs)?,
             None => Pipeline::new(&inputs).map_err(|e| explained(&e))?,
         };
+        pipeline.report.photometry.clone_from(&loaded.photometry.terms);
         self.run_steps(&mut pipeline, work.as_ref(), context)?;
         let Some(output) = output else {
             return Ok(DecomposeReport::Steps(self.steps_report(&pipeline)));
@@ -108,6 +110,7 @@ impl Request<'_> {
                 ..PlyWriteOptions::default()
             },
             previews: self.previews,
+            tone_curve: loaded.photometry.tone_curve,
             source: BoundGaussians::of_file(self.gaussians, inputs.gaussians.len())?,
             seconds: (!context.skips_provenance()).then(|| context.elapsed_seconds()),
             made_by: MADE_BY,
@@ -141,7 +144,7 @@ impl Request<'_> {
             captures.push((path, capture));
         }
         context.input("gaussians", self.gaussians)?;
-        let file = open_gaussians(self.gaussians)?;
+        let mut file = open_gaussians(self.gaussians)?;
         let most = self.options.samples.most_photos;
         for (light, (path, capture)) in captures.iter().enumerate() {
             let named = self.known.anchored_views();
@@ -161,7 +164,13 @@ impl Request<'_> {
         }
         let (known, provider) =
             load_known(self.known, self.surface, self.captures.len(), &photos, context)?;
-        Ok(Loaded { photos, held_out, known, provider, file })
+        context.stop_if_dry_run()?;
+        let render = render_options(&file);
+        let photometry = calibrate(&photos, &file.gaussians, &render, &self.options.photometry);
+        photometry.develop(&mut photos);
+        photometry.develop_held_out(&mut held_out);
+        photometry.develop_gaussians(&mut file.gaussians);
+        Ok(Loaded { photos, held_out, known, provider, file, photometry })
     }
 
     /// Runs the steps that were asked for, and keeps each in the work folder as soon as it is done.

@@ -11,6 +11,7 @@ use motes_formats::documents::Document as _;
 use motes_formats::environment::write_environment;
 use motes_formats::ply::{PlyWriteOptions, write_gaussians, write_surface};
 use motes_formats::selection::BoundGaussians;
+use motes_math::tone_curve::ToneCurve;
 use motes_scene::{Gaussians, ImageF32, Lobes, Split, attach_confidence, attach_local_light};
 use relight::files::note_map_axes;
 
@@ -25,6 +26,8 @@ pub(super) struct SceneFolder<'a> {
     pub ply: PlyWriteOptions,
     /// How many views get previews.
     pub previews: usize,
+    /// Tone curve of the camera.
+    pub tone_curve: ToneCurve,
     /// The Gaussians that were taken apart.
     pub source: BoundGaussians,
     /// Elapsed seconds; none leaves all times out, so that equal scenes have equal bytes.
@@ -104,6 +107,7 @@ fn document(folder: &SceneFolder<'_>, pipeline: &Pipeline<'_>) -> DecompositionD
         up_in_world: state.up_in_world.as_dvec3().to_array(),
         lobes: if state.is_specular() { state.inputs.model.lobes } else { Lobes::Lambert },
         indirect: state.has_indirect(),
+        tone_curve_contrast: contrast(folder.tone_curve),
         scale_anchor: scale_anchor(state),
         terms: report.terms(state).into_iter().map(term_document).collect(),
         views: state.views.iter().map(|view| view_document(state, view)).collect(),
@@ -122,6 +126,11 @@ fn document(folder: &SceneFolder<'_>, pipeline: &Pipeline<'_>) -> DecompositionD
     };
     note_map_axes(state.map_axes(), &mut document);
     document
+}
+
+/// None where the photos are sRGB.
+fn contrast(curve: ToneCurve) -> Option<f64> {
+    (!curve.is_identity()).then(|| f64::from(curve.contrast()))
 }
 
 fn view_document(state: &State<'_>, view: &RenderedView) -> DecomposedViewDocument {

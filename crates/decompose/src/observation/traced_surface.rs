@@ -165,7 +165,7 @@ impl ViewRays {
 }
 
 /// Image point and camera z of a world point that is in front.
-pub(super) fn project(
+pub(crate) fn project(
     camera: &motes_scene::Pinhole,
     camera_from_world: &motes_scene::Pose,
     point: Vec3,

@@ -97,7 +97,7 @@ pub fn write_pictures(
 
 /// A film-like curve has no value that it clips, and EXR files keep everything.
 fn warn_of_clipping(job: &PictureJob<'_>, share: f64, context: &Context) {
-    let is_clipped = job.view == ViewTransform::Standard && job.format != PictureFormat::Exr;
+    let is_clipped = job.view != ViewTransform::Agx && job.format != PictureFormat::Exr;
     if is_clipped && share > MAX_CLIPPED_SHARE {
         context.warn(format!(
             "{:.1} % of the scene in the pictures is brighter than white and clipped: \

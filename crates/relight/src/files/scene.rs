@@ -7,6 +7,7 @@ use glam::DVec3;
 use motes_formats::decomposition::{Decomposition, DecompositionDocument, read_decomposition};
 use motes_formats::environment::read_environment;
 use motes_formats::ply::{RenderMode, open_gaussians, read_surface};
+use motes_math::tone_curve::ToneCurve;
 use motes_raster::Antialias;
 use motes_scene::ImageF32;
 use motes_shading::environment::{Environment, MapAxes};
@@ -58,6 +59,8 @@ impl LoadedScene {
         if file.render_mode == Some(RenderMode::Mip) {
             scene.antialias = Antialias::Mip;
         }
+        let contrast = document.tone_curve_contrast.unwrap_or(0.0);
+        scene.tone_curve = ToneCurve::new(contrast as f32);
         let own_axes = map_axes(document);
         let render_mode = file.render_mode;
         let mut loaded = Self { scene, decomposition, own_light, own_axes, render_mode };

@@ -3,36 +3,15 @@
 //! With `f(c) = encode(ratio · decode(c))`: the mean color `c_0` becomes `f(c_0)`, the bands above it are scaled by
 //! `f'(c_0)`.
 
-use motes_math::sh::SH_C0;
-use motes_scene::Gaussians;
-
 use motes_math::srgb;
-
-/// Step of the derivative, encoded.
-const STEP: f32 = 1e-3;
-/// Bounds of the factor on the bands: near black the curve is steep.
-const BAND_FACTOR: [f32; 2] = [0.1, 4.0];
+use motes_scene::Gaussians;
 
 /// The Gaussians with colors times `exp(log_ratio)`, linear.
 pub(super) fn apply(gaussians: &Gaussians, log_ratio: &[[f32; 3]]) -> Gaussians {
-    let mut out = gaussians.clone();
-    let stride = 3 * out.sh_coefficients();
-    for (sh, log) in out.sh.chunks_exact_mut(stride).zip(log_ratio) {
-        for c in 0..3 {
-            if log[c] == 0.0 {
-                continue;
-            }
-            let ratio = log[c].exp();
-            let f = |v: f32| srgb::encode(ratio * srgb::decode(v));
-            let mean = 0.5 + SH_C0 as f32 * sh[c];
-            let slope = (f(mean + STEP) - f(mean - STEP)) / (2.0 * STEP);
-            sh[c] = (f(mean) - 0.5) / SH_C0 as f32;
-            for value in sh.iter_mut().skip(3 + c).step_by(3) {
-                *value *= slope.clamp(BAND_FACTOR[0], BAND_FACTOR[1]);
-            }
-        }
-    }
-    out
+    gaussians.with_colors_mapped(|i, c, v| match log_ratio[i][c] {
+        0.0 => v,
+        log => srgb::encode(log.exp() * srgb::decode(v)),
+    })
 }
 
 #[cfg(test)]

@@ -1,0 +1,56 @@
+//! Photos and Gaussians as a camera without exposure and tone curve of its own would show them.
+
+use motes_math::srgb;
+use motes_math::tone_curve::ToneCurve;
+use motes_scene::Gaussians;
+use rayon::prelude::*;
+
+use super::Photometry;
+use crate::observation::Photo;
+
+/// Linear value from which on a photo at the exposure of the model is clipped.
+const CLIPPED: f32 = 0.99;
+
+impl Photometry {
+    /// Brings training photos, in the order in which they were calibrated, to linear radiance at the exposure of the model.
+    pub fn develop(&self, photos: &mut [Photo]) {
+        for (photo, log_gains) in photos.iter_mut().zip(&self.log_gains) {
+            develop(photo, self.tone_curve, *log_gains);
+        }
+    }
+
+    /// The same for photos whose exposure is not known: they keep it.
+    pub fn develop_held_out(&self, photos: &mut [Photo]) {
+        photos.iter_mut().for_each(|photo| develop(photo, self.tone_curve, [0.0; 3]));
+    }
+
+    /// The Gaussians in sRGB-encoded values of linear light.
+    pub fn develop_gaussians(&self, gaussians: &mut Gaussians) {
+        if !self.tone_curve.is_identity() {
+            *gaussians = gaussians.with_colors_mapped(|_, _, v| self.tone_curve.invert(v));
+        }
+    }
+}
+
+fn develop(photo: &mut Photo, curve: ToneCurve, log_gains: [f64; 3]) {
+    if curve.is_identity() && log_gains == [0.0; 3] {
+        return;
+    }
+    let factor = log_gains.map(|g| (-g).exp() as f32);
+    photo.clipped.resize(photo.weight.data.len(), false);
+    let pixels = photo.radiance_linear.data.par_chunks_exact_mut(3);
+    let marks = photo.weight.data.par_iter_mut().zip(photo.clipped.par_iter_mut());
+    pixels.zip(marks).with_min_len(4096).for_each(|(pixel, (weight, clipped))| {
+        for (value, factor) in pixel.iter_mut().zip(factor) {
+            if !curve.is_identity() {
+                *value = srgb::decode(curve.invert(srgb::encode(*value)));
+            }
+            *value *= factor;
+            if *value > CLIPPED {
+                // At the exposure of the model, which all that is told by clipping goes by.
+                *clipped |= *weight > 0.0;
+                (*value, *weight) = (value.min(1.0), 0.0);
+            }
+        }
+    });
+}
