@@ -84,7 +84,7 @@ mod tests {
         for column in 0..400u32 {
             for (row, effect) in rows.iter().enumerate() {
                 let k = column as usize * 31 + row * 17;
-                if k % 3 == 0 {
+                if k.is_multiple_of(3) {
                     continue;
                 }
                 let noise = 0.03 * (k as f64 * 1.7).sin() + if k % 9 == 1 { 1.5 } else { 0.0 };

@@ -60,9 +60,9 @@ impl ToneCurve {
                 break;
             }
             if error > 0.0 {
-                high = v
+                high = v;
             } else {
-                low = v
+                low = v;
             }
             let next = v - error / (1.0 + c * (6.0 * v * (1.0 - v) - 1.0));
             v = if next > low && next < high { next } else { 0.5 * (low + high) };

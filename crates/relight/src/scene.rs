@@ -97,7 +97,7 @@ impl RelightScene {
         if !surface.triangles.is_empty() && !surface.has_materials() {
             return Err(SceneError::SurfaceMaterial);
         }
-        let mesh = mesh_of(&surface);
+        let mesh = TriangleMesh::from(&surface);
         // More care with the tree does not pay: rays gain little (docs/benchmarks/shading.md).
         let tracer = MeshTracer::new(&mesh, BuildQuality::Fast)?;
         let median_edge = mesh.median_edge();
@@ -145,7 +145,7 @@ impl RelightScene {
     pub(crate) fn undisputed(&self) -> Option<&MeshTracer> {
         let found = || {
             let confidence = self.confidence.as_deref()?;
-            let mesh = mesh_of(&self.surface);
+            let mesh = TriangleMesh::from(&self.surface);
             let observations = &self.materials.observations;
             let rest =
                 without_disputed(&mesh, &self.gaussians, confidence, observations, &self.surface)?;
@@ -248,13 +248,6 @@ impl RelightScene {
         let normal = (a * (1.0 - u - v) + b * u + c * v).normalize_or(hit.geometric_normal);
         // Normals that point to the other side of their triangle are noise.
         if normal.dot(hit.geometric_normal) > 0.0 { normal } else { hit.geometric_normal }
-    }
-}
-
-fn mesh_of(surface: &Surface) -> TriangleMesh {
-    TriangleMesh {
-        vertices: surface.vertices.iter().map(|v| Vec3::from(*v)).collect(),
-        triangles: surface.triangles.clone(),
     }
 }
 

@@ -71,7 +71,7 @@ struct Misfit {
 }
 
 fn misfit(table: &Table, curve: ToneCurve) -> Option<Misfit> {
-    let entries = table.entries(curve, |k| k % EVERY == 0);
+    let entries = table.entries(curve, |k| k.is_multiple_of(EVERY));
     let gains = table.solve(&entries);
     let answers: Vec<Answer> = answers(&entries, &gains, 3 * table.points.len(), curve)
         .iter()

@@ -3,7 +3,7 @@ use motes_scene::{ImageF32, Pinhole, Pose};
 
 use super::*;
 
-const SIZE: [usize; 2] = [120, 90];
+const SIZE: [usize; 2] = [80, 60];
 const LOG_GAINS: [f64; 8] = [-0.4, 0.3, 0.1, -0.2, 0.5, -0.3, 0.25, -0.25];
 
 /// Linear radiance of a plane, from dark to bright along x, in a color of its own along y.
@@ -34,8 +34,8 @@ fn photos(
     shown_of: impl Fn(usize, [f64; 2], Vec3) -> Vec3,
 ) -> Vec<Photo> {
     let (width, height) = (SIZE[0], SIZE[1]);
-    let focal = 130.0;
-    let camera = Pinhole { fx: focal, fy: focal, cx: 60.0, cy: 45.0, width, height };
+    let focal = 87.0;
+    let camera = Pinhole { fx: focal, fy: focal, cx: 40.0, cy: 30.0, width, height };
     let photo = |k: usize| {
         let angle = k as f64 * 0.8;
         let eye = DVec3::new(0.7 * angle.cos(), 0.7 * angle.sin(), 2.6);
@@ -43,7 +43,7 @@ fn photos(
         let from_camera = pose.inverse();
         let (mut data, mut weight, mut clipped) = (Vec::new(), Vec::new(), Vec::new());
         for i in 0..width * height {
-            let pixel = [(i % width) as f64 + 0.5 - 60.0, (i / width) as f64 + 0.5 - 45.0];
+            let pixel = [(i % width) as f64 + 0.5 - 40.0, (i / width) as f64 + 0.5 - 30.0];
             let ray = DVec3::new(pixel[0] / focal, pixel[1] / focal, 1.0);
             let through = from_camera.transform_point(ray) - eye;
             let at = eye - through * (eye.z / through.z);

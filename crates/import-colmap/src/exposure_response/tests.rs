@@ -4,7 +4,8 @@ use super::*;
 
 /// A value in [0, 1) that looks random.
 fn scatter(a: usize, b: usize) -> f64 {
-    let bits = (a as u64 * 2_654_435_761 + b as u64 * 40_503 + 12_345) * 2_862_933_555_777_941_757;
+    let key = a as u64 * 2_654_435_761 + b as u64 * 40_503 + 12_345;
+    let bits = key.wrapping_mul(2_862_933_555_777_941_757);
     (bits >> 40) as f64 / (1u64 << 24) as f64
 }
 

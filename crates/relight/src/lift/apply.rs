@@ -16,6 +16,8 @@ pub(super) fn apply(gaussians: &Gaussians, log_ratio: &[[f32; 3]]) -> Gaussians 
 
 #[cfg(test)]
 mod tests {
+    use motes_math::sh::SH_C0;
+
     use super::*;
 
     #[test]
