@@ -95,6 +95,7 @@ fn load(document: &Path, capture: &Capture, view: usize, light: usize) -> Result
     let radiance =
         pixels().flat_map(|p| [p[0], p[1], p[2]]).map(|v| table[usize::from(v)]).collect();
     Ok(Photo {
+        gain: [1.0; 3],
         name: record.name.clone(),
         camera,
         camera_from_world: record.camera_from_world,

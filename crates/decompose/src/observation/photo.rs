@@ -11,8 +11,11 @@ pub struct Photo {
     pub camera: Pinhole,
     /// Maps world points to the camera's frame.
     pub camera_from_world: Pose,
-    /// `[h, w, 3]`, linear, brought to the exposure of the model (sRGB values divided by the view's gain, then decoded).
+    /// `[h, w, 3]`, linear, brought to the exposure of the model (sRGB values divided by the view's gain and decoded, then divided by
+    /// [`Self::gain`]).
     pub radiance_linear: ImageF32,
+    /// Exposure and white balance of the photo over those of the model, linear factors; 1 where they are not modeled.
+    pub gain: [f32; 3],
     /// Which light it was taken under: photos of one capture share one.
     pub light: usize,
     /// `[h, w, 1]`, 0 to 1: 0 where a mask says ignore or any channel of the photo is clipped.

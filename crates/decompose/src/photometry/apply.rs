@@ -37,6 +37,7 @@ fn develop(photo: &mut Photo, curve: ToneCurve, log_gains: [f64; 3]) {
         return;
     }
     let factor = log_gains.map(|g| (-g).exp() as f32);
+    photo.gain = log_gains.map(|g| g.exp() as f32);
     photo.clipped.resize(photo.weight.data.len(), false);
     let pixels = photo.radiance_linear.data.par_chunks_exact_mut(3);
     let marks = photo.weight.data.par_iter_mut().zip(photo.clipped.par_iter_mut());

@@ -57,6 +57,7 @@ fn photos(
             data.extend(bytes.map(|b| srgb::decode(b / 255.0)));
         }
         Photo {
+            gain: [1.0; 3],
             name: format!("{k}"),
             camera,
             camera_from_world: pose,

@@ -137,6 +137,7 @@ pub(crate) fn photos(
             let height = 1.6 + 0.8 * f64::from(k % 3);
             let eye = DVec3::new(3.0 * phi.cos(), 3.0 * phi.sin(), height);
             let mut photo = Photo {
+                gain: [1.0; 3],
                 name: format!("view_{k:02}.png"),
                 camera,
                 camera_from_world: Pose::look_at(eye, DVec3::Z * 0.3, DVec3::Z).expect("a pose"),

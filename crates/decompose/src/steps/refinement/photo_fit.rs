@@ -146,9 +146,11 @@ impl PhotoFit<'_> {
             if !self.told(v, i, colors) {
                 return STAYING * before.map_or(0.0, |b| difference(shown, b.row(c, y)[x]));
             }
-            let seen = srgb::encode(photo.radiance_linear.data[3 * i + c]);
+            let radiance = photo.radiance_linear.data[3 * i + c];
+            let seen = srgb::encode(radiance);
             let slope = match colors {
-                Colors::Captured => difference(shown, seen),
+                // What training fitted: exposures are part of the look of the sides that they were taken from.
+                Colors::Captured => difference(shown, srgb::encode(radiance * photo.gain[c])),
                 Colors::Base => {
                     let (uniform, color) = shading.uniform(i);
                     let (slope, offset) = (shading.slope(i)[c], shading.offset(i)[c]);

@@ -34,6 +34,7 @@ fn photo(index: usize, exposure: f32) -> Photo {
     let size = 96;
     let camera = Pinhole { fx: 120.0, fy: 120.0, cx: 48.0, cy: 48.0, width: size, height: size };
     let mut out = Photo {
+        gain: [1.0; 3],
         light: 0,
         name: format!("{index}"),
         camera,

@@ -48,6 +48,7 @@ fn photo(index: usize, truth: &TracedSurface, exposure: f32, contrast: f32) -> P
     let size = 160;
     let camera = Pinhole { fx: 200.0, fy: 200.0, cx: 80.0, cy: 80.0, width: size, height: size };
     let mut out = Photo {
+        gain: [1.0; 3],
         light: 0,
         name: format!("{index}"),
         camera,

@@ -29,6 +29,7 @@ pub(in super::super) fn photos(n: usize, scale: f64, shift: DVec3) -> Vec<Photo>
         let eye = DVec3::new(1.4 * angle.cos(), 1.4 * angle.sin(), 1.2);
         let pose = Pose::look_at(eye * scale + shift, shift, DVec3::Z).unwrap();
         Photo {
+            gain: [1.0; 3],
             name: format!("{i}"),
             camera,
             camera_from_world: pose,
