@@ -11,8 +11,9 @@ use crate::observation::traced_surface::project;
 
 /// Photos are looked at in about this size, long side in pixels: noise and small errors of the poses are averaged.
 const LONG_SIDE: usize = 320;
-/// Points, about.
+/// Points, about, and photos from which on there are fewer: each point is looked up in all photos.
 const POINTS: usize = 60_000;
+const MANY_PHOTOS: usize = 50;
 /// Photos that must show a point.
 const LEAST_PHOTOS: usize = 3;
 /// Opacity from which a pixel has a depth.
@@ -50,7 +51,8 @@ pub(super) fn points_of(
         .map(|photo| SmallPhoto::of(photo, gaussians, render))
         .collect();
     let pixels: usize = small.iter().map(|s| s.depth.len()).sum();
-    let stride = (pixels / POINTS).max(1);
+    let wanted = POINTS * MANY_PHOTOS / photos.len().max(MANY_PHOTOS);
+    let stride = (pixels / wanted.max(1)).max(1);
     let points = small.par_iter().enumerate().flat_map_iter(|(k, from)| {
         // Photos start at different pixels of the stride.
         let at = (k * 7919 % stride..from.depth.len()).step_by(stride);
