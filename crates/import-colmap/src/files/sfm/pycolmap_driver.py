@@ -145,6 +145,7 @@ def describe_model(numpy, model, path, groups):
         "cameras": cameras,
     }
 
+
 def run(arguments, events):
     started = time.monotonic()
     if arguments.end_with_parent:

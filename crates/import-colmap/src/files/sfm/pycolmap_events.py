@@ -91,6 +91,7 @@ def end_with_parent(scratch):
 
     threading.Thread(target=watch, daemon=True).start()
 
+
 def count_features(path):
     db = sqlite3.connect(path)
     try:
