@@ -134,9 +134,9 @@ impl Table {
     fn center(&self, rows: &mut [f64]) {
         let lights = self.lights.iter().max().map_or(0, |l| l + 1);
         for light in 0..lights {
+            let of: Vec<usize> =
+                (0..self.lights.len()).filter(|&i| self.lights[i] == light).collect();
             for c in 0..3 {
-                let of: Vec<usize> =
-                    (0..self.lights.len()).filter(|&i| self.lights[i] == light).collect();
                 let mean = of.iter().map(|i| rows[3 * i + c]).sum::<f64>() / of.len().max(1) as f64;
                 of.iter().for_each(|i| rows[3 * i + c] -= mean);
             }

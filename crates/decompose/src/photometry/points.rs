@@ -1,6 +1,7 @@
 //! Points of the scene, and what the photos show of them.
 
 use glam::Vec3;
+use motes_math::median::upper_median;
 use motes_math::srgb;
 use motes_raster::{RenderOptions, render_depth_median};
 use motes_scene::{Gaussians, Pinhole, Pose};
@@ -95,9 +96,7 @@ pub(super) fn bright(points: &[Point]) -> Vec<bool> {
 }
 
 fn upper_half(values: Vec<f32>) -> Vec<bool> {
-    let mut sorted = values.clone();
-    sorted.sort_by(f32::total_cmp);
-    let middle = sorted.get(sorted.len() / 2).copied().unwrap_or(0.0);
+    let middle = upper_median(&mut values.clone(), f32::total_cmp).unwrap_or(0.0);
     values.into_iter().map(|v| v >= middle).collect()
 }
 
