@@ -4,6 +4,7 @@ pub mod adam;
 pub mod additive_fit;
 pub mod codebook;
 pub mod disjoint_sets;
+pub mod falloff;
 pub mod kmeans;
 pub mod knn;
 pub mod luminance;

@@ -20,6 +20,7 @@ mod graph;
 mod received;
 
 use glam::Vec3;
+use motes_math::falloff::quartic_falloff;
 use motes_math::luminance::luminance;
 use motes_math::median::median;
 use motes_math::sh::{MAX_SH_DEGREE, sh_coefficients};
@@ -44,8 +45,6 @@ const ANCHOR: [f32; 2] = [0.5, 8.0];
 const RANGE: [f32; 2] = [0.7, 1.39];
 /// Power of the likeness of two lights: 0.9 counts as 0.43, 0.5 as nothing.
 const LIKENESS_POWER: i32 = 8;
-/// How sharply the model gives way: at confidence 0.68 and caution 0.5 it has 95 %, at 0.32 5 %.
-const SHARPNESS: i32 = 4;
 /// Natural logarithm of the model over the ratio at which a model that has hardly any share loses half of it.
 const SURPLUS: f32 = 0.35;
 /// Linear value of a photo below which ratios are noise.
@@ -156,7 +155,7 @@ fn believed(share: f32, model: f32, shown: f32, least: f32) -> f32 {
     let floor = 0.1 * shown + least;
     // `max` first: it turns NaN into 0.
     let surplus = ((model + floor) / (shown + floor)).ln().max(0.0).clamp(0.0, 20.0);
-    share / (1.0 + (surplus * (1.0 - share).powi(2) / SURPLUS).powi(4))
+    quartic_falloff(share, surplus * (1.0 - share).powi(2), SURPLUS)
 }
 
 fn mix([low, high]: [f32; 2], t: f32) -> f32 {
@@ -199,7 +198,8 @@ fn model_share(
         // Nothing is so sure that all caution would leave it.
         let odds = (1.0 - c).max(1e-3) / c.max(1e-3);
         let against = doubt * odds * (1.0 + METAL * metallic.clamp(0.0, 1.0));
-        1.0 / (1.0 + against.powi(SHARPNESS))
+        // At confidence 0.68 and caution 0.5 the model has 95 %, at 0.32 5 %.
+        quartic_falloff(1.0, against, 1.0)
     };
     // Beside a disputed shadow its rim shows.
     let agreed = graph.eroded(agreed);

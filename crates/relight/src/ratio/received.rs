@@ -1,6 +1,7 @@
 //! Light that white matte Gaussians would receive, with and without the shadows of what photos speak against.
 
 use glam::Vec3;
+use motes_math::falloff::quartic_falloff;
 use motes_math::luminance::luminance;
 use motes_shading::integrate::{IntegrationOptions, Shader, SurfacePoint};
 use motes_shading::tracing::MeshTracer;
@@ -73,8 +74,8 @@ pub(super) fn floor(lit: &[Vec3]) -> Vec3 {
 
 /// 1 where two lights are the same, 1/2 where they differ by [`DISPUTED_LOG_RATIO`] over a floor; 1 where that is not a number.
 fn alike(a: Vec3, b: Vec3, floor: f32) -> f32 {
-    let off = ((luminance(a) + floor) / (luminance(b) + floor)).ln() / DISPUTED_LOG_RATIO;
-    if off.is_finite() { 1.0 / (1.0 + off.powi(4)) } else { 1.0 }
+    let off = ((luminance(a) + floor) / (luminance(b) + floor)).ln();
+    if off.is_finite() { quartic_falloff(1.0, off, DISPUTED_LOG_RATIO) } else { 1.0 }
 }
 
 #[cfg(test)]

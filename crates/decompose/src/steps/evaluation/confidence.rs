@@ -19,6 +19,7 @@
 //! A Gaussian's confidence is the mean of `t` over the `n` photos that see it, times `1 - exp(-n / 1.5)` and that: one photo tells nothing
 //! about shape, three tell most (0.86).
 
+use motes_math::falloff::quartic_falloff;
 use motes_math::luminance::luminance;
 use motes_math::sigmoid::sigmoid;
 use motes_raster::{RenderOptions, Rendering, render};
@@ -56,11 +57,9 @@ const HIDDEN: f32 = 0.03;
 /// Triangles that coverage is measured on, about.
 const SAMPLED_TRIANGLES: usize = 100_000;
 
-/// Falls from 1 to 1/2 where `error` reaches `scale`.
+/// How far two things agree that are `error` apart: 1/2 where it reaches `scale`; not at all where it is NaN.
 fn agreement(error: f32, scale: f32) -> f32 {
-    // Written so that NaN agrees with nothing.
-    let r2 = (error / scale).powi(2);
-    if r2 >= 0.0 { 1.0 / (1.0 + r2 * r2) } else { 0.0 }
+    quartic_falloff(1.0, error, scale)
 }
 
 /// What the photos so far say about a Gaussian.
