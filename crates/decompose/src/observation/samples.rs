@@ -96,12 +96,8 @@ impl<'a> SeenView<'a> {
     /// normal. It may be clipped.
     pub(crate) fn shown_at(&self, position: Vec3, normal: Vec3) -> Option<usize> {
         let (x, y, z) = self.rays.project(position)?;
-        let (w, h) = (self.photo.camera.width, self.photo.camera.height);
-        if !(x >= 0.0 && y >= 0.0 && x < w as f32 && y < h as f32) {
-            return None;
-        }
+        let pixel = self.rays.pixel(x, y)?;
         let (_, cosine) = self.facing(position, normal)?;
-        let pixel = y as usize * w + x as usize;
         ((self.hits[pixel].depth - z).abs() < self.depth_tolerance(z, cosine)).then_some(pixel)
     }
 

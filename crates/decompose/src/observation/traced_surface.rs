@@ -1,7 +1,7 @@
 //! What every pixel of a photo sees of the surface.
 
 use glam::{DVec3, Vec3};
-use motes_scene::Surface;
+use motes_scene::{Pinhole, Pose, Surface};
 use motes_shading::tracing::{BuildQuality, MeshError, MeshTracer, Ray, Tracer, TriangleMesh};
 use rayon::prelude::*;
 
@@ -97,42 +97,66 @@ impl TracedSurface {
     }
 }
 
-/// The rays of a photo's pixels.
+/// The rays of a camera's pixels.
 #[derive(Clone, Debug)]
 pub struct ViewRays {
     /// Center of projection in world.
     pub eye: Vec3,
     /// Axes of the camera in world, as columns: x right, y down, z forward.
     axes: [Vec3; 3],
-    photo_camera: motes_scene::Pinhole,
-    camera_from_world: motes_scene::Pose,
+    camera: Pinhole,
+    camera_from_world: Pose,
 }
 
 impl ViewRays {
     /// Rays of `photo`.
     pub fn new(photo: &Photo) -> Self {
-        let world_from_camera = photo.camera_from_world.inverse();
+        Self::of(&photo.camera, &photo.camera_from_world)
+    }
+
+    /// Rays of a camera.
+    pub fn of(camera: &Pinhole, camera_from_world: &Pose) -> Self {
+        let world_from_camera = camera_from_world.inverse();
         let m = world_from_camera.rotation_matrix();
         Self {
             eye: world_from_camera.translation.as_vec3(),
             axes: [m.x_axis.as_vec3(), m.y_axis.as_vec3(), m.z_axis.as_vec3()],
-            photo_camera: photo.camera,
-            camera_from_world: photo.camera_from_world,
+            camera: *camera,
+            camera_from_world: *camera_from_world,
         }
+    }
+
+    /// Direction of the ray through image point (`x`, `y`), pixels; its component along the axis of view is 1.
+    #[inline]
+    fn ray(&self, x: f32, y: f32) -> Vec3 {
+        let c = &self.camera;
+        let u = (x - c.cx as f32) / c.fx as f32;
+        let v = (y - c.cy as f32) / c.fy as f32;
+        self.axes[0] * u + self.axes[1] * v + self.axes[2]
     }
 
     /// Unit direction of the ray through image point (`x`, `y`), pixels.
     #[inline]
     pub fn direction(&self, x: f32, y: f32) -> Vec3 {
-        let c = &self.photo_camera;
-        let u = (x - c.cx as f32) / c.fx as f32;
-        let v = (y - c.cy as f32) / c.fy as f32;
-        (self.axes[0] * u + self.axes[1] * v + self.axes[2]).normalize()
+        self.ray(x, y).normalize()
+    }
+
+    /// The point in world that the center of pixel `i`, row by row, sees at a camera z.
+    pub(crate) fn place(&self, i: usize, depth: f32) -> Vec3 {
+        let (x, y) = (i % self.camera.width, i / self.camera.width);
+        self.eye + self.ray(x as f32 + 0.5, y as f32 + 0.5) * depth
+    }
+
+    /// Index, row by row, of the pixel that an image point lies in; none out of the picture.
+    pub(crate) fn pixel(&self, x: f32, y: f32) -> Option<usize> {
+        let (w, h) = (self.camera.width, self.camera.height);
+        let is_inside = x >= 0.0 && y >= 0.0 && x < w as f32 && y < h as f32;
+        is_inside.then(|| y as usize * w + x as usize)
     }
 
     /// Camera z of a world point, and its image point when it is in front.
     pub fn project(&self, point: Vec3) -> Option<(f32, f32, f32)> {
-        project(&self.photo_camera, &self.camera_from_world, point)
+        project(&self.camera, &self.camera_from_world, point)
     }
 
     /// The forward axis.
@@ -142,7 +166,7 @@ impl ViewRays {
 
     /// First hits of all pixel centers, row by row.
     pub fn hits(&self, scene: &TracedSurface) -> Vec<PixelHit> {
-        let (w, h) = (self.photo_camera.width, self.photo_camera.height);
+        let (w, h) = (self.camera.width, self.camera.height);
         let mut out =
             vec![
                 PixelHit { triangle: PixelHit::MISS, barycentrics: [0.0; 2], depth: f32::INFINITY };
@@ -166,8 +190,8 @@ impl ViewRays {
 
 /// Image point and camera z of a world point that is in front.
 pub(crate) fn project(
-    camera: &motes_scene::Pinhole,
-    camera_from_world: &motes_scene::Pose,
+    camera: &Pinhole,
+    camera_from_world: &Pose,
     point: Vec3,
 ) -> Option<(f32, f32, f32)> {
     let p: DVec3 = camera_from_world.transform_point(point.as_dvec3());
@@ -187,5 +211,31 @@ mod tests {
         let surface =
             Surface { vertices, normals, triangles: vec![[0, 1, 7]], ..Surface::default() };
         assert!(matches!(TracedSurface::new(surface), Err(MeshError::Index { vertex: 7, .. })));
+    }
+
+    #[test]
+    fn the_place_of_a_pixel_is_projected_into_its_center() {
+        let camera = Pinhole { fx: 90.0, fy: 70.0, cx: 31.5, cy: 20.0, width: 60, height: 44 };
+        let eye = DVec3::new(3.0, -7.0, 2.5);
+        let pose = Pose::look_at(eye, DVec3::new(0.4, 0.2, -0.3), DVec3::Z).unwrap();
+        let rays = ViewRays::of(&camera, &pose);
+        for i in (0..60 * 44).step_by(37) {
+            let depth = 0.5 + i as f32 * 0.01;
+            let (x, y, z) = rays.project(rays.place(i, depth)).unwrap();
+            let center = [(i % 60) as f32 + 0.5, (i / 60) as f32 + 0.5];
+            assert!((x - center[0]).abs() + (y - center[1]).abs() < 2e-3, "{i}: {x} {y}");
+            assert!((z - depth).abs() < 1e-5 * depth.max(1.0), "{i}: {z} for {depth}");
+            assert_eq!(rays.pixel(x, y), Some(i));
+        }
+    }
+
+    #[test]
+    fn a_pixel_begins_at_its_upper_left_corner_and_the_picture_ends_before_the_last() {
+        let camera = Pinhole { fx: 9.0, fy: 9.0, cx: 2.0, cy: 1.5, width: 4, height: 3 };
+        let rays = ViewRays::of(&camera, &Pose::IDENTITY);
+        let inside = [(0.0, 0.0), (0.99, 0.99), (1.0, 0.0), (3.99, 2.99)];
+        assert_eq!(inside.map(|(x, y)| rays.pixel(x, y)), [0, 0, 1, 11].map(Some));
+        let outside = [(-0.01, 1.0), (1.0, -0.01), (4.0, 1.0), (1.0, 3.0), (f32::NAN, 1.0)];
+        assert!(outside.iter().all(|(x, y)| rays.pixel(*x, *y).is_none()));
     }
 }

@@ -4,11 +4,10 @@ use glam::Vec3;
 use motes_math::median::upper_median;
 use motes_math::srgb;
 use motes_raster::{RenderOptions, render_depth_median};
-use motes_scene::{Gaussians, Pinhole, Pose};
+use motes_scene::{Gaussians, Pinhole};
 use rayon::prelude::*;
 
-use crate::observation::Photo;
-use crate::observation::traced_surface::project;
+use crate::observation::{Photo, ViewRays};
 
 /// Photos are looked at in about this size, long side in pixels: noise and small errors of the poses are averaged.
 const LONG_SIDE: usize = 320;
@@ -110,8 +109,7 @@ enum Look {
 }
 
 struct SmallPhoto {
-    camera: Pinhole,
-    pose: Pose,
+    rays: ViewRays,
     light: usize,
     /// Camera z, world units; 0 for none.
     depth: Vec<f32>,
@@ -131,39 +129,25 @@ impl SmallPhoto {
             width: full.width / step,
             height: full.height / step,
         };
-        let pose = photo.camera_from_world;
-        let depth = render_depth_median(gaussians, &camera, &pose, render, ALPHA).data;
+        let pose = &photo.camera_from_world;
+        let depth = render_depth_median(gaussians, &camera, pose, render, ALPHA).data;
         let blocks = blocks(photo, [camera.width, camera.height], step);
         let looks = smoothed(&blocks, camera.width);
-        Self { camera, pose, light: photo.light, depth, looks }
+        Self { rays: ViewRays::of(&camera, pose), light: photo.light, depth, looks }
     }
 
     fn place(&self, i: usize) -> Option<Vec3> {
-        let depth = f64::from(self.depth[i]);
-        let (x, y) = (i % self.camera.width, i / self.camera.width);
-        let ray = glam::DVec3::new(
-            (x as f64 + 0.5 - self.camera.cx) / self.camera.fx,
-            (y as f64 + 0.5 - self.camera.cy) / self.camera.fy,
-            1.0,
-        );
-        let inside = depth > 0.0 && matches!(self.looks[i], Look::Value(_));
-        let place = self.pose.inverse().transform_point(ray * depth).as_vec3();
-        (inside && place.is_finite()).then_some(place)
+        let is_told = self.depth[i] > 0.0 && matches!(self.looks[i], Look::Value(_));
+        is_told.then(|| self.rays.place(i, self.depth[i])).filter(|place| place.is_finite())
     }
 
     fn look(&self, position: Vec3) -> Look {
-        let Some((x, y, z)) = project(&self.camera, &self.pose, position) else {
-            return Look::Nothing;
-        };
-        let (width, height) = (self.camera.width, self.camera.height);
-        if !(x >= 0.0 && y >= 0.0 && x < width as f32 && y < height as f32) {
-            return Look::Nothing;
+        let seen = self.rays.project(position);
+        let seen = seen.and_then(|(x, y, z)| Some((self.rays.pixel(x, y)?, z)));
+        match seen {
+            Some((i, z)) if (self.depth[i] - z).abs() <= SLACK * z => self.looks[i],
+            _ => Look::Nothing,
         }
-        let i = y as usize * width + x as usize;
-        if !((self.depth[i] - z).abs() <= SLACK * z) {
-            return Look::Nothing;
-        }
-        self.looks[i]
     }
 }
 

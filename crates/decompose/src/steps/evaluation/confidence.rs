@@ -106,9 +106,7 @@ impl Confidence {
         let Some(aovs) = &drawn.aovs else { return };
         let seen = |mean: &[f32; 3]| {
             let (x, y, z) = view.rays.project(Vec3::from(*mean))?;
-            let (w, h) = (photo.camera.width, photo.camera.height);
-            let inside = x >= 0.0 && y >= 0.0 && x < w as f32 && y < h as f32;
-            let i = inside.then(|| y as usize * w + x as usize)?;
+            let i = view.rays.pixel(x, y)?;
             let front = aovs.depth_median.data[i];
             (front > 0.0 && z <= front * (1.0 + HIDDEN)).then_some(i)
         };
@@ -201,11 +199,9 @@ fn coverage(state: &State<'_>) -> Option<[f64; 2]> {
         let [a, b, c] = t.map(corner);
         let middle = (a + b + c) / 3.0;
         let sees = |view: &&SeenView<'_>| {
-            view.rays.project(middle).is_some_and(|(x, y, z)| {
-                let (w, h) = (view.photo.camera.width, view.photo.camera.height);
-                let inside = x >= 0.0 && y >= 0.0 && x < w as f32 && y < h as f32;
-                inside && z <= view.hits[y as usize * w + x as usize].depth * (1.0 + HIDDEN)
-            })
+            let Some((x, y, z)) = view.rays.project(middle) else { return false };
+            let pixel = view.rays.pixel(x, y);
+            pixel.is_some_and(|i| z <= view.hits[i].depth * (1.0 + HIDDEN))
         };
         let photos = state.observed.views.iter().filter(sees).take(3).count();
         (f64::from((b - a).cross(c - a).length()), photos)
