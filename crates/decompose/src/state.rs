@@ -160,7 +160,9 @@ pub struct BaseColored {
 pub struct RenderedView {
     /// Index of the photo: training photos, then those held out.
     pub photo: usize,
-    /// PSNR of the sRGB-encoded picture where the surface is hit, dB.
+    /// PSNR of the sRGB-encoded picture, dB, over the pixels of full weight that the Gaussians cover as they were given; where the
+    /// surface is missed there, the light shows. NaN where no pixel counts. Where training photos have gains, one per channel is fitted to a photo
+    /// held out first.
     pub psnr_db: f64,
 }
 

@@ -124,7 +124,8 @@ pub struct DecomposedViewDocument {
     pub name: String,
     /// Role of the view.
     pub split: Split,
-    /// PSNR of the 8-bit picture, dB; null where no pixel counts.
+    /// PSNR of the sRGB-encoded picture, dB, over pixels of the photo that count fully and that the Gaussians cover (alpha 0.5 or
+    /// more), whether the surface is met there or not; null where there are none.
     #[serde(default)]
     pub psnr_db: Option<f64>,
 }

@@ -33,9 +33,11 @@ pub struct SceneReport {
     pub light_cells: Vec<usize>,
     /// CPU seconds of all threads; null where the system does not tell.
     pub cpu_seconds: Option<f64>,
-    /// Mean PSNR of the training views under the light that was found, dB.
+    /// Mean PSNR of the training views under the light that was found, dB, over the pixels that the Gaussians cover and no mask hides,
+    /// whether the surface is met there or not.
     pub train_psnr_db: Option<f64>,
-    /// The same for held-out views.
+    /// The same for held-out views; where the exposures of training photos were found, after one gain per channel that is fitted to
+    /// each of them (least squares, linear).
     pub test_psnr_db: Option<f64>,
     /// Who predicted normals and base colors, where a provider did.
     #[serde(skip_serializing_if = "Option::is_none")]

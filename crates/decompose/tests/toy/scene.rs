@@ -143,7 +143,8 @@ pub(crate) fn photos(
                 camera_from_world: Pose::look_at(eye, DVec3::Z * 0.3, DVec3::Z).expect("a pose"),
                 radiance_linear: ImageF32::filled(SIZE.0, SIZE.1, 3, 0.0),
                 light: 0,
-                weight: ImageF32::filled(SIZE.0, SIZE.1, 1, 1.0),
+                // Nothing is drawn behind the surface: what misses it is masked.
+                weight: ImageF32::filled(SIZE.0, SIZE.1, 1, 0.0),
                 clipped: Vec::new(),
             };
             let rays = ViewRays::new(&photo);
@@ -154,6 +155,7 @@ pub(crate) fn photos(
                 let (x, y) = ((i % SIZE.0) as f32 + 0.5, (i / SIZE.0) as f32 + 0.5);
                 let to_viewer = -rays.direction(x, y);
                 let (position, shading_normal, geometric_normal) = scene.frame(hit, to_viewer);
+                photo.weight.data[i] = 1.0;
                 places.push(i);
                 let material = material(position);
                 points.push(SurfacePoint {

@@ -2,8 +2,9 @@
 
 mod confidence;
 mod detail;
+mod score;
 
-use motes_math::srgb::{decode, encode_clipped};
+use motes_math::srgb::decode;
 use motes_scene::ImageF32;
 
 use crate::appearance::PixelShading;
@@ -11,6 +12,7 @@ use crate::observation::SeenView;
 use crate::report::Term;
 use crate::state::{RenderedView, State};
 use confidence::Confidence;
+use score::psnr_db;
 
 /// Renders every photo's view, those held out last, and says how far the result is to be trusted.
 pub fn run(state: &mut State<'_>) -> Term {
@@ -22,8 +24,11 @@ pub fn run(state: &mut State<'_>) -> Term {
     let mut views = Vec::with_capacity(state.shading.len());
     for (photo, (view, shading)) in shown.enumerate() {
         let picture = Picture::of(state, view, shading);
-        views.push(RenderedView { photo, psnr_db: psnr(&picture.radiance_linear, view) });
-        if photo < seen.views.len() {
+        let is_held_out = photo >= seen.views.len();
+        let light = state.illumination.lights.get(view.photo.light);
+        let psnr_db = psnr_db(inputs, light, view, &picture.radiance_linear, is_held_out);
+        views.push(RenderedView { photo, psnr_db });
+        if !is_held_out {
             confidence.see(state, view, &picture, shading);
         }
     }
@@ -64,18 +69,4 @@ impl Picture {
         let held_out = inputs.held_out.get(photo.checked_sub(seen.views.len())?)?;
         Some(Self::of(state, &SeenView::new(held_out, &seen.scene), shading))
     }
-}
-
-fn psnr(radiance: &ImageF32, view: &SeenView<'_>) -> f64 {
-    let (mut sum, mut count) = (0.0, 0usize);
-    let pixels = radiance.data.chunks_exact(3).zip(view.photo.radiance_linear.data.chunks_exact(3));
-    for ((ours, photo), hit) in pixels.zip(&view.hits) {
-        if hit.is_hit() {
-            for (a, b) in ours.iter().zip(photo) {
-                sum += f64::from(encode_clipped(*a) - encode_clipped(*b)).powi(2);
-                count += 1;
-            }
-        }
-    }
-    if count == 0 { f64::NAN } else { -10.0 * (sum / count as f64).max(1e-12).log10() }
 }
