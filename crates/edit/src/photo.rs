@@ -6,6 +6,9 @@
 //! ```text
 //! photo after = a edited + (1 - a) photo (rest after / rest before)        linear
 //! ```
+//!
+//! A photo has the tone curve of its camera, which the Gaussians of a decomposed scene are without: it is taken off first and put on
+//! the result.
 
 use motes_math::sh::SH_C0;
 use motes_math::srgb;
@@ -54,6 +57,7 @@ pub fn photo_after(
         [view.coverage(&after.gaussians, &is_other), view.coverage(before, &is_gone)];
     let rest_after = view.draw(&without(&after.gaussians, &is_other));
     let rest_before = view.draw(&without(before, &is_gone));
+    let curve = after.tone_curve();
     let mut out = ImageU8::filled(width, height, 3, 0);
     for i in 0..width * height {
         let share = 1.0 - (1.0 - covered[i]) * (1.0 - uncovered[i]);
@@ -61,10 +65,10 @@ pub fn photo_after(
         let after: [u8; 3] = std::array::from_fn(|c| {
             let of = |image: &[f32]| srgb::decode(image[3 * i + c].clamp(0.0, 1.0));
             let ratio = (of(&rest_after) + DARK) / (of(&rest_before) + DARK);
-            let own = srgb::decode(f32::from(pixel[c]) / 255.0);
+            let own = srgb::decode(curve.invert(f32::from(pixel[c]) / 255.0));
             let rest = own * ratio.clamp(RATIOS.0, RATIOS.1);
             let mixed = share * of(&edited) + (1.0 - share) * rest;
-            (srgb::encode(mixed.clamp(0.0, 1.0)) * 255.0).round() as u8
+            (curve.apply(srgb::encode(mixed.clamp(0.0, 1.0))) * 255.0).round() as u8
         });
         out.pixel_mut(i % width, i / width).copy_from_slice(&after);
     }
@@ -111,78 +115,4 @@ impl PhotoView<'_> {
 }
 
 #[cfg(test)]
-mod tests {
-    use glam::DVec3;
-
-    use super::*;
-    use crate::Fill;
-
-    /// Wide Gaussians side by side in a plane, gray.
-    fn wall() -> Gaussians {
-        let mut wall = Gaussians::empty(0);
-        for i in 0..400 {
-            let at = |k: i32| 0.1 * (k as f32 - 9.5);
-            wall.means.push([at(i % 20), at(i / 20), 0.0]);
-            wall.rotations.push([1.0, 0.0, 0.0, 0.0]);
-            wall.log_scales.push([-2.5, -2.5, -5.0]);
-            wall.opacity_logits.push(4.0);
-            wall.sh.extend([0.0; 3]);
-        }
-        wall
-    }
-
-    fn view() -> (Pinhole, Pose) {
-        let camera = Pinhole { fx: 40.0, fy: 40.0, cx: 20.0, cy: 20.0, width: 40, height: 40 };
-        (camera, Pose::look_at(DVec3::new(0.0, 0.0, 3.0), DVec3::ZERO, DVec3::Y).unwrap())
-    }
-
-    #[test]
-    fn what_the_edit_leaves_alone_is_the_photo_and_what_it_placed_is_drawn() {
-        let (camera, pose) = view();
-        let view =
-            PhotoView { camera: &camera, camera_from_world: &pose, antialias: Antialias::Classic };
-        let before = wall();
-        // The photo is not what the splat shows: a color of its own.
-        let photo = ImageU8::from_data(40, 40, 3, [40, 160, 90].repeat(1600));
-        let mut state = EditState::new("wall", before.clone(), None, None, DVec3::Z);
-        let same = photo_after(&photo, &before, &state, view);
-        assert_eq!(same.data, photo.data);
-        // A red thing in front of the left, a shadow on the right.
-        let mut thing = Gaussians::empty(0);
-        thing.means.push([-0.5, 0.0, 0.3]);
-        thing.rotations.push([1.0, 0.0, 0.0, 0.0]);
-        thing.log_scales.push([-1.5; 3]);
-        thing.opacity_logits.push(9.0);
-        thing.sh.extend([1.7, -1.7, -1.7]);
-        state.append(thing, vec![Origin { source: 1, row: 0, motion: 0 }]);
-        for row in (0..400).filter(|r| r % 20 > 12) {
-            state.gaussians.sh[3 * row..3 * row + 3].fill(-0.8);
-        }
-        let out = photo_after(&photo, &before, &state, view);
-        let at = |x: usize, y: usize| &out.data[3 * (40 * y + x)..3 * (40 * y + x) + 3];
-        let thing = camera.fx * -0.5 / 2.7 + 20.0;
-        assert!(
-            at(thing as usize, 20)[0] > 200 && at(thing as usize, 20)[1] < 60,
-            "{:?}",
-            at(12, 20)
-        );
-        assert_eq!(at(18, 36), [40, 160, 90]);
-        let dark = at(30, 20);
-        assert!(dark[1] < 110 && dark[1] > 40 && dark[1] > 2 * dark[0], "{dark:?}");
-    }
-
-    #[test]
-    fn where_something_went_the_fill_is_drawn() {
-        let (camera, pose) = view();
-        let view =
-            PhotoView { camera: &camera, camera_from_world: &pose, antialias: Antialias::Classic };
-        let before = wall();
-        let photo = ImageU8::from_data(40, 40, 3, [200; 3].repeat(1600));
-        let mut state = EditState::new("wall", before.clone(), None, None, DVec3::Z);
-        let rows: Vec<u32> = (0..400).filter(|r| r % 20 < 8).collect();
-        state.remove(&rows, Fill::None);
-        let out = photo_after(&photo, &before, &state, view);
-        let at = |x: usize| out.data[3 * (40 * 20 + x)];
-        assert!(at(12) < 20 && at(26) == 200, "{} {}", at(12), at(26));
-    }
-}
+mod tests;

@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use glam::DVec3;
+use motes_math::tone_curve::ToneCurve;
 use motes_scene::{Gaussians, ImageF32, Selection, Surface};
 use motes_shading::brdf::Lobes;
 use motes_shading::environment::MapAxes;
@@ -69,6 +70,9 @@ pub struct SceneParts {
     pub lobes: Lobes,
     /// Whether one bounce belongs to the image formation.
     pub indirect: bool,
+    /// Tone curve of the camera. Colors of the Gaussians, environment and materials are without it, so light is computed without it,
+    /// too; it matters where photos come in or go out.
+    pub tone_curve: ToneCurve,
 }
 
 /// Gaussians under a plan.
@@ -152,6 +156,11 @@ impl EditState {
             up_in_world: up_in_world.try_normalize().unwrap_or(DVec3::Z),
             gaussians,
         }
+    }
+
+    /// What a camera shows of the colors of the Gaussians; of a plain splat these are what it showed.
+    pub fn tone_curve(&self) -> ToneCurve {
+        self.parts.as_ref().map_or(ToneCurve::default(), |parts| parts.tone_curve)
     }
 
     /// Number of Gaussians.
@@ -327,6 +336,7 @@ mod tests {
             environment_changed: false,
             lobes: Lobes::Lambert,
             indirect: false,
+            tone_curve: ToneCurve::default(),
         }
     }
 

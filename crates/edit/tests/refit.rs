@@ -9,6 +9,7 @@ use edit::refit::{Fills, RefitOptions, RefitReport, Refitted, refit};
 use edit::reshade::{ReshadeOptions, reshade};
 use edit::{EditState, Fill};
 use glam::{DMat3, DQuat, DVec3};
+use motes_math::tone_curve::ToneCurve;
 use motes_raster::{Antialias, RenderOptions, render};
 use motes_scene::{Gaussians, ImageU8, Pinhole, Pose};
 use train_splat::TrainingImage;
@@ -118,6 +119,30 @@ fn a_spotted_filling_becomes_what_photos_show_and_nothing_else_changes() {
     }
     assert!(changed > 20, "{changed}");
     assert!(expected == state.gaussians, "other rows keep their bytes");
+}
+
+#[test]
+fn the_tone_curve_of_the_photos_is_taken_off_first() {
+    let (state, fills, photos) = spotted();
+    let options = RefitOptions { steps: 1, ..OPTIONS };
+    let residual = |state: &EditState, photos: &[TrainingImage]| {
+        let report = done(refit(&mut state.clone(), &fills, photos, &options, &|| false));
+        assert!(report.photo_share > 0.2, "{report:?}");
+        report.residual[0]
+    };
+    let curve = ToneCurve::new(0.6);
+    let mut shown = photos.clone();
+    for photo in &mut shown {
+        let image = Arc::make_mut(&mut photo.image);
+        let of = |v: u8| (curve.apply(f32::from(v) / 255.0) * 255.0).round() as u8;
+        image.data.iter_mut().for_each(|v| *v = of(*v));
+    }
+    let mut known = state.clone();
+    known.parts.as_mut().expect("a scene").tone_curve = curve;
+    let linear = residual(&state, &photos);
+    let [taken_off, left_on] = [residual(&known, &shown), residual(&state, &shown)];
+    assert!((taken_off - linear).abs() < 0.02 * linear, "{taken_off} for {linear}");
+    assert!((left_on - linear).abs() > 0.05 * linear, "{left_on} for {linear}");
 }
 
 #[test]

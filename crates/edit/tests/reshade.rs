@@ -10,6 +10,7 @@ use edit::reshade::{ReshadeError, ReshadeOptions, ReshadeReport, moved_surface, 
 use edit::{EditState, Fill, Similarity};
 use glam::{DVec3, Vec3};
 use motes_math::srgb;
+use motes_math::tone_curve::ToneCurve;
 use motes_scene::{Gaussians, ImageF32, Surface};
 
 fn run(state: &mut EditState) -> (Surface, ReshadeReport) {
@@ -34,6 +35,28 @@ fn a_shadow_goes_with_its_box_and_the_ground_closes() {
     assert!(surface.is_consistent() && surface.has_materials());
     let highest = surface.vertices.iter().map(|v| v[2]).fold(0.0, f32::max);
     assert!(highest < 0.02, "no triangle of the box is left: {highest}");
+}
+
+#[test]
+fn light_is_computed_without_the_tone_curve_of_the_photos() {
+    // Scaled and filled under the light that was found, or all shaded anew under twice that light.
+    let edited = |curve: ToneCurve, brighter: bool| {
+        let mut state = state(&[[0.0, 0.0]]);
+        let parts = state.parts.as_mut().expect("a scene");
+        parts.tone_curve = curve;
+        if brighter {
+            parts.environment = parts.environment.clone().scaled(2.0);
+            parts.environment_changed = true;
+        }
+        let rows = rows_of_box(&state, [0.0, 0.0]);
+        state.remove(&rows, Fill::Plane);
+        let (surface, _) = run(&mut state);
+        (state.gaussians, surface)
+    };
+    for brighter in [false, true] {
+        let plain = edited(ToneCurve::default(), brighter);
+        assert!(edited(ToneCurve::new(0.6), brighter) == plain, "brighter: {brighter}");
+    }
 }
 
 #[test]

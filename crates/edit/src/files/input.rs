@@ -13,7 +13,7 @@ use motes_scene::camera_path::mean_up;
 use motes_scene::{Capture, Materials};
 use motes_stage::{Context, StageError};
 
-use relight::files::map_axes;
+use relight::files::{map_axes, tone_curve};
 
 /// What was read.
 pub struct Input {
@@ -79,6 +79,7 @@ impl Input {
             environment_changed: false,
             lobes: document.lobes,
             indirect: document.indirect,
+            tone_curve: tone_curve(document),
         };
         let name = folder.display().to_string();
         let up = DVec3::from_array(document.up_in_world);

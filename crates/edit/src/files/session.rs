@@ -147,7 +147,7 @@ pub fn run_edit(job: &EditJob<'_>, context: &Context) -> anyhow::Result<EditAnsw
     let camera = thumbnails.and_then(|_| thumbnail_camera(&input.state, capture.as_ref()));
     let snap = |state: &EditState, file: &str| {
         let (camera, pose) = camera?;
-        let image = picture(&state.gaussians, resources.antialias, &camera, &pose);
+        let image = picture(state, resources.antialias, &camera, &pose);
         Some(Preview { file: file.into(), image })
     };
     let before = snap(&input.state, "before.png");

@@ -86,7 +86,7 @@ impl Operation for RenderOp {
                     .ok_or_else(|| EditError::plan(at, "there is nothing to look at"))?
             }
         };
-        let image = picture(&state.gaussians, run.resources.antialias, &camera.0, &camera.1);
+        let image = picture(state, run.resources.antialias, &camera.0, &camera.1);
         let number = run.previews.len();
         let file = self.file.clone().unwrap_or_else(|| format!("preview-{number:03}.png"));
         let plain = !file.contains(['/', '\\']) && file.to_ascii_lowercase().ends_with(".png");

@@ -3,6 +3,7 @@
 use glam::{DVec3, Vec3};
 use motes_math::resample::{Filter, resize};
 use motes_math::srgb;
+use motes_math::tone_curve::ToneCurve;
 use motes_raster::{Antialias, RenderOptions, ViewTransform, render, render_scalars};
 use motes_scene::{Gaussians, ImageF32, Pinhole, Pose};
 use train_splat::TrainingImage;
@@ -59,6 +60,7 @@ pub(super) struct Sights<'a> {
     fitted: Vec<f32>,
     rows: &'a [u32],
     antialias: Antialias,
+    tone_curve: ToneCurve,
 }
 
 impl<'a> Sights<'a> {
@@ -82,6 +84,7 @@ impl<'a> Sights<'a> {
             fitted: marks(after, rows.iter().copied()),
             rows,
             antialias,
+            tone_curve: state.tone_curve(),
         }
     }
 
@@ -97,7 +100,7 @@ impl<'a> Sights<'a> {
         let planes = [&self.arrived[..], &self.filled, &self.fitted];
         let now = render_scalars(self.after, &planes, camera, pose, &options);
         let [arrived, filled, fitted] = [0, 1, 2].map(|c| plane(&now, c));
-        let (seen, is_known) = cut.photo(photo);
+        let (seen, is_known) = cut.photo(photo, self.tone_curve);
         let size = [camera.width, camera.height];
         let outline = (OUTLINE * camera.width.max(camera.height) as f32).ceil() as usize;
         let in_the_way = |p: usize| gone.data[3 * p].max(arrived[p]) > IN_THE_WAY;
@@ -193,8 +196,8 @@ struct Cut {
 }
 
 impl Cut {
-    /// Linear values, brought to the exposure of the model, and whether they are known.
-    fn photo(&self, photo: &TrainingImage) -> (Vec<Vec3>, Vec<bool>) {
+    /// Linear values without the tone curve, brought to the exposure of the model, and whether they are known.
+    fn photo(&self, photo: &TrainingImage, curve: ToneCurve) -> (Vec<Vec3>, Vec<bool>) {
         let image = &photo.image;
         let gain = photo.exposure_gain.max(1e-3);
         let mut values = Vec::with_capacity(4 * self.size[0] * self.size[1]);
@@ -202,7 +205,7 @@ impl Cut {
             for x in self.first[0]..self.first[0] + self.size[0] {
                 let pixel = image.pixel(x, y);
                 let channel = |c: usize| f32::from(pixel[c.min(image.channels - 1)]) / 255.0 / gain;
-                values.extend([0, 1, 2].map(|c| srgb::decode(channel(c))));
+                values.extend([0, 1, 2].map(|c| srgb::decode(curve.invert(channel(c)))));
                 let masked = photo.mask.as_ref().is_some_and(|m| m.pixel(x, y)[0] < 128);
                 let transparent = pixel.get(3).is_some_and(|alpha| *alpha < 128);
                 values.push(f32::from(u8::from(!masked && !transparent)));

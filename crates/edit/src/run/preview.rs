@@ -5,6 +5,7 @@ use motes_math::median::quantile;
 use motes_raster::{Antialias, RenderOptions, render};
 use motes_scene::{Gaussians, ImageU8, Pinhole, Pose};
 
+use crate::EditState;
 use crate::changes::measure::Extent;
 
 /// A picture and the name of its file.
@@ -44,15 +45,13 @@ pub fn orbit_camera(
     Some((Pinhole { fx: focal, fy: focal, cx, cy, width, height }, pose))
 }
 
-/// A picture of Gaussians, black where nothing is.
-pub fn picture(
-    gaussians: &Gaussians,
-    antialias: Antialias,
-    camera: &Pinhole,
-    pose: &Pose,
-) -> ImageU8 {
+/// A picture of the Gaussians with the tone curve of the photos, as `relight` shows a scene; black where nothing is.
+pub fn picture(state: &EditState, antialias: Antialias, camera: &Pinhole, pose: &Pose) -> ImageU8 {
     let options = RenderOptions { antialias, ..RenderOptions::default() };
-    render(gaussians, camera, pose, &options).color.to_u8()
+    let mut color = render(&state.gaussians, camera, pose, &options).color;
+    let curve = state.tone_curve();
+    color.data.iter_mut().for_each(|v| *v = curve.apply(*v));
+    color.to_u8()
 }
 
 /// Where most of the opacity is: the extent of the middle 90 percent along every axis, so that a far background does not push

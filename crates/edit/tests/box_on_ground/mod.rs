@@ -3,6 +3,7 @@
 
 use edit::{EditState, SceneParts};
 use glam::{DVec3, Vec3};
+use motes_math::tone_curve::ToneCurve;
 use motes_scene::{Gaussians, ImageF32, Materials, Surface};
 use motes_shading::brdf::Lobes;
 use motes_shading::environment::{Convention, MapAxes};
@@ -146,6 +147,7 @@ pub(crate) fn state_of(gaussians: Gaussians, surface: Surface) -> EditState {
         environment_changed: false,
         lobes: Lobes::Lambert,
         indirect: true,
+        tone_curve: ToneCurve::default(),
     };
     EditState::new("test", gaussians, Some(surface), Some(parts), DVec3::Z)
 }

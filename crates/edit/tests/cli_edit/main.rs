@@ -17,6 +17,7 @@ use motes_formats::ply::{read_gaussians, read_surface};
 use motes_formats::selection::{
     BoundGaussians, SelectionDocument, SelectionNotes, write_selection,
 };
+use motes_math::tone_curve::ToneCurve;
 use motes_scene::Selection;
 use motes_testkit::toy_scene::{ToyScene, toy_scene};
 use serde_json::{Value, json};
@@ -126,6 +127,29 @@ fn a_selection_of_what_was_decomposed_holds_for_the_scene_until_rows_change() {
     assert_code(&edit(&toy, &[&line[..], &["out"]].concat()), 0);
     let again = ["--scene", "out", "--selection", "all.json", "--translate", "0,0,1", "-q"];
     assert_code(&edit(&toy, &[&again[..], &["-o", "again"]].concat()), 3);
+}
+
+#[test]
+fn pictures_have_the_tone_curve_that_the_scene_names() {
+    let toy = toy_scene();
+    let shown = |name: &str| {
+        let (shots, out) = (format!("{name}-shots"), format!("{name}-out"));
+        let line = ["--scene", "scene", "--order", "--thumbnails", &shots, "-o", &out, "-q"];
+        assert_code(&edit(&toy, &line), 0);
+        read_image(&toy.path(&shots).join("before.png")).unwrap().data
+    };
+    let plain = shown("plain");
+    let path = toy.path("scene/decomposition.json");
+    let mut document: Value = serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap();
+    document["tone_curve_contrast"] = json!(0.5);
+    std::fs::write(&path, serde_json::to_vec(&document).unwrap()).unwrap();
+    let curve = ToneCurve::new(0.5);
+    let curved = shown("curved");
+    let off =
+        |(a, b): (&u8, &u8)| (255.0 * curve.apply(f32::from(*a) / 255.0) - f32::from(*b)).abs();
+    assert!(plain != curved && plain.iter().zip(&curved).all(|pair| off(pair) < 1.2));
+    let written = read_decomposition(&toy.path("curved-out")).unwrap().document;
+    assert_eq!(written.tone_curve_contrast, Some(0.5));
 }
 
 #[test]

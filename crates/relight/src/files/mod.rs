@@ -19,4 +19,4 @@ pub use pictures::{PictureJob, write_pictures};
 pub use products::{write_baked, write_scene};
 pub use provider::{ProviderJob, ProviderOptions, relight_by_provider};
 pub use report::{Outcome, Product, RelightReport};
-pub use scene::{LoadedScene, map_axes, note_map_axes};
+pub use scene::{LoadedScene, map_axes, note_map_axes, tone_curve};

@@ -59,8 +59,7 @@ impl LoadedScene {
         if file.render_mode == Some(RenderMode::Mip) {
             scene.antialias = Antialias::Mip;
         }
-        let contrast = document.tone_curve_contrast.unwrap_or(0.0);
-        scene.tone_curve = ToneCurve::new(contrast as f32);
+        scene.tone_curve = tone_curve(document);
         let own_axes = map_axes(document);
         let render_mode = file.render_mode;
         let mut loaded = Self { scene, decomposition, own_light, own_axes, render_mode };
@@ -78,6 +77,11 @@ impl LoadedScene {
             });
         light.ok().map(|light| light.environment)
     }
+}
+
+/// Tone curve of the camera that took the photos of a scene folder; its Gaussians are without it.
+pub fn tone_curve(document: &DecompositionDocument) -> ToneCurve {
+    ToneCurve::new(document.tone_curve_contrast.unwrap_or(0.0) as f32)
 }
 
 /// Axes of the environment of a scene folder.
