@@ -5,12 +5,13 @@ use std::sync::Arc;
 use motes_raster::{Frame, GaussianGradients, Modifiers, RenderOptions};
 
 use super::Trainer;
-use crate::auto::criterion::{Colors, Evidence, Residuals};
+use crate::auto::criterion::{Colors, Evidence, MARGIN, Residuals};
 use crate::auto::probing;
 use crate::auto::rules::{self, Choices};
 use crate::auto::{BackgroundModel, Candidate, Decision, ExposureModel, ProbeCost};
 use crate::background::OpenSky;
 use crate::clock::cpu_seconds;
+use crate::exposure::NEEDED_SPREAD;
 use crate::loss::PhotometricLoss;
 use crate::profile::Profile;
 
@@ -36,6 +37,19 @@ impl Probe {
             Colors::Corrected => &self.corrected,
         }
     }
+}
+
+/// The exposure model with the most evidence whose probe does not speak against it beyond its error.
+///
+/// A probe is too short to say more where photos differ much: the floaters that explain the brightness of single
+/// photos take hundreds of steps to grow.
+fn least_denied(candidates: &[Candidate]) -> ExposureModel {
+    let possible = candidates.iter().filter(|c| c.evidence_nats > -MARGIN * c.error_nats);
+    let best = possible.max_by(|a, b| a.evidence_nats.total_cmp(&b.evidence_nats));
+    let of_name = |name: &str| {
+        [ExposureModel::Gain, ExposureModel::Affine].into_iter().find(|e| e.name() == name)
+    };
+    best.and_then(|c| of_name(&c.value)).unwrap_or(ExposureModel::None)
 }
 
 /// Values stored per Gaussian at an SH degree.
@@ -152,6 +166,11 @@ impl Trainer {
                     best = (exposure, score);
                 }
                 decision.candidates.push(candidate);
+            }
+            if best.0 == ExposureModel::None && self.state.gain_spread >= NEEDED_SPREAD {
+                best.0 = least_denied(&decision.candidates);
+                let text = "; such differences stay in unless a probe denies them";
+                decision.reason.push_str(text);
             }
             decision.kept = best.0.name().into();
             self.put_exposure(best.0, level);
@@ -288,5 +307,26 @@ impl Trainer {
             probe.corrected.add(image, gain, target, Colors::Corrected);
         }
         probe
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn candidate(exposure: ExposureModel, evidence_nats: f64) -> Candidate {
+        let value = exposure.name().into();
+        Candidate { value, evidence_nats, error_nats: 50.0, cost_nats: 300.0, ..Candidate::default() }
+    }
+
+    #[test]
+    fn exposures_that_differ_much_are_denied_beyond_the_error_only() {
+        let [gain, affine] = [ExposureModel::Gain, ExposureModel::Affine];
+        let of = |a: f64, b: f64| least_denied(&[candidate(gain, a), candidate(affine, b)]);
+        assert_eq!(of(-20.0, 10.0), affine);
+        assert_eq!(of(-20.0, -40.0), gain);
+        assert_eq!(of(-60.0, -40.0), affine);
+        assert_eq!(of(-60.0, f64::NAN), ExposureModel::None);
+        assert_eq!(least_denied(&[]), ExposureModel::None);
     }
 }
