@@ -316,7 +316,13 @@ mod tests {
 
     fn candidate(exposure: ExposureModel, evidence_nats: f64) -> Candidate {
         let value = exposure.name().into();
-        Candidate { value, evidence_nats, error_nats: 50.0, cost_nats: 300.0, ..Candidate::default() }
+        Candidate {
+            value,
+            evidence_nats,
+            error_nats: 50.0,
+            cost_nats: 300.0,
+            ..Candidate::default()
+        }
     }
 
     #[test]

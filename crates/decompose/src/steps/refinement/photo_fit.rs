@@ -83,6 +83,7 @@ impl PhotoFit<'_> {
         let (mut frame, mut frame_before) = (Frame::new(), Frame::new());
         let mut gradients = GaussianGradients::default();
         let none = Modifiers::default();
+        let gains = self.captured_gains(start);
         let mut order = PhotoOrder::new(self.views.len(), self.seed, PURPOSE);
         for step in 0..steps {
             let Some(v) = order.at(step) else { break };
@@ -99,7 +100,7 @@ impl PhotoFit<'_> {
                 let stays = looked_after[v][k]
                     .then(|| frame_before.forward(before, &view, &none, self.render));
                 let image = frame.forward(&model, &view, &none, self.render);
-                let slope = self.slope(v, colors, image, stays);
+                let slope = self.slope((v, gains[v]), colors, image, stays);
                 frame.backward(&model, &none, self.render, &slope, &mut gradients);
                 let update = Update {
                     step: u64::from(step) + 1,
@@ -126,6 +127,33 @@ impl PhotoFit<'_> {
         Ok((captured, base_fitted))
     }
 
+    /// Gains that the photos keep where colors are as captured. If training left exposures to the look of the sides that the photos
+    /// were taken from, that look is kept; if it modeled them, the colors are those of the mean exposure. `start` says which: it is
+    /// closer to the photos as they were taken, or to the developed ones.
+    fn captured_gains(&self, start: &Gaussians) -> Vec<[f32; 3]> {
+        let gains: Vec<[f32; 3]> = self.views.iter().map(|view| view.photo.gain).collect();
+        let (mut as_taken, mut developed) = (0.0, 0.0);
+        let mut frame = Frame::new();
+        for (view, gain) in self.views.iter().zip(&gains).filter(|(_, gain)| **gain != [1.0; 3]) {
+            let photo = view.photo;
+            let transform = ViewTransform::new(&photo.camera, &photo.camera_from_world);
+            let image = frame.forward(start, &transform, &Modifiers::default(), self.render);
+            for (c, gain) in gain.iter().enumerate() {
+                for y in 0..image.height {
+                    for (x, shown) in image.row(c, y).iter().enumerate() {
+                        let i = y * image.width + x;
+                        let radiance = photo.radiance_linear.data[3 * i + c];
+                        let error = |seen: f32| f64::from((shown - srgb::encode(seen)).abs());
+                        let weight = f64::from(photo.weight.data[i]);
+                        as_taken += weight * error(radiance * gain);
+                        developed += weight * error(radiance);
+                    }
+                }
+            }
+        }
+        if developed < as_taken { vec![[1.0; 3]; gains.len()] } else { gains }
+    }
+
     fn untold_share(&self, v: usize, colors: Colors) -> f32 {
         let count = self.shadings[v].count();
         let told = (0..count).filter(|&i| self.told(v, i, colors)).count();
@@ -138,7 +166,13 @@ impl PhotoFit<'_> {
     }
 
     /// Slope of the cost by every value of the picture of a view.
-    fn slope(&self, v: usize, colors: Colors, image: &Planes, before: Option<&Planes>) -> Planes {
+    fn slope(
+        &self,
+        (v, captured_gain): (usize, [f32; 3]),
+        colors: Colors,
+        image: &Planes,
+        before: Option<&Planes>,
+    ) -> Planes {
         let (photo, shading) = (self.views[v].photo, &self.shadings[v]);
         slopes([image.width, image.height], |c, x, y| {
             let i = y * image.width + x;
@@ -149,8 +183,7 @@ impl PhotoFit<'_> {
             let radiance = photo.radiance_linear.data[3 * i + c];
             let seen = srgb::encode(radiance);
             let slope = match colors {
-                // What training fitted: exposures are part of the look of the sides that they were taken from.
-                Colors::Captured => difference(shown, srgb::encode(radiance * photo.gain[c])),
+                Colors::Captured => difference(shown, srgb::encode(radiance * captured_gain[c])),
                 Colors::Base => {
                     let (uniform, color) = shading.uniform(i);
                     let (slope, offset) = (shading.slope(i)[c], shading.offset(i)[c]);
@@ -228,58 +261,4 @@ fn keep_finite(mut models: [&mut Gaussians; 2], before: [&Gaussians; 2]) {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn slopes_are_those_of_finite_differences() {
-        let cost = |p: &Pixel, e: f64| {
-            let decode = |v: f64| {
-                if v <= 0.040_45 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
-            };
-            let encode = |v: f64| {
-                if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 }
-            };
-            let shown = encode(f64::from(p.slope) * decode(e) + f64::from(p.offset));
-            (shown - f64::from(p.seen)).hypot(f64::from(NOISE))
-        };
-        for slope in [1e-3, 0.2, 1.0, 30.0] {
-            for offset in [0.0, 1e-4, 0.3] {
-                for (encoded, seen) in [(0.02, 0.3), (0.1, 0.9), (0.5, 0.4), (0.9, 0.0)] {
-                    let pixel = Pixel { slope, offset, seen };
-                    let (e, h) = (f64::from(encoded), 1e-6);
-                    let numeric = (cost(&pixel, e + h) - cost(&pixel, e - h)) / (2.0 * h);
-                    let found = f64::from(pixel.slope_at(encoded));
-                    let off = (found - numeric).abs();
-                    assert!(off < 1e-3 * numeric.abs().max(1e-2), "{numeric} {found}");
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn slopes_are_finite_at_the_extremes() {
-        for slope in [0.0, 1e-30, 1e30] {
-            for offset in [0.0, -1.0, 1e30] {
-                for e in [0.0, -1.0, 1.0, 5.0] {
-                    let found = Pixel { slope, offset, seen: 0.5 }.slope_at(e);
-                    assert!(found.is_finite(), "{slope} {offset} {e}: {found}");
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn rows_that_are_not_finite_are_taken_back() {
-        let start = motes_testkit::random_gaussians(3, 4, 1);
-        let base = start.colored(|_| [0.4; 3]);
-        let (mut model, mut other) = (start.clone(), base.clone());
-        model.means[1][2] = f32::NAN;
-        other.sh[9] = f32::INFINITY;
-        (model.sh[5], other.sh[2]) = (0.25, 0.125);
-        keep_finite([&mut model, &mut other], [&start, &base]);
-        assert_eq!((model.sh[5], other.sh[2]), (0.25, 0.125), "a finite row keeps what it has");
-        assert_eq!(model, Gaussians { sh: model.sh.clone(), ..start });
-        assert_eq!(other.sh[9], base.sh[9]);
-    }
-}
+mod tests;
