@@ -39,17 +39,13 @@ impl Probe {
     }
 }
 
-/// The exposure model with the most evidence whose probe does not speak against it beyond its error.
+/// Whether the probe of a gain per photo speaks against it beyond its error.
 ///
 /// A probe is too short to say more where photos differ much: the floaters that explain the brightness of single
 /// photos take hundreds of steps to grow.
-fn least_denied(candidates: &[Candidate]) -> ExposureModel {
-    let possible = candidates.iter().filter(|c| c.evidence_nats > -MARGIN * c.error_nats);
-    let best = possible.max_by(|a, b| a.evidence_nats.total_cmp(&b.evidence_nats));
-    let of_name = |name: &str| {
-        [ExposureModel::Gain, ExposureModel::Affine].into_iter().find(|e| e.name() == name)
-    };
-    best.and_then(|c| of_name(&c.value)).unwrap_or(ExposureModel::None)
+fn is_gain_denied(candidates: &[Candidate]) -> bool {
+    let gain = candidates.iter().find(|c| c.value == ExposureModel::Gain.name());
+    !gain.is_some_and(|c| c.evidence_nats > -MARGIN * c.error_nats)
 }
 
 /// Values stored per Gaussian at an SH degree.
@@ -167,10 +163,12 @@ impl Trainer {
                 }
                 decision.candidates.push(candidate);
             }
-            if best.0 == ExposureModel::None && self.state.gain_spread >= NEEDED_SPREAD {
-                best.0 = least_denied(&decision.candidates);
-                let text = "; such differences stay in unless a probe denies them";
-                decision.reason.push_str(text);
+            let much = self.state.gain_spread >= NEEDED_SPREAD;
+            if best.0 == ExposureModel::None && much && !is_gain_denied(&decision.candidates) {
+                best.0 = ExposureModel::Gain;
+                decision
+                    .reason
+                    .push_str("; gains that differ so much stay in unless a probe denies them");
             }
             decision.kept = best.0.name().into();
             self.put_exposure(best.0, level);
@@ -326,13 +324,11 @@ mod tests {
     }
 
     #[test]
-    fn exposures_that_differ_much_are_denied_beyond_the_error_only() {
+    fn gains_that_differ_much_are_denied_beyond_the_error_only() {
         let [gain, affine] = [ExposureModel::Gain, ExposureModel::Affine];
-        let of = |a: f64, b: f64| least_denied(&[candidate(gain, a), candidate(affine, b)]);
-        assert_eq!(of(-20.0, 10.0), affine);
-        assert_eq!(of(-20.0, -40.0), gain);
-        assert_eq!(of(-60.0, -40.0), affine);
-        assert_eq!(of(-60.0, f64::NAN), ExposureModel::None);
-        assert_eq!(least_denied(&[]), ExposureModel::None);
+        let denied = |a: f64, b: f64| is_gain_denied(&[candidate(gain, a), candidate(affine, b)]);
+        assert!(!denied(-20.0, -90.0) && !denied(10.0, 0.0));
+        assert!(denied(-60.0, 10.0) && denied(f64::NAN, 10.0));
+        assert!(is_gain_denied(&[]));
     }
 }
