@@ -5,6 +5,7 @@ use std::io::ErrorKind::NotFound;
 use std::path::PathBuf;
 use std::sync::Mutex;
 
+use crate::files::sfm::failure;
 use crate::{
     ImportInput, ImportOptions, ImportReport, IngestError, SfmOptions, Source, VideoOptions,
     import, import_photos, import_video,
@@ -131,6 +132,12 @@ pub fn run(args: &Args, context: &Context) -> anyhow::Result<ImportReport> {
     };
     let report = report.map_err(to_stage)?;
     report.warnings.iter().for_each(|warning| context.warn(warning.clone()));
+    // Poses that others found are theirs to judge.
+    if report.sfm.is_some()
+        && let Some(text) = failure(report.registered, report.photos)
+    {
+        context.gate_not_met(text);
+    }
     Ok(report)
 }
 

@@ -17,6 +17,8 @@ const FOCAL_DRIFT: f64 = 0.10;
 const THIN_PARALLAX_DEGREES: f64 = 3.0;
 /// Share of photos with a pose below which the set is in pieces.
 const FEW_REGISTERED: f64 = 0.8;
+/// Share of photos with a pose below which most of what was photographed is not in the capture.
+const MOST_REGISTERED: f64 = 0.5;
 /// Focal length over long side when nothing is known (COLMAP's factor; 43 mm equivalent).
 const FOCAL_GUESS: f64 = 1.2;
 
@@ -90,11 +92,21 @@ fn describe(report: &SfmReport, registered: usize, photos: usize) -> String {
     )
 }
 
+/// What is wrong with a capture that most photos are not in; `None` of any other.
+pub(crate) fn failure(registered: usize, photos: usize) -> Option<String> {
+    (photos > 0 && (registered as f64) < MOST_REGISTERED * photos as f64).then(|| {
+        format!(
+            "only {registered} of {photos} photos have a pose, and what the others show is not in the capture; add photos from \
+             between the places, with more overlap, and leave out blurred ones, or give only photos of one place"
+        )
+    })
+}
+
 /// What the user should doubt, with what to do about it.
 pub(super) fn warnings(solution: &Solution) -> Vec<String> {
     let mut warnings = Vec::new();
     let (registered, photos) = (solution.registered, solution.photos);
-    if registered < photos {
+    if registered < photos && failure(registered, photos).is_none() {
         let weight =
             if (registered as f64) < FEW_REGISTERED * photos as f64 { "only " } else { "" };
         warnings.push(format!(
@@ -200,5 +212,14 @@ mod tests {
             assert!(text.contains(part), "{part}: {text}");
         }
         assert!(warnings(&solution(20, 0.5, None, 810.0))[0].contains("--focal"));
+    }
+
+    #[test]
+    fn a_capture_without_most_photos_has_failed() {
+        assert!([(10, 20), (20, 20), (0, 0)].iter().all(|&(r, p)| failure(r, p).is_none()));
+        let text = failure(7, 20).unwrap();
+        assert!(text.starts_with("only 7 of 20 photos"), "{text}");
+        let also = warnings(&solution(7, 0.5, Some(800.0), 810.0));
+        assert!(also.is_empty(), "said once: {also:?}");
     }
 }

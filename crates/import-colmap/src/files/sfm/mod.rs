@@ -18,6 +18,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
+pub(crate) use judge::failure;
 pub use options::{CameraSharing, Matcher, SfmOptions, SfmTool};
 pub(crate) use triangulate::triangulate;
 
