@@ -5,7 +5,7 @@ use std::sync::Arc;
 use motes_raster::{Frame, GaussianGradients, Modifiers, RenderOptions};
 
 use super::Trainer;
-use crate::auto::criterion::{Colors, Evidence, MARGIN, Residuals};
+use crate::auto::criterion::{Colors, Evidence, Residuals};
 use crate::auto::probing;
 use crate::auto::rules::{self, Choices};
 use crate::auto::{BackgroundModel, Candidate, Decision, ExposureModel, ProbeCost};
@@ -37,15 +37,6 @@ impl Probe {
             Colors::Corrected => &self.corrected,
         }
     }
-}
-
-/// Whether the probe of a gain per photo speaks against it beyond its error.
-///
-/// A probe is too short to say more where photos differ much: the floaters that explain the brightness of single
-/// photos take hundreds of steps to grow.
-fn is_gain_denied(candidates: &[Candidate]) -> bool {
-    let gain = candidates.iter().find(|c| c.value == ExposureModel::Gain.name());
-    !gain.is_some_and(|c| c.evidence_nats > -MARGIN * c.error_nats)
 }
 
 /// Values stored per Gaussian at an SH degree.
@@ -137,12 +128,18 @@ impl Trainer {
     fn decide_exposure(&mut self, level: usize) {
         self.state.gain_spread = self.measure_gain_spread(level);
         let reason = format!(
-            "brightness of the photos differs by {:.1} % (probes from {:.0} % on)",
+            "brightness of the photos differs by {:.1} % (probes from {:.0} % on, gains from {:.0} % on)",
             100.0 * self.state.gain_spread,
-            100.0 * PROBED_SPREAD
+            100.0 * PROBED_SPREAD,
+            100.0 * NEEDED_SPREAD
         );
         let mut decision = Decision::new("exposure", "none", "measured", reason);
-        if self.state.gain_spread >= PROBED_SPREAD {
+        // No probe: what explains the brightness of single photos otherwise, floaters, takes hundreds of steps to grow.
+        // Offsets are not taken unasked: no sensor has them.
+        if self.state.gain_spread >= NEEDED_SPREAD {
+            decision.kept = ExposureModel::Gain.name().into();
+            self.put_exposure(ExposureModel::Gain, level);
+        } else if self.state.gain_spread >= PROBED_SPREAD {
             decision.by = "probe".into();
             let share = probing::PROBE_SHARE / 3.0;
             let steps = probing::probe_steps(&self.plan, 3, share, probing::EXPOSURE_AT);
@@ -162,13 +159,6 @@ impl Trainer {
                     best = (exposure, score);
                 }
                 decision.candidates.push(candidate);
-            }
-            let much = self.state.gain_spread >= NEEDED_SPREAD;
-            if best.0 == ExposureModel::None && much && !is_gain_denied(&decision.candidates) {
-                best.0 = ExposureModel::Gain;
-                decision
-                    .reason
-                    .push_str("; gains that differ so much stay in unless a probe denies them");
             }
             decision.kept = best.0.name().into();
             self.put_exposure(best.0, level);
@@ -305,30 +295,5 @@ impl Trainer {
             probe.corrected.add(image, gain, target, Colors::Corrected);
         }
         probe
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn candidate(exposure: ExposureModel, evidence_nats: f64) -> Candidate {
-        let value = exposure.name().into();
-        Candidate {
-            value,
-            evidence_nats,
-            error_nats: 50.0,
-            cost_nats: 300.0,
-            ..Candidate::default()
-        }
-    }
-
-    #[test]
-    fn gains_that_differ_much_are_denied_beyond_the_error_only() {
-        let [gain, affine] = [ExposureModel::Gain, ExposureModel::Affine];
-        let denied = |a: f64, b: f64| is_gain_denied(&[candidate(gain, a), candidate(affine, b)]);
-        assert!(!denied(-20.0, -90.0) && !denied(10.0, 0.0));
-        assert!(denied(-60.0, 10.0) && denied(f64::NAN, 10.0));
-        assert!(is_gain_denied(&[]));
     }
 }
