@@ -40,6 +40,8 @@ const LEAST_SPREAD: f64 = 0.1;
 const LEAST_BALANCE_SPREAD: f64 = 0.02;
 /// How far both halves of the scene must agree on the gains, -1 to 1.
 const LEAST_AGREEMENT: f64 = 0.5;
+/// The same for dark and bright points: an exposure is the same factor for both, and a wrong one is taken for gloss.
+const LEAST_BRIGHTNESS_AGREEMENT: f64 = 0.7;
 /// Photos under one light, from which on their exposures can be told.
 const LEAST_PHOTOS: usize = 5;
 /// A photo with fewer values in a half says nothing about its gain there.
@@ -182,7 +184,7 @@ impl Exposures {
     }
 
     fn are_evident(&self, table: &Table) -> bool {
-        self.differ_everywhere(table) && self.brightness_agreement >= LEAST_AGREEMENT
+        self.differ_everywhere(table) && self.brightness_agreement >= LEAST_BRIGHTNESS_AGREEMENT
     }
 }
 

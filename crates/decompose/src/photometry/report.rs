@@ -3,7 +3,9 @@
 use motes_math::tone_curve::ToneCurve;
 
 use super::response::Response;
-use super::{Exposures, LEAST_AGREEMENT, LEAST_BALANCE_SPREAD, LEAST_SPREAD};
+use super::{
+    Exposures, LEAST_AGREEMENT, LEAST_BALANCE_SPREAD, LEAST_BRIGHTNESS_AGREEMENT, LEAST_SPREAD,
+};
 use crate::report::{Term, numbers};
 
 pub(super) fn terms(
@@ -21,8 +23,8 @@ fn exposure(exposures: &Exposures, kept: bool) -> Term {
     let balance = if balance_spread < LEAST_BALANCE_SPREAD { "left out" } else { "kept" };
     let found = format!(
         "photos of one point differ by {:.0} % in brightness (worth a model from {:.0} % on) and {:.1} % in color; \
-         both sides of the scene agree on it by {agreement:.2}, dark and bright points by {brightness_agreement:.2} (at least \
-         {LEAST_AGREEMENT})",
+         both sides of the scene agree on it by {agreement:.2} (at least {LEAST_AGREEMENT}), dark and bright points by {brightness_agreement:.2} \
+         (at least {LEAST_BRIGHTNESS_AGREEMENT})",
         percent(spread),
         percent(LEAST_SPREAD),
         percent(balance_spread),
