@@ -193,3 +193,18 @@ fn switches_and_extremes() {
     let nothing = Gaussians::empty(0);
     calibrate(&shown, &nothing, &RenderOptions::default(), &Options::default());
 }
+
+#[test]
+fn an_exposure_is_the_same_for_dark_and_bright_points() {
+    let kept = |share: f64| {
+        let shown = |k: usize, at: [f64; 2], radiance: Vec3| {
+            let share = if at[0] > 0.0 { share } else { 1.0 };
+            radiance * (share * LOG_GAINS[k]).exp() as f32
+        };
+        let options = Options { exposure: Switch::Auto, tone_curve: Switch::Off };
+        let photos = photos(8, |v| v, shown);
+        let found = calibrate(&photos, &plane(), &RenderOptions::default(), &options);
+        found.log_gains.iter().any(|g| *g != [0.0; 3])
+    };
+    assert!(kept(1.0) && kept(0.8) && !kept(0.35));
+}
