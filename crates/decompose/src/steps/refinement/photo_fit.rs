@@ -16,7 +16,9 @@ use std::collections::BTreeSet;
 use std::mem::swap;
 
 use motes_math::{sh, srgb};
-use motes_raster::{Frame, GaussianGradients, Modifiers, Planes, RenderOptions, ViewTransform};
+use motes_raster::{
+    Frame, GaussianGradients, Modifiers, Planes, RenderOptions, ViewTransform, render,
+};
 use motes_scene::Gaussians;
 use train_splat::{FitOptions, Moments, PhotoOrder, Rates, Update, scene_extent};
 
@@ -133,22 +135,15 @@ impl PhotoFit<'_> {
     fn captured_gains(&self, start: &Gaussians) -> Vec<[f32; 3]> {
         let gains: Vec<[f32; 3]> = self.views.iter().map(|view| view.photo.gain).collect();
         let (mut as_taken, mut developed) = (0.0, 0.0);
-        let mut frame = Frame::new();
         for (view, gain) in self.views.iter().zip(&gains).filter(|(_, gain)| **gain != [1.0; 3]) {
             let photo = view.photo;
-            let transform = ViewTransform::new(&photo.camera, &photo.camera_from_world);
-            let image = frame.forward(start, &transform, &Modifiers::default(), self.render);
-            for (c, gain) in gain.iter().enumerate() {
-                for y in 0..image.height {
-                    for (x, shown) in image.row(c, y).iter().enumerate() {
-                        let i = y * image.width + x;
-                        let radiance = photo.radiance_linear.data[3 * i + c];
-                        let error = |seen: f32| f64::from((shown - srgb::encode(seen)).abs());
-                        let weight = f64::from(photo.weight.data[i]);
-                        as_taken += weight * error(radiance * gain);
-                        developed += weight * error(radiance);
-                    }
-                }
+            let shown = render(start, &photo.camera, &photo.camera_from_world, self.render).color;
+            let values = shown.data.iter().zip(&photo.radiance_linear.data);
+            for (k, (shown, radiance)) in values.enumerate() {
+                let error = |seen: f32| f64::from((shown - srgb::encode(seen)).abs());
+                let weight = f64::from(photo.weight.data[k / 3]);
+                as_taken += weight * error(radiance * gain[k % 3]);
+                developed += weight * error(*radiance);
             }
         }
         if developed < as_taken { vec![[1.0; 3]; gains.len()] } else { gains }

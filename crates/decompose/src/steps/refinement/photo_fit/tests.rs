@@ -1,4 +1,3 @@
-use motes_raster::render;
 use motes_scene::{ImageF32, Pinhole};
 use motes_testkit::orbit_pose;
 
