@@ -134,36 +134,41 @@ impl Trainer {
             100.0 * NEEDED_SPREAD
         );
         let mut decision = Decision::new("exposure", "none", "measured", reason);
-        // No probe: what explains the brightness of single photos otherwise, floaters, takes hundreds of steps to grow.
-        // Offsets are not taken unasked: no sensor has them.
-        if self.state.gain_spread >= NEEDED_SPREAD {
-            decision.kept = ExposureModel::Gain.name().into();
-            self.put_exposure(ExposureModel::Gain, level);
-        } else if self.state.gain_spread >= PROBED_SPREAD {
-            decision.by = "probe".into();
-            let share = probing::PROBE_SHARE / 3.0;
-            let steps = probing::probe_steps(&self.plan, 3, share, probing::EXPOSURE_AT);
-            let at = (probing::EXPOSURE_AT, steps);
-            let without = self.run_probe("exposure none", at, |_| {});
-            let mut best = (ExposureModel::None, 0.0);
-            for exposure in [ExposureModel::Gain, ExposureModel::Affine] {
-                let name = format!("exposure {}", exposure.name());
-                let probe = self.run_probe(&name, at, |fork| fork.put_exposure(exposure, level));
-                let candidate = self.judge(
-                    (exposure.name(), "none"),
-                    (&without, &probe, Colors::Corrected),
-                    (exposure.parameters(self.views.len()), 1.0),
-                );
-                let score = candidate.evidence_nats - candidate.cost_nats;
-                if candidate.pays && score > best.1 {
-                    best = (exposure, score);
-                }
-                decision.candidates.push(candidate);
-            }
-            decision.kept = best.0.name().into();
-            self.put_exposure(best.0, level);
-        }
+        let kept = match self.state.gain_spread {
+            // No probe: what explains the brightness of single photos otherwise, floaters, takes hundreds of steps to grow.
+            // Offsets are not taken unasked: no sensor has them.
+            spread if spread >= NEEDED_SPREAD => ExposureModel::Gain,
+            spread if spread >= PROBED_SPREAD => self.probe_exposures(level, &mut decision),
+            _ => ExposureModel::None,
+        };
+        decision.kept = kept.name().into();
+        self.put_exposure(kept, level);
         self.state.model.decisions.push(decision);
+    }
+
+    /// The exposure model that pays most; notes the candidates.
+    fn probe_exposures(&mut self, level: usize, decision: &mut Decision) -> ExposureModel {
+        decision.by = "probe".into();
+        let share = probing::PROBE_SHARE / 3.0;
+        let steps = probing::probe_steps(&self.plan, 3, share, probing::EXPOSURE_AT);
+        let at = (probing::EXPOSURE_AT, steps);
+        let without = self.run_probe("exposure none", at, |_| {});
+        let mut best = (ExposureModel::None, 0.0);
+        for exposure in [ExposureModel::Gain, ExposureModel::Affine] {
+            let name = format!("exposure {}", exposure.name());
+            let probe = self.run_probe(&name, at, |fork| fork.put_exposure(exposure, level));
+            let candidate = self.judge(
+                (exposure.name(), "none"),
+                (&without, &probe, Colors::Corrected),
+                (exposure.parameters(self.views.len()), 1.0),
+            );
+            let score = candidate.evidence_nats - candidate.cost_nats;
+            if candidate.pays && score > best.1 {
+                best = (exposure, score);
+            }
+            decision.candidates.push(candidate);
+        }
+        best.0
     }
 
     /// The degree that the fit has used so far against 0, and those between where it pays; the best by
