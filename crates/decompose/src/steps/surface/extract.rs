@@ -201,7 +201,10 @@ fn flats(
     let (mut sheets, uneven) = sheets(planes, views, maps, tolerance, voxel);
     report.planes = sheets.len();
     let on_planes = seams::flatten(&sheets, views, maps, tolerance, voxel);
-    let walls = put_on_walls(views, maps, (&on_planes, &uneven), tolerance, voxel, options);
+    let walls = {
+        let known: Vec<Plane> = sheets.iter().map(|s| s.plane).collect();
+        put_on_walls(views, maps, (&on_planes, &uneven, &known), tolerance, voxel, options)
+    };
     report.walls = walls.len();
     let mut flat = seams::flatten(&walls, views, maps, tolerance, voxel);
     flat.iter_mut().flatten().zip(on_planes.iter().flatten()).for_each(|(f, p)| *f |= p);
@@ -213,7 +216,7 @@ fn flats(
 fn put_on_walls(
     views: &[View],
     maps: &mut [DepthMap],
-    (on_planes, uneven): (&[Vec<bool>], &[Plane]),
+    (on_planes, uneven, known): (&[Vec<bool>], &[Plane], &[Plane]),
     tolerance: f32,
     voxel: f32,
     options: &Options,
@@ -231,7 +234,7 @@ fn put_on_walls(
     scene.retain(|s| s.footprint <= tsdf::MAX_FOOTPRINT * voxel);
     let found = {
         let witnesses = Witnesses::new(views, maps, tolerance, voxel);
-        let scene = walls::Surroundings { scene: &scene, uneven, voxel };
+        let scene = walls::Surroundings { scene: &scene, uneven, known, voxel };
         walls::walls(&regions, views, &scene, &witnesses, options.wall_share)
     };
     walls::flatten(&found, &regions, views, maps, voxel);

@@ -41,6 +41,8 @@ const MOST_FITTED: usize = 24;
 const BEHIND: f32 = 0.05;
 /// Difference between two photos' heights over a wall, over that of one from it (medians): noise has 1.4, a shape 0.
 const TORN: f32 = 0.75;
+/// The same, over a plane that is known, from which a wall along that plane is a part of it whose depth is wrong.
+const BENT: f32 = 0.5;
 /// Cosine of the angle up to which a plane lies along another (15 degrees).
 const ALONG: f32 = 0.966;
 /// Pixels are put onto a wall where this share of those around them lies on it,
@@ -62,6 +64,8 @@ pub(super) struct Surroundings<'a> {
     pub(super) scene: &'a [Sample],
     /// Planes that the photos know for uneven.
     pub(super) uneven: &'a [Plane],
+    /// Planes that were found, which a wall must not be a bent part of.
+    pub(super) known: &'a [Plane],
     pub(super) voxel: f32,
 }
 
@@ -188,7 +192,12 @@ pub(super) fn walls(
         photos.dedup();
         let large = size(&shown) as f32 >= share * pixels as f32;
         let is_wall = large && photos.len() >= LEAST_PHOTOS && around.may_have(&plane);
-        if is_wall && is_torn(&plane, &shown, regions, witnesses) {
+        let is_bent = |known: &Plane| {
+            known.normal.dot(plane.normal) >= ALONG
+                && torn(known, &shown, regions, witnesses) >= BENT
+        };
+        let is_bent = is_wall && around.known.iter().any(is_bent);
+        if is_wall && !is_bent && torn(&plane, &shown, regions, witnesses) >= TORN {
             shown.iter().for_each(|&i| free[i] = false);
             tried.retain(|(i, _)| free[*i]);
             walls.push(Wall { plane, regions: shown });
@@ -197,8 +206,9 @@ pub(super) fn walls(
     walls
 }
 
-/// Whether photos disagree about the depth of a wall as much as they deviate from it: what they agree about is shape, the rest is noise.
-fn is_torn(plane: &Plane, shown: &[usize], regions: &[Region], witnesses: &Witnesses<'_>) -> bool {
+/// How much photos disagree about the depth of a wall, over how much they deviate from it: what they agree about is shape, the rest is
+/// noise.
+fn torn(plane: &Plane, shown: &[usize], regions: &[Region], witnesses: &Witnesses<'_>) -> f32 {
     let (mut heights, mut between) = (Vec::new(), Vec::new());
     for region in shown.iter().map(|&i| &regions[i]) {
         for s in &region.samples {
@@ -210,7 +220,7 @@ fn is_torn(plane: &Plane, shown: &[usize], regions: &[Region], witnesses: &Witne
         }
     }
     let median = |mut v: Vec<f32>| upper_median(&mut v, f32::total_cmp).unwrap_or(0.0);
-    median(between) >= TORN * median(heights)
+    median(between) / median(heights).max(f32::MIN_POSITIVE)
 }
 
 impl Surroundings<'_> {

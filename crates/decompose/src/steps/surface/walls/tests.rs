@@ -57,7 +57,7 @@ fn pictures(torn: f32) -> (Vec<View>, Vec<DepthMap>) {
 fn found(
     views: &[View],
     maps: &[DepthMap],
-    uneven: &[Plane],
+    [uneven, known]: [&[Plane]; 2],
     counts: impl Fn(&View, [usize; 2]) -> bool,
 ) -> (Vec<Wall>, Vec<Region>) {
     let texture = |view: &View| {
@@ -68,14 +68,14 @@ fn found(
     let regions = bare_regions(views, maps, &textures, VOXEL);
     let scene = samples(views, maps, 4);
     let witnesses = Witnesses::new(views, maps, TOLERANCE, VOXEL);
-    let around = Surroundings { scene: &scene, uneven, voxel: VOXEL };
+    let around = Surroundings { scene: &scene, uneven, known, voxel: VOXEL };
     (walls(&regions, views, &around, &witnesses, 0.01), regions)
 }
 
 #[test]
 fn a_bare_floor_is_found_in_torn_depth_and_the_thing_on_it_stays() {
     let (views, mut maps) = pictures(0.06);
-    let (walls, regions) = found(&views, &maps, &[], |_, _| true);
+    let (walls, regions) = found(&views, &maps, [&[]; 2], |_, _| true);
     assert_eq!(walls.len(), 1);
     let plane = walls[0].plane;
     let turned = plane.normal.angle_between(Vec3::Z).to_degrees();
@@ -106,7 +106,7 @@ fn a_bare_floor_is_found_in_torn_depth_and_the_thing_on_it_stays() {
 #[test]
 fn a_bare_thing_before_something_else_is_no_wall() {
     let (views, maps) = pictures(0.0);
-    let (walls, regions) = found(&views, &maps, &[], on_disk);
+    let (walls, regions) = found(&views, &maps, [&[]; 2], on_disk);
     assert!(!regions.is_empty());
     assert!(walls.is_empty(), "{:?}", walls.iter().map(|w| w.plane).collect::<Vec<_>>());
 }
@@ -115,7 +115,37 @@ fn a_bare_thing_before_something_else_is_no_wall() {
 fn a_part_of_uneven_ground_is_no_wall() {
     let (views, maps) = pictures(0.06);
     let uneven = Plane { normal: Vec3::new(0.1, 0.0, 1.0).normalize(), offset: 0.0 };
-    assert!(found(&views, &maps, &[uneven], |_, _| true).0.is_empty());
+    assert!(found(&views, &maps, [&[uneven], &[]], |_, _| true).0.is_empty());
+}
+
+/// The depth of a floor that rises toward one side, and a plane that is known.
+fn beside_known(torn: f32, rise: f32, known: Plane) -> usize {
+    let (views, mut maps) = pictures(torn);
+    let slope = Vec3::new(rise, 0.0, 1.0).normalize();
+    let risen = Plane { normal: slope, offset: 0.0 };
+    for (view, map) in views.iter().zip(&mut maps) {
+        for (k, z) in map.depth.iter_mut().enumerate() {
+            let at = [k % view.width, k / view.width];
+            if let Some(on_slope) = risen.depth(view, view.pixel_ray(at))
+                && !on_disk(view, at)
+            {
+                *z *= on_slope / crossed(view, at, 0.0).0;
+            }
+        }
+    }
+    let count = |known: &[Plane]| found(&views, &maps, [&[], known], |_, _| true).0.len();
+    assert_eq!(count(&[]), 1);
+    count(&[known])
+}
+
+#[test]
+fn a_part_of_a_known_plane_whose_depth_is_wrong_is_no_wall() {
+    // Photos disagree about the floor by as much as it rises over the plane.
+    assert_eq!(beside_known(0.06, 0.08, FLOOR), 0);
+    // They agree that a floor lies under the plane of a table.
+    assert_eq!(beside_known(0.0, 0.0, Plane { offset: 0.3, ..FLOOR }), 1);
+    // A wall that stands on the plane.
+    assert_eq!(beside_known(0.06, 0.0, Plane { normal: Vec3::X, offset: -2.0 }), 1);
 }
 
 #[test]
@@ -130,13 +160,13 @@ fn a_shape_that_photos_agree_about_is_no_wall() {
             }
         }
     }
-    assert!(found(&views, &maps, &[], |_, _| true).0.is_empty());
+    assert!(found(&views, &maps, [&[]; 2], |_, _| true).0.is_empty());
 }
 
 #[test]
 fn the_largest_plane_is_found_where_depth_is_exact() {
     let (views, maps) = pictures(0.0);
-    let (walls, _) = found(&views, &maps, &[], |_, _| true);
+    let (walls, _) = found(&views, &maps, [&[]; 2], |_, _| true);
     assert_eq!(walls.len(), 1);
     assert!(walls[0].plane.normal.angle_between(Vec3::Z) < 1e-3);
     assert!(walls[0].plane.offset.abs() < 1e-3);
