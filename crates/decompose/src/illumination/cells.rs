@@ -5,7 +5,7 @@ use std::f32::consts::{PI, TAU};
 use glam::{DVec3, Vec3};
 use motes_scene::ImageF32;
 use motes_shading::environment::{
-    Environment, EnvironmentMap, MapOptions, Orientation, direction_from_uv,
+    Environment, EnvironmentMap, MapOptions, Orientation, direction_from_uv, uv_from_direction,
 };
 
 /// A rectangle of the map, `u` and `v` in [0, 1].
@@ -60,6 +60,11 @@ impl Cell {
             dv,
             level,
         })
+    }
+
+    /// Whether a place of the map, `u` and `v` in [0, 1), is part of it.
+    pub(crate) fn holds(&self, [u, v]: [f32; 2]) -> bool {
+        (self.u..self.u + self.du).contains(&u) && (self.v..self.v + self.dv).contains(&v)
     }
 
     /// Whether the cells share an edge or a corner; the map wraps in `u`.
@@ -135,6 +140,13 @@ impl CellLight {
             }
         }
         (self.cells, self.radiance) = (cells, radiance);
+    }
+
+    /// The cell in the direction of a unit vector, world.
+    pub(crate) fn cell_toward(&self, direction: Vec3) -> Option<usize> {
+        let (u, v) = uv_from_direction(self.orientation.map_from_world(direction.as_dvec3()));
+        let at = [u.rem_euclid(1.0), v].map(|x| (x as f32).min(1.0 - f32::EPSILON));
+        self.cells.iter().position(|cell| cell.holds(at))
     }
 
     /// Pairs of cells that touch, each once.

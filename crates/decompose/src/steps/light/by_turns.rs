@@ -5,13 +5,13 @@ use motes_scene::Switch;
 
 use super::local::{self, FoundLocal};
 use super::pairs::Pair;
-use super::problem::{DIM, LightProblem, RADIUS, base_colors};
+use super::problem::{DIM, LightProblem, base_colors};
 use super::solve::{LitPoints, solve};
 use crate::illumination::CellLight;
 
 /// Added to the key of the pairs, of those that the local light is found by.
 const LOCAL_PAIRS: u64 = 0x10ca1;
-/// Neighborhood of those pairs, as [`RADIUS`]: a gradient is told by what is apart.
+/// Neighborhood of those pairs, as a share of the distance to the cameras: a gradient is told by what is apart.
 const LOCAL_RADIUS: f32 = 0.15;
 /// Turns of light at infinity and local light.
 const LOCAL_TURNS: u64 = 2;
@@ -51,9 +51,8 @@ impl LightProblem<'_> {
             let radiance = lit_of_one.radiance.iter().zip(&places);
             even[0].radiance =
                 radiance.map(|(l, (x, n))| *l / found.light.factor(*x, *n)).collect();
-            let base = [base_colors(&even[0], &lights[0])];
             let seed = self.seed.wrapping_add(LOCAL_PAIRS + turn);
-            let pairs = self.pairs(rows, &even, &base, seed, RADIUS);
+            let pairs = self.pairs_under(lights, rows, &even, seed);
             solve(lights, &even, &pairs, &mut [], &self.solve_options());
             let (base, pairs) = self.local_pairs(lights, rows, lit_of_one);
             let points = local::Points { places: &places, log_base: &base };

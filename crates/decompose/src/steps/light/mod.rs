@@ -5,12 +5,14 @@ pub(crate) mod cost;
 mod evidence;
 pub(crate) mod glossy;
 pub(crate) mod lamps;
+mod likely_pairs;
 mod local;
 mod options;
 pub(crate) mod pairs;
 mod priors;
 pub(crate) mod problem;
 pub(crate) mod solve;
+mod sun;
 pub(crate) mod transport;
 
 use std::sync::Arc;
@@ -29,11 +31,12 @@ const LEAST_INDIRECT: f32 = 0.005;
 
 /// Finds the light of every capture, unless it is known, and whether light from the surface itself counts.
 pub fn run(state: &mut State<'_>, options: &Options) -> Vec<Term> {
-    let (mut sharp, mut lamps, mut local) = (None, None, None);
+    let (mut sharp, mut sun, mut lamps, mut local) = (None, None, None, None);
     if state.inputs.known.lights.is_empty() {
         let problem = problem::LightProblem::of(state, options);
         let found = problem.with_candidates(&state.observed.views).solve();
         sharp = sharp_light(&found);
+        sun = Some(sun_term(&found));
         lamps = lamps_term(&found);
         local = found.local;
         state.light_cells = found.cells;
@@ -57,7 +60,12 @@ pub fn run(state: &mut State<'_>, options: &Options) -> Vec<Term> {
             state.observed.vertex_radiance.clear();
         }
     }
-    std::iter::once(indirect(state, share)).chain(sharp).chain(lamps).chain(local).collect()
+    std::iter::once(indirect(state, share))
+        .chain(sun)
+        .chain(sharp)
+        .chain(lamps)
+        .chain(local)
+        .collect()
 }
 
 /// What lamps give; none where no photo shows a surface clipped.
@@ -94,6 +102,24 @@ fn indirect(state: &State<'_>, share: f32) -> Term {
         kept: state.has_indirect(),
         evidence: format!("{percent:.1} % of the irradiance comes from the surface itself"),
         numbers: numbers([("share_of_irradiance", Some(f64::from(share)))]),
+    }
+}
+
+/// Whether the fit started with a sun.
+fn sun_term(found: &problem::FoundLight) -> Term {
+    let percent = 100.0 * found.sun_saving;
+    let kept = found.sun_saving > 0.0;
+    Term {
+        name: "sun".into(),
+        kept,
+        evidence: if kept {
+            format!(
+                "near points are {percent:.1} % more alike under a sun than under an even light"
+            )
+        } else {
+            "no sun leaves near points more alike than an even light does".into()
+        },
+        numbers: numbers([("saving", Some(found.sun_saving))]),
     }
 }
 

@@ -5,13 +5,12 @@ use motes_scene::Switch;
 use motes_shading::environment::Orientation;
 
 use super::cost::SolveOptions;
-use super::evidence::{likeness, prior_log_base};
+use super::evidence::prior_log_base;
 use super::lamps::Lamps;
 use super::local::FoundLocal;
 use super::options::Options;
-use super::pairs::{Pair, PairOptions, choose_pairs};
 use super::solve::{LitPoints, solve};
-use super::transport::{Transport, TransportOptions, bounce};
+use super::transport::{TracedCells, TransportOptions, bounce};
 use crate::appearance::ModelOptions;
 use crate::illumination::{Cell, CellLight};
 use crate::observation::{Observed, Sample, SeenView, TracedSurface};
@@ -21,23 +20,12 @@ use crate::state::State;
 pub(super) const COLUMNS: usize = 32;
 /// A cell is divided when more than this share of all received light comes from it.
 pub(super) const SHARE: f32 = 0.03;
-/// Neighborhood of pairs, as a share of the distance between camera and point.
-pub(crate) const RADIUS: f32 = 0.05;
-/// Neighbors that pairs are drawn from: some shadow edges lie between.
-const AMONG: usize = 200;
-/// Difference of log chromaticity at which base colors are no longer alike. Sun and sky differ in color, so points that look
-/// alike before the light is known are mostly lit alike: choosing by looks would hide every shadow from the fit.
-const CHROMA: f32 = 0.4;
-/// Weight of pairs that are not both on a flat piece: their normals err by degrees, which flattens the light.
-const UNSURE: f32 = 0.2;
 /// How much smoother the sky is that lamps are first found beside.
 const STIFF: f32 = 100.0;
 /// Share of the cost that lamps have to save.
 const LEAST_SAVING: f32 = 0.01;
 /// Rays to every lamp from every point.
 const LAMP_RAYS: u32 = 32;
-/// Weight of a pair of one point under two lights against a full pair.
-const SAME_POINT: f32 = 4.0;
 /// Radiance below which what photos show has no color that could be told, photo units.
 pub(super) const DIM: f32 = 1e-3;
 
@@ -85,6 +73,8 @@ pub(crate) struct FoundLight {
     pub lamp_share: f32,
     /// Costs of a smooth light without and with lamps, where there may be any.
     pub lamp_costs: Option<(f64, f64)>,
+    /// Share of the cost of an even light that a sun saves; 0 without one.
+    pub sun_saving: f64,
     /// The light that is not at infinity, of a single capture.
     pub local: Option<FoundLocal>,
 }
@@ -122,26 +112,36 @@ impl<'a> LightProblem<'a> {
 
     /// Finds the light of every capture, starting from an even white one.
     pub(crate) fn solve(&mut self) -> FoundLight {
-        let lamp_costs = self.weigh_lamps();
+        let mut traced = TracedCells::default();
+        let lamp_costs = self.weigh_lamps(&mut traced);
         let bounces = self.bounces();
         let mut lights = vec![self.even(); self.lights];
         let mut found = FoundLight { lamp_costs, ..FoundLight::default() };
-        let mut base: Vec<Vec<Vec3>> = Vec::new();
         let levels = self.options.light_levels;
         for round in 0..=levels {
-            let (rows, lit) = self.lit_points(&lights[0], &bounces);
+            let (mut rows, mut lit) = self.lit_points(&lights[0], &bounces, &mut traced);
             if round == 0 {
+                found.cells.push(lights[0].cells.len());
+                found.sun_saving = self.start_at_suns(&mut lights, &rows, &lit);
+                if lights[0].cells.len() > found.cells[0] {
+                    (rows, lit) = self.lit_points(&lights[0], &bounces, &mut traced);
+                }
                 self.start(&mut lights, &rows, &lit);
             }
             // The first pairs are near each other and may have any color; they are chosen again once the light is
             // roughly known.
             for pass in 0..if round == 0 { 2 } else { 1u64 } {
-                let pairs = self.pairs(&rows, &lit, &base, self.seed.wrapping_add(pass), RADIUS);
+                let seed = self.seed.wrapping_add(pass);
+                let pairs = match round {
+                    0 => self.near_pairs(&rows, &lit, seed),
+                    _ => self.pairs_under(&lights, &rows, &lit, seed),
+                };
                 let cost = solve(&mut lights, &lit, &pairs, &mut [], &self.solve_options());
                 found.costs.push(cost);
             }
-            base = lit.iter().zip(&lights).map(|(l, light)| base_colors(l, light)).collect();
-            found.cells.push(lights[0].cells.len());
+            if round > 0 {
+                found.cells.push(lights[0].cells.len());
+            }
             if round == levels {
                 found.lamp_share = lamp_share(&lights[0], &lit[0]);
                 found.local = self.local_light(&mut lights, &rows, &lit, found.lamp_share);
@@ -158,14 +158,14 @@ impl<'a> LightProblem<'a> {
 
     /// Leaves out pieces that light nothing, and all of them unless base colors are more alike with them; costs of a smooth
     /// light without and with, where there were any.
-    fn weigh_lamps(&mut self) -> Option<(f64, f64)> {
+    fn weigh_lamps(&mut self, traced: &mut TracedCells) -> Option<(f64, f64)> {
         if self.lamps.seen.is_empty() {
             return None;
         }
-        let (with, mut light, lit) = self.smooth();
+        let (with, mut light, lit) = self.smooth(traced);
         self.lamps.keep_lamps(&mut light, &lit);
         let lamps = std::mem::take(&mut self.lamps);
-        let (without, ..) = self.smooth();
+        let (without, ..) = self.smooth(traced);
         if !lamps.seen.is_empty() && with < f64::from(1.0 - LEAST_SAVING) * without {
             self.lamps = lamps;
         }
@@ -173,12 +173,12 @@ impl<'a> LightProblem<'a> {
     }
 
     /// Cost of a light of large cells, with that light and what it lights.
-    fn smooth(&self) -> (f64, CellLight, LitPoints) {
+    fn smooth(&self, traced: &mut TracedCells) -> (f64, CellLight, LitPoints) {
         let bounces = self.bounces();
         let mut lights = vec![self.even()];
-        let (rows, mut lit) = self.lit_points(&lights[0], &bounces);
+        let (rows, mut lit) = self.lit_points(&lights[0], &bounces, traced);
         self.start(&mut lights, &rows, &lit);
-        let pairs = self.pairs(&rows, &lit, &[], self.seed, RADIUS);
+        let pairs = self.near_pairs(&rows, &lit, self.seed);
         let (_, cost) = solve(&mut lights, &lit, &pairs, &mut [], &self.solve_options());
         (cost, lights.swap_remove(0), lit.swap_remove(0))
     }
@@ -195,7 +195,7 @@ impl<'a> LightProblem<'a> {
         if self.lamps.seen.is_empty() {
             return;
         }
-        let pairs = self.pairs(rows, lit, &[], self.seed, RADIUS);
+        let pairs = self.near_pairs(rows, lit, self.seed);
         let by_shading = self.solve_options();
         let options = SolveOptions { smooth: STIFF * by_shading.smooth, ..by_shading };
         solve(lights, lit, &pairs, &mut [], &options);
@@ -242,20 +242,17 @@ impl<'a> LightProblem<'a> {
             .collect()
     }
 
-    /// Samples per capture (those that its photos show), and their rows, with what they receive of the cells of `light`.
+    /// Samples per capture (those that its photos show), and their rows, with what they receive of the cells of `light`. Cells that
+    /// `traced` knows are not traced again.
     pub(crate) fn lit_points(
         &self,
         light: &CellLight,
         bounces: &[Vec<Vec3>],
+        traced: &mut TracedCells,
     ) -> (Vec<Vec<u32>>, Vec<LitPoints>) {
-        let transport =
-            Transport::trace(self.scene, self.samples, light, &self.transport_options())
-                .with_lamps(
-                    self.scene,
-                    self.samples,
-                    &self.lamps.emitters,
-                    &self.transport_options(),
-                );
+        let (scene, samples, options) = (self.scene, self.samples, self.transport_options());
+        let transport = traced.transport(scene, samples, light, &options);
+        let transport = transport.with_lamps(scene, samples, &self.lamps.emitters, &options);
         (0..self.lights)
             .map(|l| {
                 let seen = self.samples.iter().enumerate();
@@ -266,52 +263,6 @@ impl<'a> LightProblem<'a> {
                 (rows, LitPoints { transport, radiance })
             })
             .unzip()
-    }
-
-    /// Pairs of rows whose base colors are taken to be alike, within `radius` (share of the distance to the cameras).
-    pub(crate) fn pairs(
-        &self,
-        rows: &[Vec<u32>],
-        lit: &[LitPoints],
-        base: &[Vec<Vec3>],
-        seed: u64,
-        radius: f32,
-    ) -> Vec<Pair> {
-        let prior = self.prior_log_base.as_deref();
-        let mut all = Vec::new();
-        let mut start = 0;
-        let mut row_of = vec![u32::MAX; self.samples.len()];
-        for (l, (rows, lit)) in rows.iter().zip(lit).enumerate() {
-            let positions: Vec<Vec3> =
-                rows.iter().map(|&p| self.samples[p as usize].position).collect();
-            let (colors, chroma) =
-                base.get(l).map_or((&lit.radiance, f32::INFINITY), |base| (base, CHROMA));
-            let pair_options = PairOptions {
-                count: 8,
-                among: AMONG,
-                radius: radius * self.distance,
-                chroma,
-                seed,
-            };
-            all.extend(choose_pairs(&positions, colors, &pair_options).into_iter().map(|pair| {
-                let [a, b] = [pair.a, pair.b].map(|row| rows[row as usize] as usize);
-                let sure = self.samples[a].sheet != 0 && self.samples[b].sheet != 0;
-                let weight = self.options.weight_base_color * if sure { 1.0 } else { UNSURE };
-                let shown = [pair.a, pair.b]
-                    .map(|row| lit.radiance[row as usize].max(Vec3::splat(DIM)).map(f32::ln));
-                let alike =
-                    prior.map_or(1.0, |prior| likeness(prior[a] - prior[b], shown[0] - shown[1]));
-                Pair { a: pair.a + start, b: pair.b + start, weight: weight * pair.weight * alike }
-            }));
-            for (row, &p) in (start..).zip(rows) {
-                let other = std::mem::replace(&mut row_of[p as usize], row);
-                if other != u32::MAX {
-                    all.push(Pair { a: other, b: row, weight: SAME_POINT });
-                }
-            }
-            start += rows.len() as u32;
-        }
-        all
     }
 }
 
@@ -339,7 +290,7 @@ fn lamp_share(light: &CellLight, lit: &LitPoints) -> f32 {
 }
 
 /// Hot cells and those that touch one and are not finer: a bright spot may turn out to lie next door.
-fn around(cells: &[Cell], hot: &[bool], levels: u32) -> Vec<bool> {
+pub(super) fn around(cells: &[Cell], hot: &[bool], levels: u32) -> Vec<bool> {
     let near_hot = |cell: &Cell| {
         let mut others = cells.iter().zip(hot).filter(|(_, hot)| **hot);
         others.any(|(other, _)| other.level >= cell.level && cell.touches(other))

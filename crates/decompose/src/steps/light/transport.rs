@@ -1,5 +1,7 @@
 //! How much of every cell of the light a point of the surface receives.
 
+use std::collections::HashMap;
+
 use glam::Vec3;
 use motes_shading::emitters::Emitters;
 use motes_shading::frame::Frame;
@@ -7,7 +9,7 @@ use motes_shading::sampling::{PointSet, unit_f32};
 use motes_shading::tracing::{Ray, Tracer, offset_origin};
 use rayon::prelude::*;
 
-use crate::illumination::CellLight;
+use crate::illumination::{Cell, CellLight};
 use crate::observation::{Sample, TracedSurface};
 
 /// Points per part of a sum.
@@ -80,47 +82,78 @@ impl Transport {
             columns: self.columns,
         }
     }
+}
 
-    /// Traces all points; without light from the surface itself, which [`bounce`] gives.
-    pub(crate) fn trace(
+/// What points receive of the cells of a light that is divided again and again; every cell is traced once.
+#[derive(Debug, Default)]
+pub(crate) struct TracedCells {
+    cells: Vec<Cell>,
+    /// `[P, J]`, as [`Transport::cells`].
+    shares: Vec<f32>,
+}
+
+impl TracedCells {
+    /// Of the cells of `light`, without light from the surface itself, which [`bounce`] gives.
+    pub(crate) fn transport(
+        &mut self,
         scene: &TracedSurface,
         samples: &[Sample],
         light: &CellLight,
         options: &TransportOptions,
-    ) -> Self {
+    ) -> Transport {
         let columns = light.cells.len();
-        let mut cells = vec![0.0; samples.len() * columns];
-        let bias = options.bias;
-        cells.par_chunks_mut(columns.max(1)).zip(samples).enumerate().for_each(
+        let known: HashMap<[u32; 3], usize> =
+            self.cells.iter().enumerate().map(|(j, cell)| (key(cell), j)).collect();
+        let known: Vec<Option<usize>> =
+            light.cells.iter().map(|cell| known.get(&key(cell)).copied()).collect();
+        let mut shares = vec![0.0; samples.len() * columns];
+        shares.par_chunks_mut(columns.max(1)).zip(samples).enumerate().for_each(
             |(p, (row, sample))| {
-                for (j, (value, cell)) in row.iter_mut().zip(&light.cells).enumerate() {
-                    let side = (options.rays_per_side >> cell.level).max(1);
-                    let points = PointSet::new(
-                        options.seed,
-                        (p as u64) << 24 | j as u64,
-                        CELL_PURPOSE,
-                        side * side,
-                    );
-                    let share = cell.solid_angle() / (std::f32::consts::PI * (side * side) as f32);
-                    for k in 0..side * side {
-                        let u = points.point(k);
-                        let w = cell.direction(unit_f32(u[1]), unit_f32(u[2]), &light.orientation);
-                        let cosine = sample.normal.dot(w);
-                        if !(cosine > 0.0 && sample.geometric_normal.dot(w) > 0.0) {
-                            continue;
-                        }
-                        let open = !options.visibility || {
-                            let origin =
-                                offset_origin(sample.position, sample.geometric_normal, w, bias);
-                            !scene.tracer.occluded(&Ray::new(origin, w))
-                        };
-                        *value += if open { cosine * share } else { 0.0 };
-                    }
+                let before = &self.shares[p * self.cells.len()..(p + 1) * self.cells.len()];
+                for (j, (value, known)) in row.iter_mut().zip(&known).enumerate() {
+                    let item = (p as u64) << 24 | j as u64;
+                    *value = match known {
+                        Some(k) => before[*k],
+                        None => from_cell(scene, sample, item, (&light.cells[j], light), options),
+                    };
                 }
             },
         );
-        Self { cells, bounce: vec![Vec3::ZERO; samples.len()], columns }
+        (self.cells, self.shares) = (light.cells.clone(), shares.clone());
+        Transport { cells: shares, bounce: vec![Vec3::ZERO; samples.len()], columns }
     }
+}
+
+fn key(cell: &Cell) -> [u32; 3] {
+    [cell.u.to_bits(), cell.v.to_bits(), cell.level]
+}
+
+/// `1/π ∫_cell V (n · w)⁺ dw` of one point.
+fn from_cell(
+    scene: &TracedSurface,
+    sample: &Sample,
+    item: u64,
+    (cell, light): (&Cell, &CellLight),
+    options: &TransportOptions,
+) -> f32 {
+    let side = (options.rays_per_side >> cell.level).max(1);
+    let points = PointSet::new(options.seed, item, CELL_PURPOSE, side * side);
+    let share = cell.solid_angle() / (std::f32::consts::PI * (side * side) as f32);
+    let mut sum = 0.0;
+    for k in 0..side * side {
+        let u = points.point(k);
+        let w = cell.direction(unit_f32(u[1]), unit_f32(u[2]), &light.orientation);
+        let cosine = sample.normal.dot(w);
+        if !(cosine > 0.0 && sample.geometric_normal.dot(w) > 0.0) {
+            continue;
+        }
+        let open = !options.visibility || {
+            let origin = offset_origin(sample.position, sample.geometric_normal, w, options.bias);
+            !scene.tracer.occluded(&Ray::new(origin, w))
+        };
+        sum += if open { cosine * share } else { 0.0 };
+    }
+    sum
 }
 
 impl Transport {

@@ -6,8 +6,9 @@ use crate::appearance::FoundMaterials;
 use crate::illumination::CellLight;
 use crate::steps::light::cost::SolveOptions;
 use crate::steps::light::glossy::{Glossy, GlossyScene};
-use crate::steps::light::problem::{LightProblem, RADIUS, base_colors};
+use crate::steps::light::problem::{LightProblem, base_colors};
 use crate::steps::light::solve::solve;
+use crate::steps::light::transport::TracedCells;
 
 /// Where reflections are fitted, the light is smoother by this factor (they tell single cells apart, and their errors with them), ...
 const SMOOTHER: f32 = 2.0;
@@ -23,10 +24,10 @@ pub(super) fn fit_to_reflections(
     weight: f32,
 ) {
     let Some(first) = lights.first() else { return };
-    let (rows, lit) = problem.lit_points(first, &problem.bounces());
+    let (rows, lit) = problem.lit_points(first, &problem.bounces(), &mut TracedCells::default());
     let base: Vec<Vec<Vec3>> =
         lit.iter().zip(&*lights).map(|(l, light)| base_colors(l, light)).collect();
-    let pairs = problem.pairs(&rows, &lit, &base, problem.seed, RADIUS);
+    let pairs = problem.pairs_under(lights, &rows, &lit, problem.seed);
     let mut glossy: Vec<Glossy> = (0..problem.lights)
         .map(|l| {
             let scene = GlossyScene {

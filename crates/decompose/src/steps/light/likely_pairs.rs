@@ -1,0 +1,125 @@
+//! Pairs of a problem's rows, with what is known of their colors.
+
+use glam::Vec3;
+
+use super::evidence::likeness;
+use super::pairs::{Pair, PairOptions, choose_pairs};
+use super::problem::{DIM, LightProblem, base_colors};
+use super::solve::LitPoints;
+use super::sun::open_to_sun;
+use crate::illumination::CellLight;
+
+/// Neighborhood of pairs, as a share of the distance between camera and point.
+const RADIUS: f32 = 0.05;
+/// Neighbors that pairs are drawn from: some shadow edges lie between.
+const AMONG: usize = 200;
+/// Difference of log chromaticity at which base colors are no longer alike. Sun and sky differ in color, so points that look
+/// alike before the light is known are mostly lit alike: choosing by looks would hide every shadow from the fit.
+const CHROMA: f32 = 0.4;
+/// The same for two points that the shadow of a sun divides.
+const WIDE: f32 = 1.5;
+/// Added to the key of such pairs.
+const ACROSS_SHADOWS: u64 = 0x5ad0;
+/// Weight of pairs that are not both on a flat piece: their normals err by degrees, which flattens the light.
+const UNSURE: f32 = 0.2;
+/// Weight of a pair of one point under two lights against a full pair.
+const SAME_POINT: f32 = 4.0;
+
+/// Which pairs are chosen.
+struct PairKey {
+    seed: u64,
+    /// Share of the distance to the cameras.
+    radius: f32,
+    /// Difference of log chromaticity at which base colors are no longer alike.
+    chroma: f32,
+}
+
+impl LightProblem<'_> {
+    /// Pairs of rows near each other, of any color.
+    pub(super) fn near_pairs(&self, rows: &[Vec<u32>], lit: &[LitPoints], seed: u64) -> Vec<Pair> {
+        self.pairs(rows, lit, &[], seed, RADIUS)
+    }
+
+    /// Pairs of rows whose base colors under these lights are alike. Pairs that the shadow of a sun divides may differ more in color, as
+    /// the light of the sky does from that of the sun: under a sun that is not strong enough yet, shadows look like another material.
+    pub(crate) fn pairs_under(
+        &self,
+        lights: &[CellLight],
+        rows: &[Vec<u32>],
+        lit: &[LitPoints],
+        seed: u64,
+    ) -> Vec<Pair> {
+        let base: Vec<Vec<Vec3>> =
+            lit.iter().zip(lights).map(|(l, light)| base_colors(l, light)).collect();
+        let mut pairs = self.pairs(rows, lit, &base, seed, RADIUS);
+        let open: Vec<_> = lights.iter().zip(lit).map(|(e, lit)| open_to_sun(e, lit)).collect();
+        if open.iter().any(Option::is_some) {
+            let none = |lit: &LitPoints| vec![0.0; lit.radiance.len()];
+            let of =
+                |(open, lit): (Option<Vec<f32>>, &LitPoints)| open.unwrap_or_else(|| none(lit));
+            let open: Vec<f32> = open.into_iter().zip(lit).flat_map(of).collect();
+            let divided = |p: &Pair| (open[p.a as usize] - open[p.b as usize]).abs() > 0.5;
+            let seed = seed.wrapping_add(ACROSS_SHADOWS);
+            let all =
+                self.pairs_of(rows, lit, &base, PairKey { seed, radius: RADIUS, chroma: WIDE });
+            pairs.extend(all.into_iter().filter(divided));
+        }
+        pairs
+    }
+
+    /// Pairs of rows whose base colors are taken to be alike, within `radius` (share of the distance to the cameras).
+    pub(super) fn pairs(
+        &self,
+        rows: &[Vec<u32>],
+        lit: &[LitPoints],
+        base: &[Vec<Vec3>],
+        seed: u64,
+        radius: f32,
+    ) -> Vec<Pair> {
+        self.pairs_of(rows, lit, base, PairKey { seed, radius, chroma: CHROMA })
+    }
+
+    fn pairs_of(
+        &self,
+        rows: &[Vec<u32>],
+        lit: &[LitPoints],
+        base: &[Vec<Vec3>],
+        key: PairKey,
+    ) -> Vec<Pair> {
+        let prior = self.prior_log_base.as_deref();
+        let mut all = Vec::new();
+        let mut start = 0;
+        let mut row_of = vec![u32::MAX; self.samples.len()];
+        for (l, (rows, lit)) in rows.iter().zip(lit).enumerate() {
+            let positions: Vec<Vec3> =
+                rows.iter().map(|&p| self.samples[p as usize].position).collect();
+            let (colors, chroma) =
+                base.get(l).map_or((&lit.radiance, f32::INFINITY), |base| (base, key.chroma));
+            let pair_options = PairOptions {
+                count: 8,
+                among: AMONG,
+                radius: key.radius * self.distance,
+                chroma,
+                seed: key.seed,
+            };
+            all.extend(choose_pairs(&positions, colors, &pair_options).into_iter().map(|pair| {
+                let [a, b] = [pair.a, pair.b].map(|row| rows[row as usize] as usize);
+                let sure = self.samples[a].sheet != 0 && self.samples[b].sheet != 0;
+                let weight = self.options.weight_base_color * if sure { 1.0 } else { UNSURE };
+                let shown = [pair.a, pair.b]
+                    .map(|row| lit.radiance[row as usize].max(Vec3::splat(DIM)).map(f32::ln));
+                let alike =
+                    prior.map_or(1.0, |prior| likeness(prior[a] - prior[b], shown[0] - shown[1]));
+                Pair { a: pair.a + start, b: pair.b + start, weight: weight * pair.weight * alike }
+            }));
+            for (row, &p) in (start..).zip(rows) {
+                let other = std::mem::replace(&mut row_of[p as usize], row);
+                if other != u32::MAX {
+                    all.push(Pair { a: other, b: row, weight: SAME_POINT });
+                }
+            }
+            start += rows.len() as u32;
+        }
+        all
+    }
+}
