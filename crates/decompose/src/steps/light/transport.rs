@@ -84,7 +84,8 @@ impl Transport {
     }
 }
 
-/// What points receive of the cells of a light that is divided again and again; every cell is traced once.
+/// What points receive of the cells of a light that is divided again and again; every cell is traced once. Its samples and the surface
+/// must stay the same.
 #[derive(Debug, Default)]
 pub(crate) struct TracedCells {
     cells: Vec<Cell>,
@@ -111,10 +112,9 @@ impl TracedCells {
             |(p, (row, sample))| {
                 let before = &self.shares[p * self.cells.len()..(p + 1) * self.cells.len()];
                 for (j, (value, known)) in row.iter_mut().zip(&known).enumerate() {
-                    let item = (p as u64) << 24 | j as u64;
                     *value = match known {
                         Some(k) => before[*k],
-                        None => from_cell(scene, sample, item, (&light.cells[j], light), options),
+                        None => from_cell(scene, (p, sample), (&light.cells[j], light), options),
                     };
                 }
             },
@@ -128,15 +128,22 @@ fn key(cell: &Cell) -> [u32; 3] {
     [cell.u.to_bits(), cell.v.to_bits(), cell.level]
 }
 
+/// Number of a cell among those of its size, by rows: its random numbers are the same whenever it is traced.
+fn number(cell: &Cell) -> u64 {
+    let [column, row, columns] =
+        [cell.u / cell.du, cell.v / cell.dv, 1.0 / cell.du].map(|x| x.round() as u64);
+    u64::from(cell.level) << 28 | (row * columns + column)
+}
+
 /// `1/π ∫_cell V (n · w)⁺ dw` of one point.
 fn from_cell(
     scene: &TracedSurface,
-    sample: &Sample,
-    item: u64,
+    (p, sample): (usize, &Sample),
     (cell, light): (&Cell, &CellLight),
     options: &TransportOptions,
 ) -> f32 {
     let side = (options.rays_per_side >> cell.level).max(1);
+    let item = (p as u64) << 32 | number(cell);
     let points = PointSet::new(options.seed, item, CELL_PURPOSE, side * side);
     let share = cell.solid_angle() / (std::f32::consts::PI * (side * side) as f32);
     let mut sum = 0.0;

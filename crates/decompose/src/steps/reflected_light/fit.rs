@@ -22,9 +22,10 @@ pub(super) fn fit_to_reflections(
     lights: &mut [CellLight],
     found: &FoundMaterials,
     weight: f32,
+    traced: &mut TracedCells,
 ) {
     let Some(first) = lights.first() else { return };
-    let (rows, lit) = problem.lit_points(first, &problem.bounces(), &mut TracedCells::default());
+    let (rows, lit) = problem.lit_points(first, &problem.bounces(), traced);
     let base: Vec<Vec<Vec3>> =
         lit.iter().zip(&*lights).map(|(l, light)| base_colors(l, light)).collect();
     let pairs = problem.pairs_under(lights, &rows, &lit, problem.seed);

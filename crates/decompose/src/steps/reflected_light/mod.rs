@@ -9,6 +9,7 @@ use crate::illumination::environment;
 use crate::report::{Term, numbers};
 use crate::state::{Illumination, State};
 use crate::steps::light::problem::LightProblem;
+use crate::steps::light::transport::TracedCells;
 use crate::steps::{light, materials};
 use fit::fit_to_reflections;
 
@@ -30,6 +31,7 @@ pub fn run(
     by_shading: &light::Options,
     of_materials: &materials::Options,
 ) -> Result<Option<Term>, DecomposeError> {
+    let mut traced = TracedCells::default();
     if !(options.weight_reflected_light > 0.0) || !state.inputs.known.lights.is_empty() {
         return Ok(None);
     }
@@ -43,7 +45,7 @@ pub fn run(
         let mut cells = now.cells.clone();
         let problem = LightProblem::of(state, by_shading);
         let weight = options.weight_reflected_light;
-        fit_to_reflections(&problem, &mut cells, &now.materials, weight);
+        fit_to_reflections(&problem, &mut cells, &now.materials, weight, &mut traced);
         let lights: Vec<_> = cells.iter().map(environment).collect();
         let mut next = Illumination {
             materials: FoundMaterials::default(),
