@@ -50,7 +50,9 @@ fn exposure(exposures: &Exposures, kept: bool) -> Term {
 fn tone_curve(response: Option<Response>, curve: ToneCurve) -> Term {
     let kept = !curve.is_identity();
     let evidence = match response {
-        None => "exposures that differ would tell it; photos are taken as sRGB".to_owned(),
+        None => {
+            "--tone-curve auto tells it where exposures differ; photos are taken as sRGB".to_owned()
+        }
         Some(Response { curve: found, evidence, bins }) => {
             let verdict = if kept { "kept" } else { "left out" };
             format!(

@@ -25,7 +25,7 @@ const UNSURE: f32 = 0.2;
 /// Weight of a pair of one point under two lights against a full pair.
 const SAME_POINT: f32 = 4.0;
 
-/// Which pairs are chosen.
+/// Which neighbors are chosen.
 struct PairKey {
     seed: u64,
     /// Share of the distance to the cameras.
@@ -60,9 +60,9 @@ impl LightProblem<'_> {
             let open: Vec<f32> = open.into_iter().zip(lit).flat_map(of).collect();
             let divided = |p: &Pair| (open[p.a as usize] - open[p.b as usize]).abs() > 0.5;
             let seed = seed.wrapping_add(ACROSS_SHADOWS);
-            let all =
-                self.pairs_of(rows, lit, &base, PairKey { seed, radius: RADIUS, chroma: WIDE });
-            pairs.extend(all.into_iter().filter(divided));
+            let key = PairKey { seed, radius: RADIUS, chroma: WIDE };
+            let wide = self.neighbors(rows, lit, &base, key);
+            pairs.extend(wide.into_iter().filter(divided));
         }
         pairs
     }
@@ -76,10 +76,27 @@ impl LightProblem<'_> {
         seed: u64,
         radius: f32,
     ) -> Vec<Pair> {
-        self.pairs_of(rows, lit, base, PairKey { seed, radius, chroma: CHROMA })
+        let key = PairKey { seed, radius, chroma: CHROMA };
+        let mut pairs = self.neighbors(rows, lit, base, key);
+        pairs.extend(self.same_points(rows));
+        pairs
     }
 
-    fn pairs_of(
+    /// Pairs of one point under two lights.
+    fn same_points(&self, rows: &[Vec<u32>]) -> Vec<Pair> {
+        let mut pairs = Vec::new();
+        let mut row_of = vec![u32::MAX; self.samples.len()];
+        for (row, &p) in (0..).zip(rows.iter().flatten()) {
+            let other = std::mem::replace(&mut row_of[p as usize], row);
+            if other != u32::MAX {
+                pairs.push(Pair { a: other, b: row, weight: SAME_POINT });
+            }
+        }
+        pairs
+    }
+
+    /// Pairs of points near each other, under one light each.
+    fn neighbors(
         &self,
         rows: &[Vec<u32>],
         lit: &[LitPoints],
@@ -89,7 +106,6 @@ impl LightProblem<'_> {
         let prior = self.prior_log_base.as_deref();
         let mut all = Vec::new();
         let mut start = 0;
-        let mut row_of = vec![u32::MAX; self.samples.len()];
         for (l, (rows, lit)) in rows.iter().zip(lit).enumerate() {
             let positions: Vec<Vec3> =
                 rows.iter().map(|&p| self.samples[p as usize].position).collect();
@@ -112,12 +128,6 @@ impl LightProblem<'_> {
                     prior.map_or(1.0, |prior| likeness(prior[a] - prior[b], shown[0] - shown[1]));
                 Pair { a: pair.a + start, b: pair.b + start, weight: weight * pair.weight * alike }
             }));
-            for (row, &p) in (start..).zip(rows) {
-                let other = std::mem::replace(&mut row_of[p as usize], row);
-                if other != u32::MAX {
-                    all.push(Pair { a: other, b: row, weight: SAME_POINT });
-                }
-            }
             start += rows.len() as u32;
         }
         all
