@@ -71,7 +71,7 @@ pub(crate) fn extract(
     let unit = UnitWorld::of(&centers, gaussians.means.iter().map(|&m| Vec3::from(m).as_dvec3()));
     let views: Vec<View> = photos.iter().map(|p| View::new(p, &unit)).collect();
     parts.begin("depth", 0.0)?;
-    let gaussians = unit.gaussians(gaussians.clone());
+    let gaussians = without_backdrop(unit.gaussians(gaussians.clone()));
     let median = splat_depth::splat_depths(gaussians.clone(), &views, 1.0);
     let front = splat_depth::splat_depths(gaussians, &views, options.front_power);
     let (mesh, normals, mut report) = surface_of(&views, median, front, options, &mut parts)?;
@@ -87,6 +87,22 @@ pub(crate) fn extract(
         ..Surface::default()
     };
     Ok((surface, report))
+}
+
+/// Distance from the middle of the cameras, over that of the farthest of them, from which Gaussians are no surface: nothing tells how far
+/// away they are, and `train-splat` puts there what stands for the sky, or for a color behind everything.
+const BACKDROP: f32 = 10.0;
+
+/// The Gaussians, in the unit world, that may be surface. A ground of little texture may be half transparent before a backdrop of
+/// its color, whose depth would be taken for its own.
+fn without_backdrop(mut gaussians: Gaussians) -> Gaussians {
+    let near = |mean: &[f32; 3]| Vec3::from(*mean).length() <= BACKDROP;
+    let rows = (0u32..).zip(&gaussians.means).filter(|(_, mean)| near(mean)).map(|(i, _)| i);
+    let rows: Vec<u32> = rows.collect();
+    if rows.len() < gaussians.len() {
+        gaussians.gather(&rows);
+    }
+    gaussians
 }
 
 /// Edge of a cell of a plane, voxels.

@@ -299,3 +299,37 @@ fn photos_correct_a_depth_that_is_wrong_everywhere() {
     assert!(before > 0.5, "{before}");
     assert!(after < 0.25 && after < 0.3 * before, "{before} {after}");
 }
+
+/// A disk at z = 0, and a dome around it all where asked for.
+fn disk(with_dome: bool) -> Gaussians {
+    let step = |k: i32| 0.03 * k as f32;
+    let grid = (-12..=12).flat_map(|y| (-12..=12).map(move |x| Vec3::new(step(x), step(y), 0.0)));
+    let of_disk = grid.filter(|p| p.length() < 0.35).map(|p| (p, [0.02, 0.02, 0.001]));
+    // Golden spiral.
+    let at = |k: i32| {
+        let (z, turn) = (1.0 - (k as f32 + 0.5) / 200.0, 2.399_963 * k as f32);
+        let r = (1.0 - z * z).max(0.0).sqrt();
+        (Vec3::new(r * turn.cos(), r * turn.sin(), z) * 35.0, [4.0; 3])
+    };
+    let dome = (0..400).map(at).take(if with_dome { 400 } else { 0 });
+    let (means, scales): (Vec<Vec3>, Vec<[f32; 3]>) = of_disk.chain(dome).unzip();
+    Gaussians {
+        rotations: vec![[1.0, 0.0, 0.0, 0.0]; means.len()],
+        log_scales: scales.iter().map(|s| s.map(f32::ln)).collect(),
+        opacity_logits: vec![5.0; means.len()],
+        sh: vec![0.0; 3 * means.len()],
+        means: means.iter().map(Vec3::to_array).collect(),
+        ..Gaussians::empty(0)
+    }
+}
+
+#[test]
+fn what_stands_for_the_sky_is_no_surface() {
+    let photos = photos(12, 1.0, DVec3::ZERO);
+    let photos: Vec<&Photo> = photos.iter().collect();
+    let of = |gaussians: &Gaussians| extract(gaussians, &photos, &fine(), &mut |_| Ok(())).unwrap();
+    let [(plain, report), (domed, under_dome)] = [false, true].map(|dome| of(&disk(dome)));
+    assert!(plain.triangles.len() > 100, "{report:?}");
+    assert_eq!(report.voxel, under_dome.voxel);
+    assert_eq!(plain, domed);
+}
