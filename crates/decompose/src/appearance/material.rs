@@ -103,7 +103,7 @@ pub struct ScaleEvidence {
     pub usual_trust: f32,
     /// Least logarithm of the factor: no surface reflects more than it receives.
     pub least: f32,
-    /// What highlights say of the channels beside that.
+    /// What highlights say of the channels beside that, as far as parts agree.
     pub tint: Vec3,
     /// Half width of the interval in which highlights alone are satisfied to half a unit of evidence, in log
     /// units; infinite without highlights.

@@ -51,15 +51,9 @@ pub(super) fn weigh_scale(
                 .collect()
         })
         .collect();
-    let mut costs = vec![Vec3::ZERO; factors.len()];
-    let mut counts = vec![0usize; regions.label.len()];
-    members.iter().for_each(|&p| counts[regions.of_sample[p] as usize] += 1);
-    for (row, &p) in rows.iter().zip(&members) {
-        // What is wrong about a part is wrong for all of it: a large one is not surer than a small one.
-        let count = counts[regions.of_sample[p] as usize];
-        let weight = EVIDENCE * (PART_SAMPLES / count as f32).min(1.0);
-        costs.iter_mut().zip(row).for_each(|(sum, cost)| *sum += *cost * weight);
-    }
+    let parts = costs_of_parts(&members, &rows, regions, factors.len());
+    let costs: Vec<Vec3> =
+        (0..factors.len()).map(|k| parts.iter().map(|p| p.costs[k]).sum()).collect();
     // Mean log base color now; a factor s on the light divides base colors by it.
     let (mut mean, mut count) = (Vec3::ZERO, 0.0f32);
     for p in 0..samples.len() {
@@ -70,21 +64,79 @@ pub(super) fn weigh_scale(
     }
     let usual =
         (mean / count.max(1.0)).element_sum() / 3.0 - model.typical_base_color.max(1e-3).ln();
-    let log = |costs: &[f32]| (minimum(costs) - STEPS as f32) * STEP;
-
-    let gray: Vec<f32> = costs.iter().map(|c| c.element_sum() / 3.0).collect();
+    let gray = gray(&costs);
     let log_spread = spread(&gray);
     let is_told = log_spread.is_finite();
-    let own = Vec3::from([0, 1, 2].map(|c| log(&costs.iter().map(|v| v[c]).collect::<Vec<_>>())));
     ScaleEvidence {
-        highlights: if is_told { log(&gray) } else { 0.0 },
+        highlights: if is_told { log_minimum(&gray) } else { 0.0 },
         usual,
         usual_trust: model.weight_albedo_range * USUAL_SPREAD.powi(-2),
         least: brightest(samples, basis, profile, regions).ln(),
-        tint: if is_told { own - own.element_sum() / 3.0 } else { Vec3::ZERO },
+        tint: if is_told { agreed_tint(&costs, &parts) } else { Vec3::ZERO },
         log_spread,
         samples: members.len(),
     }
+}
+
+/// What highlights of one part cost under every factor, and how much the part counts.
+struct PartCosts {
+    weight: f32,
+    costs: Vec<Vec3>,
+}
+
+/// `rows` are costs of the samples `members` under every factor.
+fn costs_of_parts(
+    members: &[usize],
+    rows: &[Vec<Vec3>],
+    regions: &Regions,
+    factors: usize,
+) -> Vec<PartCosts> {
+    let mut counts = vec![0usize; regions.label.len()];
+    members.iter().for_each(|&p| counts[regions.of_sample[p] as usize] += 1);
+    // What is wrong about a part is wrong for all of it: a large one is not surer than a small one.
+    let part = |count: &usize| PartCosts {
+        weight: PART_SAMPLES.min(*count as f32),
+        costs: vec![Vec3::ZERO; factors],
+    };
+    let mut parts: Vec<PartCosts> = counts.iter().map(part).collect();
+    for (row, &p) in rows.iter().zip(members) {
+        let own = regions.of_sample[p] as usize;
+        let share = EVIDENCE * parts[own].weight / counts[own] as f32;
+        parts[own].costs.iter_mut().zip(row).for_each(|(sum, cost)| *sum += *cost * share);
+    }
+    parts.retain(|part| part.weight > 0.0);
+    parts
+}
+
+/// What highlights say of the channels beside their common factor, per channel as far as parts agree: a metal that passes for a
+/// dielectric tints its highlights, and what it says of the light no other part says.
+fn agreed_tint(costs: &[Vec3], parts: &[PartCosts]) -> Vec3 {
+    let told = parts.iter().filter(|part| spread(&gray(&part.costs)).is_finite());
+    let tints: Vec<(f32, Vec3)> = told.map(|part| (part.weight, tint(&part.costs))).collect();
+    let total: f32 = tints.iter().map(|(w, _)| w).sum();
+    if !(total > 0.0) {
+        return Vec3::ZERO;
+    }
+    let mean = tints.iter().map(|(w, t)| *w * *t).sum::<Vec3>() / total;
+    let off = tints.iter().map(|(w, t)| *w * (*t - mean) * (*t - mean)).sum::<Vec3>() / total;
+    let all = tint(costs);
+    Vec3::from([0, 1, 2].map(|c| (all[c].abs() - off[c].sqrt()).max(0.0).copysign(all[c])))
+}
+
+/// Logarithm of the factor that explains highlights best, per channel, less its mean.
+fn tint(costs: &[Vec3]) -> Vec3 {
+    let own =
+        Vec3::from([0, 1, 2].map(|c| log_minimum(&costs.iter().map(|v| v[c]).collect::<Vec<_>>())));
+    own - own.element_sum() / 3.0
+}
+
+fn gray(costs: &[Vec3]) -> Vec<f32> {
+    costs.iter().map(|c| c.element_sum() / 3.0).collect()
+}
+
+/// Logarithm of the factor of least cost.
+fn log_minimum(costs: &[f32]) -> f32 {
+    (minimum(costs) - STEPS as f32) * STEP
 }
 
 /// A scene's brightest surfaces have at most this base color: fresh snow and white paint.
@@ -141,5 +193,34 @@ mod tests {
         assert_eq!(minimum(&[0.0, 1.0]), 0.0);
         assert!(spread(&[1.0; 5]).is_infinite());
         assert!(spread(&costs) < 0.2);
+    }
+
+    /// Costs of a part whose highlights are explained under a light of this tint, logarithms.
+    fn part(tint: Vec3, weight: f32) -> PartCosts {
+        let factor = |k: i32| Vec3::splat(k as f32 * STEP);
+        let costs = (-STEPS..=STEPS).map(|k| 20.0 * (factor(k) - tint) * (factor(k) - tint));
+        PartCosts { weight, costs: costs.collect() }
+    }
+
+    fn tint_of(parts: &[PartCosts]) -> Vec3 {
+        let at = |k| parts.iter().map(|p: &PartCosts| p.weight * p.costs[k]).sum();
+        let costs: Vec<Vec3> = (0..=2 * STEPS as usize).map(at).collect();
+        agreed_tint(&costs, parts)
+    }
+
+    #[test]
+    fn a_tint_is_what_parts_agree_about() {
+        let (warm, gold) = (Vec3::new(0.3, 0.0, -0.3), Vec3::new(0.5, 0.2, -0.7));
+        let near = |a: Vec3, b: Vec3| (a - b).abs().max_element() < 0.02;
+        assert!(near(tint_of(&[part(warm, 100.0)]), warm));
+        assert!(near(tint_of(&[part(warm, 100.0), part(warm, 30.0)]), warm));
+        // One of two shows another color.
+        assert!(near(tint_of(&[part(gold, 100.0), part(Vec3::ZERO, 100.0)]), Vec3::ZERO));
+        let three = tint_of(&[part(warm, 100.0), part(warm, 100.0), part(gold, 100.0)]);
+        assert!(three.z < -0.2 && three.z > -0.45, "{three}");
+        // A part that shows no highlight says nothing.
+        let flat = PartCosts { weight: 100.0, costs: vec![Vec3::ONE; 2 * STEPS as usize + 1] };
+        assert!(near(tint_of(&[part(warm, 100.0), flat]), warm));
+        assert_eq!(tint_of(&[]), Vec3::ZERO);
     }
 }
