@@ -268,7 +268,7 @@ pub struct FitOptions {
     )]
     pub init_opacity: f32,
     /// Spacing in pixels (at a long side of 512) of the points matched between photos; 0: none
-    /// [default: from the preset; without points in the capture, a few pixels per wanted point]
+    /// [default: 0; a few pixels per wanted point where the capture has fewer than 400 per photo]
     #[arg(long, help_heading = "Initialization (expert)", value_name = "PIXELS")]
     pub dense_step: Option<usize>,
     /// Largest fraction of --max-gaussians that the initial points take

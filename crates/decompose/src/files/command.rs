@@ -26,7 +26,8 @@ Examples:
     decompose --capture OUT/capture.json --gaussians gaussians.ply --work work/ --until light
     decompose --capture OUT/capture.json --gaussians gaussians.ply --work work/ --from materials -o scene/
 
-Exit codes: 0 done, 1 failed, 2 usage or output exists, 3 bad input data, 130 interrupted";
+Exit codes: 0 done, 1 failed, 2 usage or output exists, 3 bad input data, 4 written, but the decomposition has failed,
+130 interrupted";
 
 /// Decompose a scene into surface, material and light
 #[derive(Parser, Debug, Serialize)]

@@ -11,6 +11,7 @@ mod priors;
 mod report;
 mod request;
 mod scene_folder;
+mod verdict;
 mod work;
 
 pub use command::{Args, run};

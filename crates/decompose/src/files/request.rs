@@ -21,6 +21,7 @@ use super::known::{KnownArgs, load_known};
 use super::photos::{load_capture, load_photos, training_views};
 use super::report::{DecomposeReport, SceneReport, StepsReport};
 use super::scene_folder::{SceneFolder, write_scene};
+use super::verdict;
 use super::work::{StepArgs, WorkFolder};
 
 /// What a run of `decompose` was asked for.
@@ -130,7 +131,10 @@ impl Request<'_> {
             provider: loaded.provider.clone(),
         };
         warn_of_unobserved(&scene, context);
-        warn_of_low_confidence(&scene, context);
+        match verdict::failure(&scene.decomposition.terms) {
+            Some(failure) => context.gate_not_met(failure),
+            None => warn_of_low_confidence(&scene, context),
+        }
         Ok(DecomposeReport::Scene(Box::new(scene)))
     }
 

@@ -41,10 +41,10 @@ const FEWEST_POINTS: usize = 100;
 const SEARCHED_PER_POINT: usize = 8;
 /// Finest spacing of the dense search, pixels at a long side of 512.
 const FINEST_STEP: usize = 3;
-/// With so many photos, points of a capture that are fewer than one in [`FEW_POINTS`] of those wanted
-/// are searched around too.
-const MANY_PHOTOS: usize = 40;
-const FEW_POINTS: usize = 4;
+/// Points of a capture are searched around, too, when there are fewer than so many per photo, and fewer than one in
+/// [`FEW_OF_WANTED`] of those wanted (docs/benchmarks/2026-11-26-few-points.md).
+const FEW_PER_PHOTO: usize = 400;
+const FEW_OF_WANTED: usize = 2;
 /// Share of the largest number of Gaussians that points of the hull or the sphere may take.
 const FILL_SHARE: f64 = 0.35;
 
@@ -122,7 +122,8 @@ pub(crate) fn first_gaussians(
     let wanted = (options.dense_share * plan.max_gaussians as f64) as usize;
     match from {
         StartFrom::Points if !points.is_empty() => {
-            let few = images.len() >= MANY_PHOTOS && FEW_POINTS * points.len() < wanted;
+            let few = points.len() < FEW_PER_PHOTO * images.len()
+                && FEW_OF_WANTED * points.len() < wanted;
             let step = match options.dense_step {
                 None if few => dense_step(images, wanted - points.len(), options),
                 _ => plan.dense_step,

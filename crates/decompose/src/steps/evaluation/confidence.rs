@@ -190,7 +190,7 @@ pub(super) fn averaged(values: &[f32], w: usize, h: usize, half: usize) -> Vec<f
     pass(&pass(values, 1, &|i| (i % w, w)), w, &|i| (i / w, h))
 }
 
-/// Share of the surface's area that at least three photos see, and that any sees, of what `state` has.
+/// Share of the surface's area that at least three photos see (all, where there are fewer), and that any sees, of what `state` has.
 fn coverage(state: &State<'_>) -> Option<[f64; 2]> {
     let surface = state.surface();
     let every = surface.triangles.len().div_ceil(SAMPLED_TRIANGLES).max(1);
@@ -209,11 +209,12 @@ fn coverage(state: &State<'_>) -> Option<[f64; 2]> {
     let seen: Vec<(f64, usize)> = surface.triangles.par_iter().step_by(every).map(of).collect();
     let area = |least: usize| seen.iter().filter(|s| s.1 >= least).map(|s| s.0).sum::<f64>();
     let all = area(0);
-    (all > 0.0).then(|| [3, 1].map(|least| area(least) / all))
+    let most = state.observed.views.len().clamp(1, 3);
+    (all > 0.0).then(|| [most, 1].map(|least| area(least) / all))
 }
 
-/// What is known, in words and numbers.
-pub(super) fn term(state: &State<'_>) -> Term {
+/// What is known, in words and numbers; `on_surface` is the share of what the Gaussians show in the photos that has a surface.
+pub(super) fn term(state: &State<'_>, on_surface: Option<f64>) -> Term {
     let weights = state.gaussians().opacity_logits.iter().map(|&logit| f64::from(sigmoid(logit)));
     let (mut sum, mut total) = (0.0, 0.0);
     for (c, w) in state.confidence.iter().zip(weights) {
@@ -232,7 +233,12 @@ pub(super) fn term(state: &State<'_>) -> Term {
             percent(three),
             mean.map_or("-".into(), |c| format!("{c:.2}")),
         ),
-        numbers: numbers([("mean", mean), ("seen_by_three_share", three), ("seen_share", any)]),
+        numbers: numbers([
+            ("mean", mean),
+            ("seen_by_three_share", three),
+            ("seen_share", any),
+            ("on_surface_share", on_surface),
+        ]),
     }
 }
 

@@ -12,7 +12,7 @@ use crate::observation::SeenView;
 use crate::report::Term;
 use crate::state::{RenderedView, State};
 use confidence::Confidence;
-use score::psnr_db;
+use score::score;
 
 /// Renders every photo's view, those held out last, and says how far the result is to be trusted.
 pub fn run(state: &mut State<'_>) -> Term {
@@ -22,19 +22,22 @@ pub fn run(state: &mut State<'_>) -> Term {
         inputs.held_out.iter().map(|p| SeenView::new(p, &seen.scene)).collect();
     let shown = seen.views.iter().chain(&held_out).zip(&state.shading);
     let mut views = Vec::with_capacity(state.shading.len());
+    let mut on_surface = [0, 0];
     for (photo, (view, shading)) in shown.enumerate() {
         let picture = Picture::of(state, view, shading);
         let is_held_out = photo >= seen.views.len();
         let light = state.illumination.lights.get(view.photo.light);
-        let psnr_db = psnr_db(inputs, light, view, &picture.radiance_linear, is_held_out);
-        views.push(RenderedView { photo, psnr_db });
+        let score = score(inputs, light, view, &picture.radiance_linear, is_held_out);
+        views.push(RenderedView { photo, psnr_db: score.psnr_db });
+        on_surface = [on_surface[0] + score.on_surface, on_surface[1] + score.counted];
         if !is_held_out {
             confidence.see(state, view, &picture, shading);
         }
     }
     state.confidence = confidence.of_gaussians();
     state.views = views;
-    confidence::term(state)
+    let [on, of] = on_surface;
+    confidence::term(state, (of > 0).then(|| on as f64 / of as f64))
 }
 
 /// What the model shows in the place of a photo.

@@ -21,15 +21,25 @@ use crate::state::Inputs;
 /// Alpha of the Gaussians from which a pixel is covered.
 const COVERED: f32 = 0.5;
 
-/// PSNR of a view's picture `radiance_linear` against its photo, sRGB-encoded, dB; NaN where no pixel counts. `light` is what a missed
-/// surface leaves open.
-pub(super) fn psnr_db(
+/// What a view's picture is worth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Score {
+    /// PSNR against the photo, sRGB-encoded, dB; NaN where no pixel counts.
+    pub psnr_db: f64,
+    /// Pixels that count, ...
+    pub counted: usize,
+    /// ... and those of them that show the surface.
+    pub on_surface: usize,
+}
+
+/// Scores a view's picture `radiance_linear` against its photo. `light` is what a missed surface leaves open.
+pub(super) fn score(
     inputs: &Inputs<'_>,
     light: Option<&Environment>,
     view: &SeenView<'_>,
     radiance_linear: &ImageF32,
     is_held_out: bool,
-) -> f64 {
+) -> Score {
     let shown = with_light_behind(view, light, radiance_linear);
     let photo = &view.photo.radiance_linear;
     let counted = counted(inputs, view.photo);
@@ -42,10 +52,12 @@ pub(super) fn psnr_db(
             sum += f64::from(encode_clipped(ours) - encode_clipped(photo)).powi(2);
         }
     }
-    match counted.len() {
+    let psnr_db = match counted.len() {
         0 => f64::NAN,
         count => -10.0 * (sum / (3 * count) as f64).max(1e-12).log10(),
-    }
+    };
+    let on_surface = counted.iter().filter(|&&i| view.hits[i].is_hit()).count();
+    Score { psnr_db, counted: counted.len(), on_surface }
 }
 
 /// Pixels that count, row by row.

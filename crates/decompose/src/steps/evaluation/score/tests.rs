@@ -48,7 +48,7 @@ fn photo(radiance: impl Fn(usize) -> f32) -> Photo {
 }
 
 /// Of a photo whose pixels meet the mesh where `is_hit` says, and of which the model shows `model` there.
-fn score(
+fn psnr_db(
     photo: &Photo,
     model: impl Fn(usize) -> f32,
     is_hit: impl Fn(usize) -> bool,
@@ -70,32 +70,32 @@ fn score(
     };
     let light = light_of([16, 8], |_| Vec3::splat(LIGHT));
     let picture = image(3, |i| if is_hit(i) { model(i) } else { 0.0 });
-    psnr_db(&inputs, Some(&light), &view, &picture, is_held_out)
+    super::score(&inputs, Some(&light), &view, &picture, is_held_out).psnr_db
 }
 
 #[test]
 fn a_hole_of_the_mesh_counts_as_the_light_behind_it() {
     let matter = photo(|_| 0.6);
-    let whole = score(&matter, |_| 0.6, |_| true, &[], false);
-    let torn = score(&matter, |_| 0.6, |i| i % 2 == 0, &[], false);
+    let whole = psnr_db(&matter, |_| 0.6, |_| true, &[], false);
+    let torn = psnr_db(&matter, |_| 0.6, |i| i % 2 == 0, &[], false);
     assert!(whole > EQUAL_DB && torn < 20.0, "{whole} {torn}");
     // What is bad does not become better by being left out.
-    let bad = score(&matter, |_| LIGHT, |_| true, &[], false);
-    let missed = score(&matter, |_| LIGHT, |_| false, &[], false);
+    let bad = psnr_db(&matter, |_| LIGHT, |_| true, &[], false);
+    let missed = psnr_db(&matter, |_| LIGHT, |_| false, &[], false);
     assert!((bad - missed).abs() < 1e-3, "{bad} {missed}");
-    assert!(score(&photo(|_| LIGHT), |_| 0.6, |_| false, &[], false) > EQUAL_DB);
+    assert!(psnr_db(&photo(|_| LIGHT), |_| 0.6, |_| false, &[], false) > EQUAL_DB);
 }
 
 #[test]
 fn only_what_the_gaussians_cover_and_no_mask_hides_counts() {
     let mut half = photo(|i| if is_left(i) { 0.5 } else { 0.01 });
     half.radiance_linear.pixel_mut(1, 2).fill(0.9);
-    let with = score(&half, |_| 0.5, |_| true, &[], false);
+    let with = psnr_db(&half, |_| 0.5, |_| true, &[], false);
     half.weight.pixel_mut(1, 2).fill(0.9);
-    let without = score(&half, |_| 0.5, |_| true, &[], false);
+    let without = psnr_db(&half, |_| 0.5, |_| true, &[], false);
     assert!(with < 30.0 && without > EQUAL_DB, "{with} {without}");
     half.weight.data.fill(0.0);
-    assert!(score(&half, |_| 0.5, |_| true, &[], false).is_nan());
+    assert!(psnr_db(&half, |_| 0.5, |_| true, &[], false).is_nan());
 }
 
 #[test]
@@ -108,13 +108,13 @@ fn a_held_out_photo_has_a_gain_where_training_photos_have() {
     }
     let of = |training: &[Photo], held_out| {
         // A highlight that the photo does not have.
-        score(&darker, |i| if i == 9 { 900.0 } else { level(i) }, |_| true, training, held_out)
+        psnr_db(&darker, |i| if i == 9 { 900.0 } else { level(i) }, |_| true, training, held_out)
     };
     let highlight_alone = -10.0 * (1.0 - f64::from(encode_clipped(0.5 * level(9)))).powi(2).log10();
     assert!(of(&exposed, true) > highlight_alone + 10.0, "{}", of(&exposed, true));
     let plain = of(&[photo(|_| 0.5)], true);
     assert!(plain < of(&exposed, true) - 1.0, "{plain}");
     assert_eq!(of(&exposed, false), plain);
-    let black = score(&darker, |_| 0.0, |_| true, &exposed, true);
+    let black = psnr_db(&darker, |_| 0.0, |_| true, &exposed, true);
     assert!(black.is_finite(), "{black}");
 }
