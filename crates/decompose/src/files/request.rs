@@ -132,8 +132,8 @@ impl Request<'_> {
         };
         warn_of_unobserved(&scene, context);
         // A surface that was given may be larger than what the photos show.
-        let failure =
-            verdict::failure(&scene.decomposition.terms).filter(|_| self.surface.is_none());
+        let failure = verdict::failure(&scene.decomposition.terms, inputs.photos.len())
+            .filter(|_| self.surface.is_none());
         match failure {
             Some(failure) => context.gate_not_met(failure),
             None => warn_of_low_confidence(&scene, context),
@@ -233,8 +233,7 @@ fn mean_psnr_db(views: &[RenderedView]) -> Option<f64> {
 
 /// A result that is mostly a guess is not a quiet success.
 fn warn_of_low_confidence(scene: &SceneReport, context: &Context) {
-    let term = scene.decomposition.terms.iter().find(|term| term.name == "confidence");
-    let mean = term.and_then(|term| *term.numbers.get("mean")?);
+    let mean = verdict::number(&scene.decomposition.terms, "mean");
     if let Some(mean) = mean.filter(|mean| *mean < LOW_CONFIDENCE) {
         context.warn(format!(
             "surface, Gaussians and photos agree badly (mean confidence {mean:.2}): relight will show mostly the captured colors \

@@ -7,18 +7,22 @@ const LEAST_SEEN: f64 = 0.1;
 /// Share of what the Gaussians show that has to have a surface.
 const LEAST_ON_SURFACE: f64 = 0.2;
 
-/// Why a decomposition has failed; none when it has not.
-pub(super) fn failure(terms: &[TermDocument]) -> Option<String> {
+/// A number of the term `confidence`.
+pub(super) fn number(terms: &[TermDocument], name: &str) -> Option<f64> {
     let term = terms.iter().find(|term| term.name == "confidence")?;
-    let number = |name: &str| term.numbers.get(name).copied().flatten();
-    let below = |name: &str, least: f64| number(name).filter(|share| *share < least);
+    *term.numbers.get(name)?
+}
+
+/// Why a decomposition by so many photos has failed; none when it has not.
+pub(super) fn failure(terms: &[TermDocument], photos: usize) -> Option<String> {
+    let below = |name: &str, least: f64| number(terms, name).filter(|share| *share < least);
     let what = if let Some(share) = below("on_surface_share", LEAST_ON_SURFACE) {
         format!(
             "only {:.0} % of what the Gaussians show in the photos has a surface",
             100.0 * share
         )
     } else {
-        let share = below("seen_by_three_share", LEAST_SEEN)?;
+        let share = below("seen_by_three_share", LEAST_SEEN).filter(|_| photos >= 3)?;
         format!("three photos see only {:.0} % of the surface", 100.0 * share)
     };
     Some(format!(
@@ -45,12 +49,13 @@ mod tests {
 
     #[test]
     fn a_surface_that_hardly_any_photo_sees_has_failed() {
-        assert_eq!(failure(&terms(Some(0.62), Some(0.9))), None);
-        let unseen = failure(&terms(Some(0.04), Some(0.9))).unwrap_or_default();
+        assert_eq!(failure(&terms(Some(0.62), Some(0.9)), 20), None);
+        let unseen = failure(&terms(Some(0.04), Some(0.9)), 20).unwrap_or_default();
         assert!(unseen.contains("three photos see only 4 % of the surface"), "{unseen}");
-        let missed = failure(&terms(Some(0.62), Some(0.12))).unwrap_or_default();
+        assert_eq!(failure(&terms(Some(0.0), Some(0.9)), 2), None, "there are not three photos");
+        let missed = failure(&terms(Some(0.62), Some(0.12)), 20).unwrap_or_default();
         assert!(missed.contains("only 12 % of what the Gaussians show"), "{missed}");
-        assert_eq!(failure(&terms(None, None)), None);
-        assert_eq!(failure(&[]), None);
+        assert_eq!(failure(&terms(None, None), 20), None);
+        assert_eq!(failure(&[], 20), None);
     }
 }

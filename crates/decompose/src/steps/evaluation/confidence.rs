@@ -190,7 +190,7 @@ pub(super) fn averaged(values: &[f32], w: usize, h: usize, half: usize) -> Vec<f
     pass(&pass(values, 1, &|i| (i % w, w)), w, &|i| (i / w, h))
 }
 
-/// Share of the surface's area that at least three photos see (all, where there are fewer), and that any sees, of what `state` has.
+/// Share of the surface's area that at least three photos see, and that any sees, of what `state` has.
 fn coverage(state: &State<'_>) -> Option<[f64; 2]> {
     let surface = state.surface();
     let every = surface.triangles.len().div_ceil(SAMPLED_TRIANGLES).max(1);
@@ -209,8 +209,7 @@ fn coverage(state: &State<'_>) -> Option<[f64; 2]> {
     let seen: Vec<(f64, usize)> = surface.triangles.par_iter().step_by(every).map(of).collect();
     let area = |least: usize| seen.iter().filter(|s| s.1 >= least).map(|s| s.0).sum::<f64>();
     let all = area(0);
-    let most = state.observed.views.len().clamp(1, 3);
-    (all > 0.0).then(|| [most, 1].map(|least| area(least) / all))
+    (all > 0.0).then(|| [3, 1].map(|least| area(least) / all))
 }
 
 /// What is known, in words and numbers; `on_surface` is the share of what the Gaussians show in the photos that has a surface.
