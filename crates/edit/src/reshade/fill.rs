@@ -17,6 +17,9 @@ const FLATNESS: f32 = 0.1;
 /// Opacity of a new Gaussian.
 const OPACITY: f32 = 0.95;
 
+/// A hole is at least so many Gaussians wide, however sparse the ground around.
+const COARSEST: f32 = 16.0;
+
 /// Texture makes base colors brighter or darker by no more than this.
 const LARGEST_RATIO: f32 = 3.3;
 
@@ -115,5 +118,5 @@ fn spacing(hole: &Hole, gaussians: &Gaussians, rows: &[u32]) -> f32 {
     let opening = (hole.open_cells() as f32).sqrt() * grid.pitch;
     let dense = (area / count.max(1.0)).sqrt();
     let finest = (0.5 * grid.pitch).max(opening / 256.0);
-    if dense > 0.0 { dense.clamp(finest, (opening / 6.0).max(finest)) } else { grid.pitch }
+    if dense > 0.0 { dense.clamp(finest, (opening / COARSEST).max(finest)) } else { grid.pitch }
 }

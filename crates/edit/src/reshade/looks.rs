@@ -6,9 +6,13 @@
 //!
 //! `c` is the ground as it looks from above, the light `L` of white matte matter traced at the same cells. The colors of single
 //! Gaussians do not say it: small bright ones lie on large dark ones, and what lies beneath others was never seen alone.
+//!
+//! In deep shadow `c` holds light that the model knows nothing of: the edge of what stands there, a shadow whose place is a
+//! little off. Divided by next to nothing it would be a glaring color, so a shaded cell that looks brighter than nearly all
+//! ground in the light has no say.
 
 use glam::Vec3;
-use motes_math::median::median;
+use motes_math::median::{median, quantile};
 use motes_math::sigmoid::sigmoid;
 use motes_scene::{Gaussians, Materials};
 use relight::{Probe, Relighter};
@@ -22,6 +26,14 @@ pub(super) const LEAST_OPACITY: f32 = 0.3;
 const WINDOW: f32 = 0.06;
 /// Windows reach this many cells at most.
 const MAX_WINDOW: usize = 24;
+/// Cells with this quantile of the light are well lit.
+const LIT: f32 = 0.9;
+/// Cells with a smaller share of that are shaded.
+const SHADED: f32 = 0.5;
+/// Shaded ground is no brighter than this quantile of lit ground.
+const BRIGHT: f32 = 0.95;
+/// Lit cells that tell how bright ground is.
+const LEAST_LIT: usize = 32;
 
 /// Unlit color, base color, roughness, metallic.
 pub(super) type Look = [f32; 8];
@@ -83,13 +95,16 @@ pub(super) fn continued_looks(
     window: usize,
 ) -> Vec<Look> {
     let grid = &hole.grid;
-    let unlit = unlit(grid, &hole.blurred, &seen.radiance, &seen.white_radiance, window);
+    let believed = believed(&hole.blurred, &seen.radiance, &seen.white_radiance);
+    let unlit =
+        unlit_where(grid, [&hole.blurred, &believed], &seen.radiance, &seen.white_radiance, window);
     let mut sums = vec![[0.0f32; 6]; grid.cells()];
     for &row in &seen.rows {
         let i = row as usize;
         let opacity = sigmoid(gaussians.opacity_logits[i]);
         let cell = grid.cell(grid.plane.flat(Vec3::from(gaussians.means[i])));
-        let Some(cell) = cell.filter(|_| opacity >= LEAST_OPACITY) else { continue };
+        let has_say = |c: &usize| opacity >= LEAST_OPACITY && believed[*c];
+        let Some(cell) = cell.filter(has_say) else { continue };
         let weight = opacity * seen.white_radiance[cell].element_sum().powi(2);
         let [r, g, b] = materials.base_color_linear[i];
         let values = [r, g, b, materials.roughness[i], materials.metallic[i], 1.0];
@@ -109,8 +124,20 @@ pub(super) fn unlit(
     light: &[Vec3],
     window: usize,
 ) -> Vec<[f32; 3]> {
+    let believed = believed(blurred, radiance, light);
+    unlit_where(grid, [blurred, &believed], radiance, light, window)
+}
+
+/// As [`unlit`], of the cells that are believed.
+fn unlit_where(
+    grid: &Grid,
+    [blurred, believed]: [&[bool]; 2],
+    radiance: &[Option<Vec3>],
+    light: &[Vec3],
+    window: usize,
+) -> Vec<[f32; 3]> {
     let products = (0..grid.cells()).map(|c| match radiance[c] {
-        Some(color) if !blurred[c] => {
+        Some(color) if believed[c] => {
             let (product, square) = (color * light[c], light[c] * light[c]);
             [product.x, product.y, product.z, square.x, square.y, square.z]
         }
@@ -124,6 +151,22 @@ pub(super) fn unlit(
         [ratio(r, x), ratio(g, y), ratio(b, z), mean]
     };
     continued(grid, blurred, &sums.into_iter().map(known).collect::<Vec<_>>())
+}
+
+/// Cells that are seen, not `blurred`, and not brighter in the shade than ground is in the light.
+fn believed(blurred: &[bool], radiance: &[Option<Vec3>], light: &[Vec3]) -> Vec<bool> {
+    let seen = |c: &usize| !blurred[*c] && radiance[*c].is_some();
+    let ratio = |c: usize| {
+        radiance[c].map_or(0.0, |color| color.element_sum() / light[c].element_sum().max(1e-9))
+    };
+    let mut lights: Vec<f32> =
+        (0..light.len()).filter(seen).map(|c| light[c].element_sum()).collect();
+    let shaded = SHADED * quantile(&mut lights, LIT).unwrap_or(0.0);
+    let is_lit = |c: &usize| light[*c].element_sum() >= shaded;
+    let mut of_lit: Vec<f32> = (0..light.len()).filter(seen).filter(is_lit).map(ratio).collect();
+    let enough = of_lit.len() >= LEAST_LIT;
+    let brightest = quantile(&mut of_lit, BRIGHT).filter(|_| enough).unwrap_or(f32::INFINITY);
+    (0..light.len()).map(|c| seen(&c) && (is_lit(&c) || ratio(c) <= brightest)).collect()
 }
 
 /// Means from sums whose last value is their weight, continued into the cells of `blurred` and those without weight.
@@ -229,5 +272,32 @@ mod tests {
             assert!(off.abs() < 0.1, "{c}: {} beside ground of {looks}", of_hole[c][0]);
             assert!((of_hole[c][3] - 0.3).abs() < 1e-4 && (of_hole[c][6] - 0.4).abs() < 1e-4);
         }
+    }
+
+    /// Ground of one color with light from the left, and a hole on the right, whose rim is in the shade.
+    #[test]
+    fn light_that_the_model_does_not_know_in_the_shade_is_not_the_color_of_ground() {
+        const COLOR: f32 = 0.2;
+        let plane = Plane::new(DVec3::Z, DVec3::ZERO);
+        let corners = [[-1.0, -1.0], [1.0, 1.0]].map(|f| plane.point(f));
+        let grid = Grid::over(plane, &corners, 0.05, 0.0).expect("a grid");
+        let is_open = |c: usize| grid.middle(c)[0] > 0.5;
+        let blurred: Vec<bool> = (0..grid.cells()).map(is_open).collect();
+        let light = |c: usize| Vec3::splat(if grid.middle(c)[0] < -0.6 { 0.6 } else { 0.02 });
+        let light: Vec<Vec3> = (0..grid.cells()).map(light).collect();
+        let in_hole = |glow: f32| {
+            let seen = |c: usize| {
+                let shaded = light[c].x < 0.1;
+                (!blurred[c]).then_some(light[c] * COLOR + if shaded { glow } else { 0.0 })
+            };
+            let radiance: Vec<Option<Vec3>> = (0..grid.cells()).map(seen).collect();
+            let all = unlit(&grid, &blurred, &radiance, &light, 2);
+            let open = (0..grid.cells()).filter(|c| blurred[*c]).map(|c| all[c][0]);
+            open.clone().sum::<f32>() / open.count() as f32
+        };
+        assert!((in_hole(0.0) - COLOR).abs() < 1e-3);
+        // As much as a base color of 1.2 would show.
+        let glowing = in_hole(0.02);
+        assert!((glowing - COLOR).abs() < 0.02, "{glowing}");
     }
 }
