@@ -15,11 +15,14 @@ use crate::first_triangles::{NOTHING, first_triangles};
 use crate::ratio::Ratio;
 use crate::residual::SceneResidual;
 use crate::scene::{RelightScene, SurfaceHit};
+use crate::stand_in::StandIn;
 
 /// Below this alpha there is nothing to shade.
 pub(crate) const LEAST_ALPHA: f32 = 1.0 / 255.0;
 /// Least cosine between normal and viewer: interpolated normals turn away at silhouettes.
 const LEAST_COSINE: f32 = 0.03;
+/// Roughness and metallic have this much less resolution where a picture is not detailed.
+const COARSER: usize = 3;
 /// Neighbors whose normals differ more (cosine) or that lie farther off each other's tangent plane
 /// (share of the depth) are an edge.
 const EDGE_COSINE: f32 = 0.95;
@@ -116,24 +119,10 @@ impl Rays {
         let direction = (self.world_from_camera * local * cosine).as_vec3().normalize();
         (Ray::new(self.eye, direction), cosine as f32)
     }
-
-    fn sight(&self, scene: &RelightScene, x: f64, y: f64) -> Option<Sight> {
-        let (ray, cosine) = self.through(x, y);
-        scene.first_hit(&ray).map(|hit| Sight::of(scene, &ray, cosine, &hit))
-    }
-
-    /// As [`Self::sight`], when the triangle is known.
-    fn sight_of(&self, scene: &RelightScene, triangle: u32, x: f64, y: f64) -> Option<Sight> {
-        if triangle == NOTHING {
-            return None;
-        }
-        let (ray, cosine) = self.through(x, y);
-        scene.hit_of(triangle, &ray).map(|hit| Sight::of(scene, &ray, cosine, &hit))
-    }
 }
 
 impl Sight {
-    fn of(scene: &RelightScene, ray: &Ray, cosine: f32, hit: &SurfaceHit) -> Self {
+    pub(crate) fn of(scene: &RelightScene, ray: &Ray, cosine: f32, hit: &SurfaceHit) -> Self {
         let to_viewer = -ray.direction;
         let normal = toward(hit.normal, to_viewer);
         let depth = hit.distance * cosine;
@@ -152,10 +141,10 @@ pub(crate) fn toward(normal: Vec3, to_viewer: Vec3) -> Vec3 {
 }
 
 /// What the ray through the middle of every pixel meets, row by row.
-fn sights(scene: &RelightScene, rays: &Rays, first: &[u32], width: usize) -> Vec<Option<Sight>> {
+fn sights(shown: &StandIn<'_>, first: &[u32], width: usize) -> Vec<Option<Sight>> {
     let of_pixel = |(i, triangle): (usize, &u32)| {
         let (x, y) = ((i % width) as f64 + 0.5, (i / width) as f64 + 0.5);
-        rays.sight_of(scene, *triangle, x, y)
+        (*triangle != NOTHING).then(|| shown.surface(Some(*triangle), x, y)).flatten()
     };
     first.par_iter().enumerate().with_min_len(1024).map(of_pixel).collect()
 }
@@ -184,9 +173,9 @@ impl GBuffer {
         let ratio = layers.ratio.map(|ratio| DrawnRatio::of(ratio, scene, &mut painter_of_colors));
         // Roughness and metallic change little under what is nearly hidden.
         let coarse = RasterParameters { alpha_min: 0.02, transmittance_min: 0.02, ..exact };
-        let every = if detailed { 1 } else { StandIn::COARSER };
+        let every = if detailed { 1 } else { COARSER };
         let reduced = camera.resized(camera.width.div_ceil(every), camera.height.div_ceil(every));
-        let (painter, properties) = draw(&scene.property_splats, &reduced, coarse);
+        let (_, properties) = draw(&scene.property_splats, &reduced, coarse);
         let (width, height) = (camera.width, camera.height);
         let (alpha, property_alpha) = (&color.alpha.data, &properties.alpha.data);
         let material = |i: usize| {
@@ -203,21 +192,15 @@ impl GBuffer {
         let (material, unobserved) = (0..width * height).into_par_iter().map(material).unzip();
         let rays = Rays::new(camera, camera_from_world);
         let first = first_triangles(&scene.surface, camera, camera_from_world);
-        let mut sight = sights(scene, &rays, &first, width);
+        let mut stand_in = StandIn::new(scene, &rays, painter_of_colors, camera_from_world);
+        let mut sight = sights(&stand_in, &first, width);
         let visible = |i: usize| alpha[i] >= LEAST_ALPHA;
         let missed: Vec<usize> =
             (0..sight.len()).filter(|i| sight[*i].is_none() && visible(*i)).collect();
         if !missed.is_empty() {
-            let painter = if detailed {
-                let side = |length: usize| length.div_ceil(StandIn::COARSER);
-                let coarse = camera.resized(side(camera.width), side(camera.height));
-                draw(&scene.property_splats, &coarse, exact).0
-            } else {
-                painter
-            };
-            let stand_in = StandIn::new(scene, painter, camera_from_world);
+            stand_in.paint_normals();
             for &i in &missed {
-                sight[i] = stand_in.sight(&rays, i % width, i / width);
+                sight[i] = stand_in.sight(i % width, i / width);
             }
         }
         sight.iter_mut().zip(alpha).filter(|(_, a)| **a < LEAST_ALPHA).for_each(|(s, _)| *s = None);
@@ -235,19 +218,19 @@ impl GBuffer {
             edges: Vec::new(),
         };
         if detailed {
-            buffer.edges = buffer.find_edges(scene, &rays);
+            buffer.edges = buffer.find_edges(&stand_in);
         }
         buffer
     }
 
-    fn find_edges(&self, scene: &RelightScene, rays: &Rays) -> Vec<(u32, [Option<Sight>; 4])> {
+    fn find_edges(&self, shown: &StandIn<'_>) -> Vec<(u32, [Option<Sight>; 4])> {
         const QUARTERS: [[f64; 2]; 4] = [[0.25, 0.25], [0.75, 0.25], [0.25, 0.75], [0.75, 0.75]];
         (0..self.sight.len())
             .into_par_iter()
             .filter(|i| self.sight[*i].is_some() && self.is_edge(*i))
             .map(|i| {
                 let (x, y) = ((i % self.width) as f64, (i / self.width) as f64);
-                (i as u32, QUARTERS.map(|[dx, dy]| rays.sight(scene, x + dx, y + dy)))
+                (i as u32, QUARTERS.map(|[dx, dy]| shown.surface(None, x + dx, y + dy)))
             })
             .filter(|(_, sights)| sights.iter().any(Option::is_some))
             .collect()
@@ -284,50 +267,4 @@ impl GBuffer {
 pub(crate) fn continues(a: &Sight, b: &Sight, cosine: f32, offset: f32) -> bool {
     let apart = (b.position - a.position).dot(a.normal).abs();
     a.normal.dot(b.normal) >= cosine && apart <= offset * a.depth
-}
-
-/// Depth and normal of the Gaussians, for where the surface was missed: drawn as colors, at a third
-/// of the resolution.
-struct StandIn {
-    depth: Rendering,
-    normal: Rendering,
-    /// Depths that the colors 0 and 1 stand for.
-    range: [f32; 2],
-}
-
-impl StandIn {
-    const COARSER: usize = 3;
-
-    /// `painter` holds the scene's Gaussians at that resolution.
-    fn new(scene: &RelightScene, mut painter: Painter, camera_from_world: &Pose) -> Self {
-        let means = scene.gaussians.means.par_iter().with_min_len(1024);
-        let depths: Vec<f32> = means
-            .map(|p| camera_from_world.transform_point(Vec3::from(*p).as_dvec3()).z as f32)
-            .collect();
-        let positive = depths.iter().copied().filter(|z| *z > 0.0 && z.is_finite());
-        let range = positive.fold([f32::INFINITY, 0.0], |[a, b], z| [a.min(z), b.max(z)]);
-        let length = (range[1] - range[0]).max(f32::MIN_POSITIVE);
-        let share = |i: usize| ((depths[i] - range[0]) / length).clamp(0.0, 1.0);
-        let normal = |i: usize| scene.materials.normals[i].map(|v| (0.5 + 0.5 * v).clamp(0.0, 1.0));
-        let depth = painter.paint(|i| [share(i); 3]);
-        Self { depth, normal: painter.paint(normal), range }
-    }
-
-    fn sight(&self, rays: &Rays, x: usize, y: usize) -> Option<Sight> {
-        let (width, height) = (self.depth.alpha.width, self.depth.alpha.height);
-        let (cx, cy) = (x * width / rays.camera.width, y * height / rays.camera.height);
-        let alpha = self.depth.alpha.pixel(cx, cy)[0];
-        if !(alpha >= LEAST_ALPHA) {
-            return None;
-        }
-        let share = self.depth.color.pixel(cx, cy)[0] / alpha;
-        let depth = self.range[0] + share * (self.range[1] - self.range[0]);
-        let (ray, cosine) = rays.through(x as f64 + 0.5, y as f64 + 0.5);
-        let to_viewer = -ray.direction;
-        let encoded = Vec3::from_slice(self.normal.color.pixel(cx, cy)) / alpha;
-        let normal = (2.0 * encoded - Vec3::ONE).normalize_or(to_viewer);
-        let (position, normal) = (ray.at(depth / cosine), toward(normal, to_viewer));
-        let emitted = Vec3::ZERO;
-        Some(Sight { position, normal, to_viewer, depth, on_surface: false, emitted })
-    }
 }
