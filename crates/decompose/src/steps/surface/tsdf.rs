@@ -66,6 +66,9 @@ fn order(a: &IVec3, b: &IVec3) -> Ordering {
     a[decisive].cmp(&b[decisive])
 }
 
+/// Views whose blocks are collected before they are merged: what all touch together may be many times what one does.
+const AT_ONCE: usize = 8;
+
 /// Block keys that the depth maps touch; `None` when more than `limit`.
 fn touched(
     views: &[View],
@@ -75,44 +78,72 @@ fn touched(
     voxel: f32,
     limit: usize,
 ) -> Option<Vec<IVec3>> {
+    let all: Vec<usize> = (0..views.len()).collect();
+    let mut codes: Vec<u128> = Vec::new();
+    for some in all.chunks(AT_ONCE) {
+        let of = |&k: &usize| touched_by(&views[k], &maps[k], &flat[k], hull.get(k), voxel);
+        let per_view: Vec<Vec<u128>> = some.par_iter().with_max_len(1).map(of).collect();
+        per_view.iter().for_each(|of_view| codes.extend_from_slice(of_view));
+        // What is merged already is one sorted run.
+        codes.sort();
+        codes.dedup();
+        if codes.len() > limit {
+            return None;
+        }
+    }
+    let mut keys: Vec<IVec3> = codes.into_iter().map(key_of).collect();
+    keys.sort_unstable_by(order);
+    Some(keys)
+}
+
+/// A number for each key, which is compared faster than the key.
+fn code_of(key: IVec3) -> u128 {
+    key.to_array().into_iter().fold(0, |code, v| code << 32 | u128::from(v as u32))
+}
+
+fn key_of(code: u128) -> IVec3 {
+    IVec3::from_array([64, 32, 0].map(|shift| (code >> shift) as u32 as i32))
+}
+
+/// Codes of the blocks that one map touches, sorted.
+fn touched_by(
+    view: &View,
+    map: &DepthMap,
+    flat: &[bool],
+    hull: Option<&Silhouette>,
+    voxel: f32,
+) -> Vec<u128> {
     let edge = voxel * SIDE as f32;
     let reach = TRUNCATION * voxel;
-    let of = |(k, ((view, map), flat)): (usize, ((&View, &DepthMap), &Vec<bool>))| {
-        let mut keys = Vec::new();
-        let mut last = IVec3::MAX;
-        let most = MAX_FOOTPRINT * voxel / view.footprint();
-        for (i, &z) in map.depth.iter().enumerate() {
-            if flat[i] || !(z > 0.0 && z <= most) {
-                continue;
-            }
-            let ray = view.pixel_ray([i % view.width, i / view.width]);
-            let step = 0.5 * edge / ray.length();
-            let half = reach / ray.length();
-            let pit = hull.get(k).is_some_and(|h| h.has_outline() && h.steady[i] < PIT);
-            let mut t = z - if pit { half * (PIT_REACH / TRUNCATION) } else { half };
-            loop {
-                let p = view.center + ray * t.min(z + half);
-                let key = (p / edge).floor().as_ivec3();
-                if key != last {
-                    keys.push(key);
-                    last = key;
-                }
-                if t >= z + half {
-                    break;
-                }
-                t += step;
-            }
+    let mut codes = Vec::new();
+    let mut last = IVec3::MAX;
+    let most = MAX_FOOTPRINT * voxel / view.footprint();
+    for (i, &z) in map.depth.iter().enumerate() {
+        if flat[i] || !(z > 0.0 && z <= most) {
+            continue;
         }
-        keys.sort_unstable_by(order);
-        keys.dedup();
-        keys
-    };
-    let per_view: Vec<Vec<IVec3>> =
-        views.par_iter().zip(maps).zip(flat).enumerate().with_max_len(1).map(of).collect();
-    let mut keys = per_view.concat();
-    keys.sort_unstable_by(order);
-    keys.dedup();
-    (keys.len() <= limit).then_some(keys)
+        let ray = view.pixel_ray([i % view.width, i / view.width]);
+        let step = 0.5 * edge / ray.length();
+        let half = reach / ray.length();
+        let pit = hull.is_some_and(|h| h.has_outline() && h.steady[i] < PIT);
+        let mut t = z - if pit { half * (PIT_REACH / TRUNCATION) } else { half };
+        loop {
+            let p = view.center + ray * t.min(z + half);
+            let key = (p / edge).floor().as_ivec3();
+            if key != last {
+                codes.push(code_of(key));
+                last = key;
+            }
+            if t >= z + half {
+                break;
+            }
+            t += step;
+        }
+    }
+    codes.sort_unstable();
+    codes.dedup();
+    codes.shrink_to_fit();
+    codes
 }
 
 /// The median footprint of the pixels that have a depth; `None` without any.
