@@ -27,8 +27,8 @@ pub use appearance::{
 pub use error::DecomposeError;
 pub use illumination::{Cell, CellLight, Lamp, LightAnchor, LocalLight, environment};
 pub use observation::{
-    Observation, Observed, Photo, PixelHit, Sample, SeenView, TracedSurface, ViewRays, Wanted,
-    choose_photos, up_in_world,
+    Observation, Observed, Photo, PixelHit, Radiance, Sample, SeenView, TracedSurface, ViewRays,
+    Wanted, choose_photos, up_in_world,
 };
 pub use options::DecomposeOptions;
 pub use pipeline::{Pipeline, Progress, Report, StepRecord};

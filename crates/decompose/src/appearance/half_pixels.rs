@@ -11,7 +11,7 @@ const LARGEST: i32 = 14;
 /// The power is that which makes use of the range, so any exposure of the photos is stored with an error of 2^-11 at most, down to
 /// 2^-28 of the largest value. Values that were stored are stored again without a change.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct HalfPixels {
+pub(crate) struct HalfPixels {
     values: Vec<[f16; 3]>,
     scale: f32,
 }
@@ -33,7 +33,7 @@ impl HalfPixels {
     }
 
     /// The values of pixel `i`.
-    pub(super) fn at(&self, i: usize) -> Vec3 {
+    pub(crate) fn at(&self, i: usize) -> Vec3 {
         Vec3::from_array(self.values[i].map(f16::to_f32)) * self.scale
     }
 }

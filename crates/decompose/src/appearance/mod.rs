@@ -1,7 +1,7 @@
 //! How a surface looks under a light: the model's options, its terms as linear functions of base color, its materials.
 
 pub(crate) mod basis;
-mod half_pixels;
+pub(crate) mod half_pixels;
 pub(crate) mod material;
 pub(crate) mod options;
 pub(crate) mod pixel_shading;

@@ -240,14 +240,13 @@ impl PixelShading {
         uniform.color_linear = HalfPixels::new(darker);
     }
 
-    /// Base color that explains every pixel of the photo, `[h, w, 3]`, sRGB-encoded, and its weight `[h, w, 1]`: how much
-    /// an error of it shows in the sRGB-encoded photo; 0 where nothing is known.
-    pub fn base_color(&self, view: &SeenView<'_>) -> (ImageF32, ImageF32) {
-        let (w, h) = (view.photo.camera.width, view.photo.camera.height);
-        let mut base = ImageF32::filled(w, h, 3, 0.0);
-        let mut weight = ImageF32::filled(w, h, 1, 0.0);
-        for i in 0..w * h {
-            let radiance = Vec3::from_slice(&view.photo.radiance_linear.data[3 * i..3 * i + 3]);
+    /// Base color that explains every pixel of the photo, sRGB-encoded, and its weight: how much an error of it shows in the
+    /// sRGB-encoded photo; 0 where nothing is known.
+    pub(crate) fn base_color(&self, view: &SeenView<'_>) -> (HalfPixels, Vec<f16>) {
+        let mut base = vec![Vec3::ZERO; self.count()];
+        let mut weight = vec![f16::ZERO; self.count()];
+        for i in 0..self.count() {
+            let radiance = view.photo.radiance_linear.at(i);
             let slope = self.slope(i);
             if !is_told(slope) {
                 continue;
@@ -255,13 +254,13 @@ impl PixelShading {
             let b = ((radiance - self.offset(i)) / slope).clamp(Vec3::splat(0.01), Vec3::ONE);
             let (share, color) = self.uniform(i);
             let b = b.lerp(color, share);
-            base.data[3 * i..3 * i + 3].copy_from_slice(&b.map(srgb::encode).to_array());
+            base[i] = b.map(srgb::encode);
             // d sRGB / d linear falls about as L^-0.58.
             let l = luminance(slope * b + self.offset(i)).max(0.01);
             let gain = luminance(slope) * (l / luminance(b)).powf(-0.58);
-            weight.data[i] = view.photo.weight.data[i] * (gain * gain).min(4.0);
+            weight[i] = f16::from_f32(view.photo.weight.data[i] * (gain * gain).min(4.0));
         }
-        (base, weight)
+        (HalfPixels::new(base.into_iter()), weight)
     }
 
     /// The picture of base colors `[h, w, 3]`, linear, under this shading, linear.

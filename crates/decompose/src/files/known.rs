@@ -213,7 +213,8 @@ fn leave_out_unrelated(priors: &mut Priors, photos: &[Photo], context: &Context)
     let mut left_out = 0;
     for (prior, photo) in priors.base_color.iter_mut().zip(photos) {
         let Some(base_color) = prior else { continue };
-        let correlation = edge_correlation(base_color, &photo.radiance_linear, &photo.weight);
+        let correlation =
+            edge_correlation(base_color, &photo.radiance_linear.image(), &photo.weight);
         if correlation.is_some_and(|c| c < LEAST_CORRELATION) {
             *prior = None;
             left_out += 1;

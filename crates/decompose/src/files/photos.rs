@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::{Photo, choose_photos};
+use crate::{Photo, Radiance, choose_photos};
 use glam::DVec3;
 use motes_formats::capture::{read_capture, resolve};
 use motes_formats::images::{read_image, read_mask};
@@ -80,7 +80,7 @@ fn load(document: &Path, capture: &Capture, view: usize, light: usize) -> Result
         None => None,
     };
     let gain = capture.exposure_gain(view).max(1e-3);
-    let table: Vec<f32> = (0..=255u8).map(|v| srgb::decode(f32::from(v) / 255.0 / gain)).collect();
+    let linear = std::array::from_fn(|v| srgb::decode(v as f32 / 255.0 / gain));
     // A fourth channel is alpha: what is transparent there tells nothing.
     let hidden = |(i, pixel): (usize, &[u8])| {
         let masked = mask.as_ref().is_some_and(|mask| mask.data[i] < 128);
@@ -92,14 +92,13 @@ fn load(document: &Path, capture: &Capture, view: usize, light: usize) -> Result
         pixels().enumerate().map(|(i, p)| is_clipped(p) && !hidden((i, p))).collect();
     let usable = |(i, p): (usize, &[u8])| f32::from(u8::from(!hidden((i, p)) && !is_clipped(p)));
     let weight = pixels().enumerate().map(usable).collect();
-    let radiance =
-        pixels().flat_map(|p| [p[0], p[1], p[2]]).map(|v| table[usize::from(v)]).collect();
+    let values = pixels().map(|p| [p[0], p[1], p[2]]).collect();
     Ok(Photo {
         gain: [1.0; 3],
         name: record.name.clone(),
         camera,
         camera_from_world: record.camera_from_world,
-        radiance_linear: ImageF32::from_data(camera.width, camera.height, 3, radiance),
+        radiance_linear: Radiance::of_bytes([camera.width, camera.height], values, linear),
         light,
         weight: ImageF32::from_data(camera.width, camera.height, 1, weight),
         clipped,

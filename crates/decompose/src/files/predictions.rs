@@ -61,7 +61,7 @@ pub(super) fn predict(
         context.check_interrupted()?;
         let scratch = ScratchFolder::new()?;
         let folder = scratch.path();
-        let mut picture = photo.radiance_linear.clone();
+        let mut picture = photo.radiance_linear.image();
         picture.data.iter_mut().for_each(|v| *v = srgb::encode(*v));
         write_png(&folder.join("photo.png"), &picture.to_u8())?;
         let quantities = wanted.iter().map(|what| what.quantity()).collect();

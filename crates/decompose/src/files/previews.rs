@@ -44,7 +44,7 @@ pub(super) fn previews(
         };
         let m = &state.attributes;
         let components = [
-            ("photo", encoded(&photo.radiance_linear)),
+            ("photo", encoded(&photo.radiance_linear.image())),
             ("rendered", encoded(&picture.radiance_linear)),
             ("base_color", encoded(&picture.base_color_linear)),
             ("normal", attribute(&|i| m.normals[i].map(|v| 0.5 * v + 0.5))),

@@ -2,6 +2,8 @@
 
 use motes_scene::{ImageF32, Pinhole, Pose};
 
+use super::radiance::Radiance;
+
 /// A photo of the capture.
 #[derive(Clone, Debug)]
 pub struct Photo {
@@ -13,7 +15,7 @@ pub struct Photo {
     pub camera_from_world: Pose,
     /// `[h, w, 3]`, linear, brought to the exposure of the model (sRGB values divided by the view's gain and decoded, then divided by
     /// [`Self::gain`]).
-    pub radiance_linear: ImageF32,
+    pub radiance_linear: Radiance,
     /// Exposure and white balance of the photo over those of the model, linear factors; 1 where they are not modeled.
     pub gain: [f32; 3],
     /// Which light it was taken under: photos of one capture share one.

@@ -139,8 +139,7 @@ impl<'a> SeenView<'a> {
             if !((self.hits[i].depth - z).abs() < tolerance && self.photo.weight.data[i] > 0.99) {
                 return None;
             }
-            radiance +=
-                Vec3::from_slice(&self.photo.radiance_linear.data[3 * i..3 * i + 3]) * weight;
+            radiance += self.photo.radiance_linear.at(i) * weight;
         }
         let weight = ((cosine - 0.2) / 0.3).clamp(0.05, 1.0);
         let light = self.photo.light as u32;

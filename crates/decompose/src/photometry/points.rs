@@ -163,7 +163,7 @@ fn blocks(photo: &Photo, [width, height]: [usize; 2], step: usize) -> Vec<Look> 
                     let is_clipped = photo.clipped.get(i).copied().unwrap_or(false);
                     return if is_clipped { Look::Clipped } else { Look::Nothing };
                 }
-                sum += Vec3::from_slice(&photo.radiance_linear.data[3 * i..3 * i + 3]);
+                sum += photo.radiance_linear.at(i);
             }
         }
         Look::Value(sum / (step * step) as f32)

@@ -61,7 +61,7 @@ fn photos(
             name: format!("{k}"),
             camera,
             camera_from_world: pose,
-            radiance_linear: ImageF32::from_data(width, height, 3, data),
+            radiance_linear: ImageF32::from_data(width, height, 3, data).into(),
             light: 0,
             weight: ImageF32::from_data(width, height, 1, weight),
             clipped,
@@ -85,7 +85,7 @@ fn mean_log_ratio(photos: &[Photo], shown_of: impl Fn(f32, f32) -> f32) -> f32 {
     let (mut sum, mut count) = (0.0, 0.0);
     for (photo, truth) in photos.iter().zip(&truth) {
         for i in (0..photo.weight.data.len()).filter(|&i| photo.weight.data[i] > 0.0) {
-            let (a, b) = (photo.radiance_linear.data[3 * i], truth.radiance_linear.data[3 * i]);
+            let (a, b) = (photo.radiance_linear.at(i).x, truth.radiance_linear.at(i).x);
             if b > 0.01 && b < 0.9 {
                 sum += shown_of(a, b);
                 count += 1.0;
@@ -155,10 +155,10 @@ fn light_that_changes_in_one_place_is_no_exposure() {
 fn what_a_photo_shows_beyond_white_is_clipped_at_the_exposure_of_the_model() {
     let mut shown = photos(1, |v| v, |_, _, l| l);
     let low = 0.7;
-    shown[0].radiance_linear.data[..3].copy_from_slice(&[low, 0.2, 0.1]);
+    shown[0].radiance_linear.floats_mut()[0] = [low, 0.2, 0.1];
     let photometry = Photometry { log_gains: vec![[-0.5; 3]], ..Photometry::default() };
     photometry.develop(&mut shown);
-    assert_eq!(shown[0].radiance_linear.data[0], 1.0);
+    assert_eq!(shown[0].radiance_linear.at(0).x, 1.0);
     assert!(shown[0].clipped[0] && shown[0].weight.data[0] == 0.0);
 }
 
@@ -178,7 +178,7 @@ fn switches_and_extremes() {
         for weight in [0.0, 1.0] {
             let mut shown = photos(6, |v| v, |_, _, l| l);
             for photo in &mut shown {
-                photo.radiance_linear.data.fill(value);
+                photo.radiance_linear.floats_mut().fill([value; 3]);
                 photo.weight.data.fill(weight);
             }
             let photometry = found(&shown);

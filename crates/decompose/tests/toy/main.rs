@@ -333,9 +333,9 @@ fn photos_that_tell_nothing_give_something_finite() {
     let even = light(0.5, 0.5);
     let flat = photos(&scene, &even, |_| Material::lambert(Vec3::splat(0.4)));
     let mut black = flat.clone();
-    black.iter_mut().for_each(|p| p.radiance_linear.data.fill(0.0));
+    black.iter_mut().for_each(|p| p.radiance_linear.floats_mut().fill([0.0; 3]));
     let mut bright = flat.clone();
-    bright.iter_mut().for_each(|p| p.radiance_linear.data.fill(1e6));
+    bright.iter_mut().for_each(|p| p.radiance_linear.floats_mut().fill([1e6; 3]));
     for photos in [&flat, &black, &bright] {
         assert_sound(&run(photos, Known::default()));
     }

@@ -141,7 +141,7 @@ pub(crate) fn photos(
                 name: format!("view_{k:02}.png"),
                 camera,
                 camera_from_world: Pose::look_at(eye, DVec3::Z * 0.3, DVec3::Z).expect("a pose"),
-                radiance_linear: ImageF32::filled(SIZE.0, SIZE.1, 3, 0.0),
+                radiance_linear: ImageF32::filled(SIZE.0, SIZE.1, 3, 0.0).into(),
                 light: 0,
                 // Nothing is drawn behind the surface: what misses it is masked.
                 weight: ImageF32::filled(SIZE.0, SIZE.1, 1, 0.0),
@@ -174,7 +174,7 @@ pub(crate) fn photos(
                     (photo.clipped[i], photo.weight.data[i]) = (true, 0.0);
                     sent = sent.min(Vec3::ONE);
                 }
-                photo.radiance_linear.data[3 * i..3 * i + 3].copy_from_slice(&sent.to_array());
+                photo.radiance_linear.floats_mut()[i] = sent.to_array();
             }
             photo
         })

@@ -18,6 +18,7 @@ use motes_scene::{Gaussians, ImageF32, LARGEST_LOG_RATIO, Pinhole, Pose, Residua
 use train_splat::{FitOptions, FreezeGroup, Moments, PhotoOrder, Rates, Update};
 
 use crate::image_gradient::slopes;
+use crate::observation::Radiance;
 
 /// Differences below this are noise, sRGB-encoded.
 const NOISE: f32 = 0.01;
@@ -37,7 +38,7 @@ pub(super) struct ResidualView<'a> {
     /// Of the photo.
     pub camera_from_world: Pose,
     /// `[h, w, 3]`, linear, photo units.
-    pub photo_linear: &'a ImageF32,
+    pub photo_linear: &'a Radiance,
     /// `[h, w, 1]`: 0 where the photo is masked or clipped.
     pub weight: &'a ImageF32,
     /// `[h, w, 3]`, linear, photo units; 0 where the model says nothing. Half precision: all photos' are kept at once.
@@ -109,7 +110,7 @@ fn slope(view: &ResidualView<'_>, image: &Planes) -> Planes {
             return 0.0;
         }
         let log_ratio = Residual::log_ratio(image.row(c, y)[x], 1.0 - image.row(3, y)[x]);
-        let seen = srgb::encode(view.photo_linear.data[3 * i + c]);
+        let seen = srgb::encode(view.photo_linear.at(i)[c]);
         weight * slope_by_drawn(model, log_ratio, seen)
     })
 }
@@ -168,7 +169,7 @@ mod tests {
         };
         let weight = ImageF32::filled(48, 32, 1, 1.0);
         let model = vec![f16::from_f32(0.3); 3 * 48 * 32];
-        let photos: Vec<ImageF32> = (0..7).map(truth).collect();
+        let photos: Vec<Radiance> = (0..7).map(|k| truth(k).into()).collect();
         let views: Vec<ResidualView<'_>> = [0, 1, 2, 4, 5, 6]
             .into_iter()
             .map(|k| ResidualView {
@@ -192,7 +193,7 @@ mod tests {
             let mut sums = [0.0, 0.0];
             for (i, alpha) in drawn.alpha.data.iter().enumerate().filter(|(_, a)| **a > 0.9) {
                 let log_ratio = Residual::log_ratio(drawn.color.data[3 * i], *alpha);
-                sums[0] += (0.3 * log_ratio.exp() - photos[3].data[0]).abs();
+                sums[0] += (0.3 * log_ratio.exp() - photos[3].at(0).x).abs();
                 sums[1] += 1.0;
             }
             assert!(sums[1] > 50.0, "pixels: {}", sums[1]);

@@ -61,7 +61,7 @@ fn psnr_db(
                 continue;
             }
             let log_ratio = Residual::log_ratio(ratios.color.data[k], ratios.alpha.data[k / 3]);
-            let seen = srgb::encode_clipped(view.photo_linear.data[k]);
+            let seen = srgb::encode_clipped(view.photo_linear.at(k / 3)[k % 3]);
             without += f64::from(srgb::encode_clipped(model) - seen).powi(2);
             with += f64::from(srgb::encode_clipped(model * log_ratio.exp()) - seen).powi(2);
             count += 1.0;

@@ -5,9 +5,12 @@
 //! `α T` and by the pixel, and residuals that other views contradict count less and less (Geman & McClure 1987).
 
 use glam::Vec3;
+use half::f16;
 use motes_math::sh;
 use motes_raster::{Frame, GaussianGradients, Modifiers, Planes, RenderOptions, ViewTransform};
-use motes_scene::{Gaussians, ImageF32, Pinhole, Pose};
+use motes_scene::{Gaussians, Pinhole, Pose};
+
+use crate::appearance::half_pixels::HalfPixels;
 
 /// A picture of colors, seen from somewhere.
 #[derive(Debug)]
@@ -16,10 +19,10 @@ pub(crate) struct ColorTarget {
     pub camera: Pinhole,
     /// Its place.
     pub camera_from_world: Pose,
-    /// `[h, w, 3]`, 0 to 1, in the space that Gaussians are blended in: sRGB-encoded.
-    pub color: ImageF32,
-    /// `[h, w, 1]`.
-    pub weight: ImageF32,
+    /// Row by row, 0 to 1, in the space that Gaussians are blended in: sRGB-encoded.
+    pub color: HalfPixels,
+    /// Row by row.
+    pub weight: Vec<f16>,
 }
 
 /// Colors of the Gaussians and how well they are known.
@@ -100,11 +103,11 @@ fn residual_planes(image: &Planes, target: &ColorTarget, pass: u32) -> (Planes, 
     for y in 0..h {
         for x in 0..w {
             let alpha = 1.0 - image.row(3, y)[x];
-            let mut weight = target.weight.data[y * w + x];
+            let mut weight = target.weight[y * w + x].to_f32();
             if !(weight > 0.0 && alpha > MIN_ALPHA) {
                 continue;
             }
-            let pixel = target.color.pixel(x, y);
+            let pixel = target.color.at(y * w + x);
             let residual: [f32; 3] = std::array::from_fn(|c| alpha * pixel[c] - image.row(c, y)[x]);
             // The first passes are for everybody: until colors settle, all residuals are large.
             if pass >= 3 {

@@ -27,9 +27,8 @@ pub(crate) fn vertex_base_color(
             for (k, (view, target)) in views.iter().zip(targets).enumerate() {
                 let Some(seen) = view.observe(k, p, n) else { continue };
                 let Some(i) = view.pixel_at(p) else { continue };
-                let weight = target.weight.data[i] * seen.weight;
-                let color = Vec3::from_slice(&target.color.data[3 * i..3 * i + 3]);
-                sum += color.map(srgb::decode) * weight;
+                let weight = target.weight[i].to_f32() * seen.weight;
+                sum += target.color.at(i).map(srgb::decode) * weight;
                 weights += weight;
             }
             (weights > 0.0).then(|| sum / weights)

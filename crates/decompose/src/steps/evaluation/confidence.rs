@@ -170,10 +170,10 @@ pub(super) fn metallic_at(surface: &Surface, hit: &PixelHit) -> f32 {
 
 /// Absolute log ratio of photo and model per pixel; 0 where the photo says nothing.
 fn misfits(view: &SeenView<'_>, model: &Picture) -> Vec<f32> {
-    let photo = view.photo.radiance_linear.data.chunks_exact(3);
-    let pixels = photo.zip(model.radiance_linear.data.chunks_exact(3));
-    let log = |v: &[f32]| (luminance(Vec3::from_slice(v)).max(0.0) + BLACK).ln();
-    let of = |((p, m), weight): ((&[f32], &[f32]), &f32)| weight * (log(p) - log(m)).abs();
+    let model = model.radiance_linear.data.chunks_exact(3).map(Vec3::from_slice);
+    let pixels = view.photo.radiance_linear.pixels().zip(model);
+    let log = |v: Vec3| (luminance(v).max(0.0) + BLACK).ln();
+    let of = |((p, m), weight): ((Vec3, Vec3), &f32)| weight * (log(p) - log(m)).abs();
     pixels.zip(&view.photo.weight.data).map(of).collect()
 }
 

@@ -63,8 +63,7 @@ pub(super) fn around(
 ) -> Vec<Detail> {
     let (w, h) = (view.photo.camera.width, view.photo.camera.height);
     let log = |v: Vec3, floor: f32| (luminance(v).max(0.0) + floor).ln();
-    let photo = view.photo.radiance_linear.data.chunks_exact(3);
-    let photo: Vec<f32> = photo.map(|v| log(Vec3::from_slice(v), BLACK)).collect();
+    let photo: Vec<f32> = view.photo.radiance_linear.pixels().map(|v| log(v, BLACK)).collect();
     let shade: Vec<f32> = (0..w * h).map(|i| log(shading.slope(i), DARK)).collect();
     let [photo, shade] = [photo, shade].map(|v| averaged(&v, w, h, NOISE_WINDOW));
     // A mirror shows the detail of what it reflects.

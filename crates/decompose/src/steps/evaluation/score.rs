@@ -15,7 +15,7 @@ use motes_raster::render;
 use motes_scene::ImageF32;
 use motes_shading::environment::Environment;
 
-use crate::observation::{Photo, SeenView};
+use crate::observation::{Photo, Radiance, SeenView};
 use crate::state::Inputs;
 
 /// Alpha of the Gaussians from which a pixel is covered.
@@ -47,8 +47,9 @@ pub(super) fn score(
     let gain = if has_own_gain { gain(&shown, photo, &counted) } else { [1.0; 3] };
     let mut sum = 0.0;
     for &i in &counted {
+        let photo = photo.at(i);
         for (c, gain) in gain.into_iter().enumerate() {
-            let (ours, photo) = (shown.data[3 * i + c] * gain, photo.data[3 * i + c]);
+            let (ours, photo) = (shown.data[3 * i + c] * gain, photo[c]);
             sum += f64::from(encode_clipped(ours) - encode_clipped(photo)).powi(2);
         }
     }
@@ -89,11 +90,11 @@ fn with_light_behind(
 }
 
 /// The gain of a photo over the model, per channel; 1 of a model that shows nothing.
-fn gain(shown: &ImageF32, photo: &ImageF32, counted: &[usize]) -> [f32; 3] {
+fn gain(shown: &ImageF32, photo: &Radiance, counted: &[usize]) -> [f32; 3] {
     let of = |c: usize| {
         let (mut products, mut squares) = (0.0, 0.0);
         for &i in counted {
-            let (ours, photo) = (shown.data[3 * i + c], f64::from(photo.data[3 * i + c]));
+            let (ours, photo) = (shown.data[3 * i + c], f64::from(photo.at(i)[c]));
             // A highlight may be a thousand times as bright as white and would decide alone.
             if ours <= 1.0 {
                 products += f64::from(ours) * photo;

@@ -58,8 +58,7 @@ impl Lamps {
                 seen += 1;
                 if view.photo.clipped.get(pixel).is_some_and(|clipped| *clipped) {
                     count += 1;
-                    let at = 3 * pixel..3 * pixel + 3;
-                    sum += Vec3::from_slice(&view.photo.radiance_linear.data[at]);
+                    sum += view.photo.radiance_linear.at(pixel);
                 }
             }
             match seen {

@@ -138,12 +138,12 @@ impl PhotoFit<'_> {
         for (view, gain) in self.views.iter().zip(&gains).filter(|(_, gain)| **gain != [1.0; 3]) {
             let photo = view.photo;
             let shown = render(start, &photo.camera, &photo.camera_from_world, self.render).color;
-            let values = shown.data.iter().zip(&photo.radiance_linear.data);
-            for (k, (shown, radiance)) in values.enumerate() {
+            let radiance = photo.radiance_linear.pixels().flat_map(|v| v.to_array());
+            for (k, (shown, radiance)) in shown.data.iter().zip(radiance).enumerate() {
                 let error = |seen: f32| f64::from((shown - srgb::encode(seen)).abs());
                 let weight = f64::from(photo.weight.data[k / 3]);
                 as_taken += weight * error(radiance * gain[k % 3]);
-                developed += weight * error(*radiance);
+                developed += weight * error(radiance);
             }
         }
         if developed < as_taken { vec![[1.0; 3]; gains.len()] } else { gains }
@@ -175,7 +175,7 @@ impl PhotoFit<'_> {
             if !self.told(v, i, colors) {
                 return STAYING * before.map_or(0.0, |b| difference(shown, b.row(c, y)[x]));
             }
-            let radiance = photo.radiance_linear.data[3 * i + c];
+            let radiance = photo.radiance_linear.at(i)[c];
             let seen = srgb::encode(radiance);
             let slope = match colors {
                 Colors::Captured => difference(shown, srgb::encode(radiance * captured_gain[c])),

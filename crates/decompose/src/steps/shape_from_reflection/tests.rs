@@ -39,7 +39,7 @@ fn photo(index: usize, exposure: f32) -> Photo {
         name: format!("{index}"),
         camera,
         camera_from_world: Pose::look_at(eye, DVec3::ZERO, DVec3::Z).unwrap(),
-        radiance_linear: ImageF32::filled(size, size, 3, 0.0),
+        radiance_linear: ImageF32::filled(size, size, 3, 0.0).into(),
         weight: ImageF32::filled(size, size, 1, 1.0),
         clipped: Vec::new(),
     };
@@ -54,7 +54,7 @@ fn photo(index: usize, exposure: f32) -> Photo {
             let cos = -d.dot(n);
             let reflectance = COPPER + (Vec3::ONE - COPPER) * (1.0 - cos).powi(5);
             let radiance = sky(d + 2.0 * cos * n) * reflectance * exposure;
-            out.radiance_linear.pixel_mut(k % size, k / size).copy_from_slice(&radiance.to_array());
+            out.radiance_linear.floats_mut()[k] = radiance.to_array();
         }
     }
     out

@@ -53,7 +53,7 @@ fn photo(index: usize, truth: &TracedSurface, exposure: f32, contrast: f32) -> P
         name: format!("{index}"),
         camera,
         camera_from_world: Pose::look_at(eye, DVec3::ZERO, DVec3::Z).unwrap(),
-        radiance_linear: ImageF32::filled(size, size, 3, 0.0),
+        radiance_linear: ImageF32::filled(size, size, 3, 0.0).into(),
         weight: ImageF32::filled(size, size, 1, 1.0),
         clipped: Vec::new(),
     };
@@ -66,7 +66,7 @@ fn photo(index: usize, truth: &TracedSurface, exposure: f32, contrast: f32) -> P
             .map(|(to, l)| *l * (normal.dot(*to).max(0.0) / std::f32::consts::PI))
             .sum();
         let shown = base_color(position, contrast) * received * exposure;
-        out.radiance_linear.pixel_mut(k % size, k / size).copy_from_slice(&shown.to_array());
+        out.radiance_linear.floats_mut()[k] = shown.to_array();
     }
     out
 }

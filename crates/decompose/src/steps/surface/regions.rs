@@ -84,7 +84,7 @@ mod tests {
         let mut photo = photos(1, 1.0, DVec3::ZERO).remove(0);
         let width = photo.camera.width;
         let half = |k: usize| k % width < width / 2;
-        for (k, pixel) in photo.radiance_linear.data.chunks_exact_mut(3).enumerate() {
+        for (k, pixel) in photo.radiance_linear.floats_mut().iter_mut().enumerate() {
             let noise = 0.01 * ((k * 7919) as f32).sin();
             let gradient = 0.2 * (k / width) as f32 / 120.0;
             pixel.fill((noise + gradient + if half(k) { 0.3 } else { 0.6 }).powf(2.2));

@@ -1,9 +1,9 @@
 //! A posed picture in the unit world, single precision.
 
 use glam::{Mat3, Vec2, Vec3};
-use motes_scene::{ImageF32, Pinhole, Pose, UnitWorld};
+use motes_scene::{Pinhole, Pose, UnitWorld};
 
-use crate::observation::Photo;
+use crate::observation::{Photo, Radiance};
 
 /// Camera and prepared picture of one photo.
 pub(super) struct View {
@@ -30,7 +30,6 @@ impl View {
     pub(super) fn new(photo: &Photo, unit: &UnitWorld) -> Self {
         let camera_from_unit = unit.pose(&photo.camera_from_world);
         let c = &photo.camera;
-        let count = c.width * c.height;
         let weight: Vec<f32> =
             photo.weight.data.iter().map(|&w| w.max(0.0).clamp(0.0, 1.0)).collect();
         Self {
@@ -42,8 +41,8 @@ impl View {
             height: c.height,
             camera: *c,
             camera_from_unit,
-            luma: luma(&photo.radiance_linear, count),
-            color: color(&photo.radiance_linear, count),
+            luma: luma(&photo.radiance_linear),
+            color: color(&photo.radiance_linear),
             whole: weight.iter().all(|&w| w == 1.0),
             weight,
         }
@@ -154,26 +153,15 @@ impl View {
     }
 }
 
-fn luma(linear: &ImageF32, count: usize) -> Vec<f32> {
-    let channels = linear.channels.max(1);
-    let of = |p: &[f32]| {
-        let (g, b) = (p[1.min(channels - 1)], p[2.min(channels - 1)]);
+fn luma(linear: &Radiance) -> Vec<f32> {
+    let of = |p: Vec3| {
         // `max` first: it turns NaN into 0.
-        (0.2126 * p[0] + 0.7152 * g + 0.0722 * b).max(0.0).clamp(0.0, 1e6).powf(1.0 / 2.2)
+        (0.2126 * p.x + 0.7152 * p.y + 0.0722 * p.z).max(0.0).clamp(0.0, 1e6).powf(1.0 / 2.2)
     };
-    let mut luma: Vec<f32> = linear.data.chunks_exact(channels).map(of).collect();
-    luma.resize(count, 0.0);
-    luma
+    linear.pixels().map(of).collect()
 }
 
-fn color(linear: &ImageF32, count: usize) -> Vec<[u8; 3]> {
-    let channels = linear.channels.max(1);
-    let of = |p: &[f32]| {
-        [0, 1, 2].map(|c: usize| {
-            (p[c.min(channels - 1)].max(0.0).clamp(0.0, 1.0).powf(1.0 / 2.2) * 255.0).round() as u8
-        })
-    };
-    let mut color: Vec<[u8; 3]> = linear.data.chunks_exact(channels).map(of).collect();
-    color.resize(count, [0; 3]);
-    color
+fn color(linear: &Radiance) -> Vec<[u8; 3]> {
+    let of = |v: f32| (v.max(0.0).clamp(0.0, 1.0).powf(1.0 / 2.2) * 255.0).round() as u8;
+    linear.pixels().map(|p| p.to_array().map(of)).collect()
 }

@@ -39,7 +39,7 @@ fn photo(radiance: impl Fn(usize) -> f32) -> Photo {
         name: "photo".into(),
         camera: Pinhole { fx: 8.0, fy: 8.0, cx: 4.0, cy: 3.0, width, height },
         camera_from_world: Pose::IDENTITY,
-        radiance_linear: image(3, radiance),
+        radiance_linear: image(3, radiance).into(),
         gain: [1.0; 3],
         light: 0,
         weight: image(1, |_| 1.0),
@@ -89,7 +89,8 @@ fn a_hole_of_the_mesh_counts_as_the_light_behind_it() {
 #[test]
 fn only_what_the_gaussians_cover_and_no_mask_hides_counts() {
     let mut half = photo(|i| if is_left(i) { 0.5 } else { 0.01 });
-    half.radiance_linear.pixel_mut(1, 2).fill(0.9);
+    let pixel = 2 * half.camera.width + 1;
+    half.radiance_linear.floats_mut()[pixel] = [0.9; 3];
     let with = psnr_db(&half, |_| 0.5, |_| true, &[], false);
     half.weight.pixel_mut(1, 2).fill(0.9);
     let without = psnr_db(&half, |_| 0.5, |_| true, &[], false);
@@ -103,7 +104,7 @@ fn a_held_out_photo_has_a_gain_where_training_photos_have() {
     let exposed = [photo(|_| 0.5), Photo { gain: [0.8; 3], ..photo(|_| 0.5) }];
     let level = |i: usize| 0.1 + 0.01 * i as f32;
     let mut darker = photo(|i| 0.5 * level(i));
-    for pixel in darker.radiance_linear.data.chunks_exact_mut(3) {
+    for pixel in darker.radiance_linear.floats_mut() {
         pixel[2] *= 1.2;
     }
     let of = |training: &[Photo], held_out| {

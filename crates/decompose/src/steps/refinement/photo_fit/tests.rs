@@ -66,7 +66,7 @@ fn photo(gaussians: &Gaussians, options: &RenderOptions, factor: f32, gain: f32)
         name: "photo".into(),
         camera,
         camera_from_world: pose,
-        radiance_linear: ImageF32::from_data(24, 20, 3, radiance),
+        radiance_linear: ImageF32::from_data(24, 20, 3, radiance).into(),
         gain: [gain; 3],
         light: 0,
         weight: ImageF32::filled(24, 20, 1, 1.0),

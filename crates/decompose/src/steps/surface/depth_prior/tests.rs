@@ -13,7 +13,7 @@ fn view(textured: impl Fn(usize, usize) -> bool) -> View {
     let mut photo = photos(1, 1.0, glam::DVec3::ZERO).remove(0);
     let mut random = keyed_rng(5, 0, 0);
     let width = photo.camera.width;
-    for (k, pixel) in photo.radiance_linear.data.chunks_exact_mut(3).enumerate() {
+    for (k, pixel) in photo.radiance_linear.floats_mut().iter_mut().enumerate() {
         let (x, y) = (k % width, k / width);
         let noise = (random.random::<f32>() - 0.5) * 2.0 / 255.0;
         let pattern = if textured(x, y) { 0.2 * (random.random::<f32>() - 0.5) } else { 0.0 };

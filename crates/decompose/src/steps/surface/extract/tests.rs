@@ -33,7 +33,7 @@ pub(in super::super) fn photos(n: usize, scale: f64, shift: DVec3) -> Vec<Photo>
             name: format!("{i}"),
             camera,
             camera_from_world: pose,
-            radiance_linear: ImageF32::filled(width, height, 3, 0.5),
+            radiance_linear: ImageF32::filled(width, height, 3, 0.5).into(),
             light: 0,
             weight: ImageF32::filled(width, height, 1, 1.0),
             clipped: Vec::new(),
@@ -209,7 +209,7 @@ fn other_units_and_places_and_threads_give_the_same_surface() {
     }
     let mut patterned = photos(6, 1.0, DVec3::ZERO);
     for photo in &mut patterned {
-        let values = photo.radiance_linear.data.iter_mut().enumerate();
+        let values = photo.radiance_linear.floats_mut().as_flattened_mut().iter_mut().enumerate();
         values.for_each(|(i, v)| *v = 0.5 + 0.3 * (i as f32 * 0.37).sin());
     }
     let [one, three] = [1, 3].map(|threads| {
@@ -269,7 +269,7 @@ fn photos_correct_a_depth_that_is_wrong_everywhere() {
                 let value = shapes
                     .closest_hit(&ray)
                     .map_or(0.0, |h| texture(ray.at(h.distance).as_dvec3()));
-                photo.radiance_linear.pixel_mut(x, y).fill(value);
+                photo.radiance_linear.floats_mut()[y * photo.camera.width + x] = [value; 3];
             }
         }
     }

@@ -22,7 +22,7 @@ fn pictures(height: f32, texture: f32, noise: f32) -> (Vec<View>, Vec<DepthMap>)
     for photo in &mut photos {
         let view = View::new(photo, &UnitWorld::IDENTITY);
         let mut depth = Vec::new();
-        for (k, pixel) in photo.radiance_linear.data.chunks_exact_mut(3).enumerate() {
+        for (k, pixel) in photo.radiance_linear.floats_mut().iter_mut().enumerate() {
             let (x, y) = ((k % view.width) as f32 + 0.5, (k / view.width) as f32 + 0.5);
             let ray = view.ray(x, y);
             let mut z = -view.center.z / ray.z;

@@ -73,7 +73,8 @@ fn pictures(is_mirror: bool) -> Vec<View> {
                         color(x as f32 + u / 4.0, y as f32 + v / 4.0)
                     })
                     .sum();
-                photo.radiance_linear.pixel_mut(x, y).copy_from_slice(&(sum / 16.0).to_array());
+                photo.radiance_linear.floats_mut()[y * photo.camera.width + x] =
+                    (sum / 16.0).to_array();
             }
         }
     }

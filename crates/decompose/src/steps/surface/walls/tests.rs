@@ -34,7 +34,7 @@ fn pictures(torn: f32) -> (Vec<View>, Vec<DepthMap>) {
     for (i, photo) in photos.iter_mut().enumerate() {
         let view = View::new(photo, &UnitWorld::IDENTITY);
         let mut depth = Vec::new();
-        for (k, pixel) in photo.radiance_linear.data.chunks_exact_mut(3).enumerate() {
+        for (k, pixel) in photo.radiance_linear.floats_mut().iter_mut().enumerate() {
             let at = [k % view.width, k / view.width];
             if on_disk(&view, at) {
                 pixel.fill(0.05);
