@@ -13,17 +13,16 @@ pub(crate) const LEAST_CORRELATION: f64 = 0.15;
 const FLOOR: f32 = 1e-3;
 
 /// Correlation of the edges of a predicted base color with those of its photo, -1 to 1, both `[h, w, 3]` and linear, over all
-/// channels; `weight` `[h, w, 1]` is 0 where the photo says nothing, a negative prediction is none. None where either has no edges.
+/// channels; `usable` is `false` where the photo says nothing, a negative prediction is none. None where either has no edges.
 pub(crate) fn edge_correlation(
     base_color: &ImageF32,
     photo: &ImageF32,
-    weight: &ImageF32,
+    usable: &[bool],
 ) -> Option<f64> {
     let (width, height) = (photo.width, photo.height);
     let log = |image: &ImageF32, i: usize| -> Option<Vec3> {
         let v = Vec3::from_slice(&image.data[3 * i..3 * i + 3]);
-        (v.min_element() >= 0.0 && weight.data[i] > 0.0)
-            .then(|| v.max(Vec3::splat(FLOOR)).map(f32::ln))
+        (v.min_element() >= 0.0 && usable[i]).then(|| v.max(Vec3::splat(FLOOR)).map(f32::ln))
     };
     let (mut both, mut of_base, mut of_photo) = (0.0f64, 0.0f64, 0.0f64);
     for y in 0..height {
@@ -58,7 +57,7 @@ mod tests {
         let tile = |x: usize, y: usize| if (x / 6 + y / 6).is_multiple_of(2) { 0.6 } else { 0.2 };
         let shading = |x: usize, y: usize| 0.3 + 0.01 * x as f32 + 0.005 * y as f32;
         let photo = image(|x, y| tile(x, y) * shading(x, y));
-        let all = ImageF32::filled(48, 40, 1, 1.0);
+        let all = vec![true; 48 * 40];
         let of = |base: &ImageF32| edge_correlation(base, &photo, &all);
         assert!(of(&image(tile)).unwrap() > 0.95);
         // Of another place, inverted, noise.
@@ -69,7 +68,7 @@ mod tests {
         // What is not known says nothing.
         assert_eq!(of(&image(|_, _| 0.4)), None);
         assert_eq!(of(&image(|_, _| -1.0)), None);
-        let none = ImageF32::filled(48, 40, 1, 0.0);
+        let none = vec![false; 48 * 40];
         assert_eq!(edge_correlation(&image(tile), &photo, &none), None);
     }
 }

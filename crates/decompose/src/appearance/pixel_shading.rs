@@ -248,7 +248,7 @@ impl PixelShading {
         for i in 0..self.count() {
             let radiance = view.photo.radiance_linear.at(i);
             let slope = self.slope(i);
-            if !is_told(slope) {
+            if !(is_told(slope) && view.photo.usable[i]) {
                 continue;
             }
             let b = ((radiance - self.offset(i)) / slope).clamp(Vec3::splat(0.01), Vec3::ONE);
@@ -258,7 +258,7 @@ impl PixelShading {
             // d sRGB / d linear falls about as L^-0.58.
             let l = luminance(slope * b + self.offset(i)).max(0.01);
             let gain = luminance(slope) * (l / luminance(b)).powf(-0.58);
-            weight[i] = f16::from_f32(view.photo.weight.data[i] * (gain * gain).min(4.0));
+            weight[i] = f16::from_f32((gain * gain).min(4.0));
         }
         (HalfPixels::new(base.into_iter()), weight)
     }

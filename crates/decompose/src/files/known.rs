@@ -214,7 +214,7 @@ fn leave_out_unrelated(priors: &mut Priors, photos: &[Photo], context: &Context)
     for (prior, photo) in priors.base_color.iter_mut().zip(photos) {
         let Some(base_color) = prior else { continue };
         let correlation =
-            edge_correlation(base_color, &photo.radiance_linear.image(), &photo.weight);
+            edge_correlation(base_color, &photo.radiance_linear.image(), &photo.usable);
         if correlation.is_some_and(|c| c < LEAST_CORRELATION) {
             *prior = None;
             left_out += 1;

@@ -8,7 +8,7 @@ use motes_formats::capture::{read_capture, resolve};
 use motes_formats::images::{read_image, read_mask};
 use motes_formats::{FormatError, Result};
 use motes_math::srgb;
-use motes_scene::{Capture, Gaussians, ImageF32, ImageU8, Pinhole, Pose, Split, view_among};
+use motes_scene::{Capture, Gaussians, ImageU8, Pinhole, Pose, Split, view_among};
 use rayon::prelude::*;
 
 /// A channel from here on is clipped.
@@ -90,8 +90,8 @@ fn load(document: &Path, capture: &Capture, view: usize, light: usize) -> Result
     let is_clipped = |pixel: &[u8]| pixel[..3].iter().any(|v| *v >= CLIPPED);
     let clipped: Vec<bool> =
         pixels().enumerate().map(|(i, p)| is_clipped(p) && !hidden((i, p))).collect();
-    let usable = |(i, p): (usize, &[u8])| f32::from(u8::from(!hidden((i, p)) && !is_clipped(p)));
-    let weight = pixels().enumerate().map(usable).collect();
+    let is_usable = |(i, p): (usize, &[u8])| !hidden((i, p)) && !is_clipped(p);
+    let usable = pixels().enumerate().map(is_usable).collect();
     let values = pixels().map(|p| [p[0], p[1], p[2]]).collect();
     Ok(Photo {
         gain: [1.0; 3],
@@ -100,7 +100,7 @@ fn load(document: &Path, capture: &Capture, view: usize, light: usize) -> Result
         camera_from_world: record.camera_from_world,
         radiance_linear: Radiance::of_bytes([camera.width, camera.height], values, linear),
         light,
-        weight: ImageF32::from_data(camera.width, camera.height, 1, weight),
+        usable,
         clipped,
     })
 }

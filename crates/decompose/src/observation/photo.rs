@@ -1,6 +1,6 @@
 //! A posed photo as inverse rendering takes it.
 
-use motes_scene::{ImageF32, Pinhole, Pose};
+use motes_scene::{Pinhole, Pose};
 
 use super::radiance::Radiance;
 
@@ -20,8 +20,8 @@ pub struct Photo {
     pub gain: [f32; 3],
     /// Which light it was taken under: photos of one capture share one.
     pub light: usize,
-    /// `[h, w, 1]`, 0 to 1: 0 where a mask says ignore or any channel of the photo is clipped.
-    pub weight: ImageF32,
+    /// Row by row: `false` where a mask says ignore or any channel of the photo is clipped.
+    pub usable: Vec<bool>,
     /// Row-major: where a channel is clipped that no mask hides; empty for nowhere.
     pub clipped: Vec<bool>,
 }

@@ -136,7 +136,7 @@ impl<'a> SeenView<'a> {
             (1, 1, s * t),
         ] {
             let i = (y0 + dy) * w + x0 + dx;
-            if !((self.hits[i].depth - z).abs() < tolerance && self.photo.weight.data[i] > 0.99) {
+            if !((self.hits[i].depth - z).abs() < tolerance && self.photo.usable[i]) {
                 return None;
             }
             radiance += self.photo.radiance_linear.at(i) * weight;

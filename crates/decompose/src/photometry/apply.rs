@@ -38,18 +38,18 @@ fn develop(photo: &mut Photo, curve: ToneCurve, log_gains: [f64; 3]) {
     }
     let factor = log_gains.map(|g| (-g).exp() as f32);
     photo.gain = log_gains.map(|g| g.exp() as f32);
-    photo.clipped.resize(photo.weight.data.len(), false);
+    photo.clipped.resize(photo.usable.len(), false);
     photo.radiance_linear.map(|c, v| {
         let v = if curve.is_identity() { v } else { srgb::decode(curve.invert(srgb::encode(v))) };
         v * factor[c]
     });
     let radiance = &photo.radiance_linear;
-    let marks = photo.weight.data.par_iter_mut().zip(photo.clipped.par_iter_mut());
-    marks.enumerate().with_min_len(4096).for_each(|(i, (weight, clipped))| {
+    let marks = photo.usable.par_iter_mut().zip(photo.clipped.par_iter_mut());
+    marks.enumerate().with_min_len(4096).for_each(|(i, (usable, clipped))| {
         if radiance.at(i).to_array().into_iter().any(|v| v > CLIPPED) {
             // At the exposure of the model, which all that is told by clipping goes by.
-            *clipped |= *weight > 0.0;
-            *weight = 0.0;
+            *clipped |= *usable;
+            *usable = false;
         }
     });
     photo.radiance_linear.map(|_, v| if v > CLIPPED { v.min(1.0) } else { v });

@@ -159,7 +159,7 @@ fn blocks(photo: &Photo, [width, height]: [usize; 2], step: usize) -> Vec<Look> 
         let mut sum = Vec3::ZERO;
         for row in y..y + step {
             for i in row * full + x..row * full + x + step {
-                if !(photo.weight.data[i] > 0.0) {
+                if !photo.usable[i] {
                     let is_clipped = photo.clipped.get(i).copied().unwrap_or(false);
                     return if is_clipped { Look::Clipped } else { Look::Nothing };
                 }

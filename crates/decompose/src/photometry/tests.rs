@@ -41,7 +41,7 @@ fn photos(
         let eye = DVec3::new(0.7 * angle.cos(), 0.7 * angle.sin(), 2.6);
         let pose = Pose::look_at(eye, DVec3::ZERO, DVec3::Y).unwrap();
         let from_camera = pose.inverse();
-        let (mut data, mut weight, mut clipped) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut data, mut usable, mut clipped) = (Vec::new(), Vec::new(), Vec::new());
         for i in 0..width * height {
             let pixel = [(i % width) as f64 + 0.5 - 40.0, (i / width) as f64 + 0.5 - 30.0];
             let ray = DVec3::new(pixel[0] / focal, pixel[1] / focal, 1.0);
@@ -53,7 +53,7 @@ fn photos(
                 .map(|v| (255.0 * curve(srgb::encode_clipped(v))).round().min(255.0));
             let is_clipped = bytes.iter().any(|b| *b >= 254.0);
             clipped.push(is_clipped);
-            weight.push(f32::from(u8::from(!is_clipped)));
+            usable.push(!is_clipped);
             data.extend(bytes.map(|b| srgb::decode(b / 255.0)));
         }
         Photo {
@@ -63,7 +63,7 @@ fn photos(
             camera_from_world: pose,
             radiance_linear: ImageF32::from_data(width, height, 3, data).into(),
             light: 0,
-            weight: ImageF32::from_data(width, height, 1, weight),
+            usable,
             clipped,
         }
     };
@@ -84,7 +84,7 @@ fn mean_log_ratio(photos: &[Photo], shown_of: impl Fn(f32, f32) -> f32) -> f32 {
     let truth = super::tests::photos(photos.len(), |v| v, |_, _, l| l);
     let (mut sum, mut count) = (0.0, 0.0);
     for (photo, truth) in photos.iter().zip(&truth) {
-        for i in (0..photo.weight.data.len()).filter(|&i| photo.weight.data[i] > 0.0) {
+        for i in (0..photo.usable.len()).filter(|&i| photo.usable[i]) {
             let (a, b) = (photo.radiance_linear.at(i).x, truth.radiance_linear.at(i).x);
             if b > 0.01 && b < 0.9 {
                 sum += shown_of(a, b);
@@ -134,7 +134,7 @@ fn photos_of_one_exposure_are_left_alone() {
     photometry.develop(&mut shown);
     for (a, b) in shown.iter().zip(&before) {
         assert_eq!(a.radiance_linear, b.radiance_linear);
-        assert_eq!(a.weight, b.weight);
+        assert_eq!(a.usable, b.usable);
     }
     let mut gaussians = plane();
     photometry.develop_gaussians(&mut gaussians);
@@ -159,7 +159,7 @@ fn what_a_photo_shows_beyond_white_is_clipped_at_the_exposure_of_the_model() {
     let photometry = Photometry { log_gains: vec![[-0.5; 3]], ..Photometry::default() };
     photometry.develop(&mut shown);
     assert_eq!(shown[0].radiance_linear.at(0).x, 1.0);
-    assert!(shown[0].clipped[0] && shown[0].weight.data[0] == 0.0);
+    assert!(shown[0].clipped[0] && !shown[0].usable[0]);
 }
 
 #[test]
@@ -175,11 +175,11 @@ fn switches_and_extremes() {
     let on = with(Switch::On, Switch::On);
     assert!(on.terms[0].kept);
     for value in [0.0, 1.0, 1e-30, 1e30, f32::NAN] {
-        for weight in [0.0, 1.0] {
+        for usable in [false, true] {
             let mut shown = photos(6, |v| v, |_, _, l| l);
             for photo in &mut shown {
                 photo.radiance_linear.floats_mut().fill([value; 3]);
-                photo.weight.data.fill(weight);
+                photo.usable.fill(usable);
             }
             let photometry = found(&shown);
             assert!(photometry.log_gains.iter().flatten().all(|g| g.is_finite()));

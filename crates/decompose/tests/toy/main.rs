@@ -342,7 +342,7 @@ fn photos_that_tell_nothing_give_something_finite() {
     let dark = Known { lights: vec![Environment::default()], ..Known::default() };
     assert_sound(&run(&flat, dark));
     let mut masked = flat;
-    masked.iter_mut().for_each(|p| p.weight.data.fill(0.0));
+    masked.iter_mut().for_each(|p| p.usable.fill(false));
     let nothing = run_with(&options(), surface(), &masked, Known::default()).map(|_| ());
     assert!(nothing.is_err_and(|e| e.to_string().contains("no point of the surface")));
 }

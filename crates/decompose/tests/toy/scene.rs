@@ -144,7 +144,7 @@ pub(crate) fn photos(
                 radiance_linear: ImageF32::filled(SIZE.0, SIZE.1, 3, 0.0).into(),
                 light: 0,
                 // Nothing is drawn behind the surface: what misses it is masked.
-                weight: ImageF32::filled(SIZE.0, SIZE.1, 1, 0.0),
+                usable: vec![false; SIZE.0 * SIZE.1],
                 clipped: Vec::new(),
             };
             let rays = ViewRays::new(&photo);
@@ -155,7 +155,7 @@ pub(crate) fn photos(
                 let (x, y) = ((i % SIZE.0) as f32 + 0.5, (i / SIZE.0) as f32 + 0.5);
                 let to_viewer = -rays.direction(x, y);
                 let (position, shading_normal, geometric_normal) = scene.frame(hit, to_viewer);
-                photo.weight.data[i] = 1.0;
+                photo.usable[i] = true;
                 places.push(i);
                 let material = material(position);
                 points.push(SurfacePoint {
@@ -171,7 +171,7 @@ pub(crate) fn photos(
                 let own = lamps.as_ref().map_or(Vec3::ZERO, |l| l.radiance(hits[i].triangle));
                 let mut sent = shaded.total() + own;
                 if lamps.is_some() && sent.max_element() >= 1.0 {
-                    (photo.clipped[i], photo.weight.data[i]) = (true, 0.0);
+                    (photo.clipped[i], photo.usable[i]) = (true, false);
                     sent = sent.min(Vec3::ONE);
                 }
                 photo.radiance_linear.floats_mut()[i] = sent.to_array();

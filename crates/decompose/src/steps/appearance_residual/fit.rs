@@ -14,7 +14,7 @@
 use half::f16;
 use motes_math::srgb;
 use motes_raster::{Frame, GaussianGradients, Modifiers, Planes, RenderOptions, ViewTransform};
-use motes_scene::{Gaussians, ImageF32, LARGEST_LOG_RATIO, Pinhole, Pose, Residual};
+use motes_scene::{Gaussians, LARGEST_LOG_RATIO, Pinhole, Pose, Residual};
 use train_splat::{FitOptions, FreezeGroup, Moments, PhotoOrder, Rates, Update};
 
 use crate::image_gradient::slopes;
@@ -39,8 +39,8 @@ pub(super) struct ResidualView<'a> {
     pub camera_from_world: Pose,
     /// `[h, w, 3]`, linear, photo units.
     pub photo_linear: &'a Radiance,
-    /// `[h, w, 1]`: 0 where the photo is masked or clipped.
-    pub weight: &'a ImageF32,
+    /// Row by row: `false` where the photo is masked or clipped.
+    pub usable: &'a [bool],
     /// `[h, w, 3]`, linear, photo units; 0 where the model says nothing. Half precision: all photos' are kept at once.
     pub model_linear: &'a [f16],
 }
@@ -103,15 +103,14 @@ pub(super) fn fit_residual<E>(
 fn slope(view: &ResidualView<'_>, image: &Planes) -> Planes {
     slopes([image.width, image.height], |c, x, y| {
         let i = y * image.width + x;
-        let weight = view.weight.data[i];
         // A photo shows nothing above 1.
         let model = view.model_linear[3 * i + c].to_f32().min(1.0);
-        if !(weight > 0.0 && model > LEAST_MODEL) {
+        if !(view.usable[i] && model > LEAST_MODEL) {
             return 0.0;
         }
         let log_ratio = Residual::log_ratio(image.row(c, y)[x], 1.0 - image.row(3, y)[x]);
         let seen = srgb::encode(view.photo_linear.at(i)[c]);
-        weight * slope_by_drawn(model, log_ratio, seen)
+        slope_by_drawn(model, log_ratio, seen)
     })
 }
 
@@ -127,6 +126,8 @@ fn slope_by_drawn(model: f32, log_ratio: f32, seen: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use std::convert::Infallible;
+
+    use motes_scene::ImageF32;
 
     use super::*;
 
@@ -167,7 +168,7 @@ mod tests {
             let ratio = 0.5 + 0.1 * k as f32;
             ImageF32::filled(48, 32, 3, 0.3 * ratio)
         };
-        let weight = ImageF32::filled(48, 32, 1, 1.0);
+        let usable = vec![true; 48 * 32];
         let model = vec![f16::from_f32(0.3); 3 * 48 * 32];
         let photos: Vec<Radiance> = (0..7).map(|k| truth(k).into()).collect();
         let views: Vec<ResidualView<'_>> = [0, 1, 2, 4, 5, 6]
@@ -176,7 +177,7 @@ mod tests {
                 camera,
                 camera_from_world: poses[k],
                 photo_linear: &photos[k],
-                weight: &weight,
+                usable: &usable,
                 model_linear: &model,
             })
             .collect();

@@ -57,7 +57,7 @@ fn psnr_db(
     for view in views {
         let ratios = render(&drawn, &view.camera, &view.camera_from_world, options);
         for (k, model) in view.model_linear.iter().map(|m| m.to_f32()).enumerate() {
-            if !(view.weight.data[k / 3] > 0.0 && model > 0.0) {
+            if !(view.usable[k / 3] && model > 0.0) {
                 continue;
             }
             let log_ratio = Residual::log_ratio(ratios.color.data[k], ratios.alpha.data[k / 3]);

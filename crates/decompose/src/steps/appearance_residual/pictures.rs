@@ -30,7 +30,7 @@ impl Picture<'_> {
             camera: self.photo.camera,
             camera_from_world: self.photo.camera_from_world,
             photo_linear: &self.photo.radiance_linear,
-            weight: &self.photo.weight,
+            usable: &self.photo.usable,
             model_linear: &self.color_linear,
         }
     }

@@ -173,8 +173,10 @@ fn misfits(view: &SeenView<'_>, model: &Picture) -> Vec<f32> {
     let model = model.radiance_linear.data.chunks_exact(3).map(Vec3::from_slice);
     let pixels = view.photo.radiance_linear.pixels().zip(model);
     let log = |v: Vec3| (luminance(v).max(0.0) + BLACK).ln();
-    let of = |((p, m), weight): ((Vec3, Vec3), &f32)| weight * (log(p) - log(m)).abs();
-    pixels.zip(&view.photo.weight.data).map(of).collect()
+    let of = |((p, m), usable): ((Vec3, Vec3), &bool)| {
+        if *usable { (log(p) - log(m)).abs() } else { 0.0 }
+    };
+    pixels.zip(&view.photo.usable).map(of).collect()
 }
 
 /// Means over a window, by sums of rows and of columns.

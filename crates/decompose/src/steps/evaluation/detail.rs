@@ -69,7 +69,7 @@ pub(super) fn around(
     // A mirror shows the detail of what it reflects.
     let normal = |i: usize| {
         let hit = &view.hits[i];
-        let is_told = hit.is_hit() && view.photo.weight.data[i] > 0.0;
+        let is_told = hit.is_hit() && view.photo.usable[i];
         let to_viewer = -view.rays.direction((i % w) as f32 + 0.5, (i / w) as f32 + 0.5);
         (is_told && metallic_at(state.surface(), hit) < 0.5)
             .then(|| state.observed.scene.frame(hit, to_viewer).1)

@@ -65,10 +65,9 @@ pub(super) fn score(
 fn counted(inputs: &Inputs<'_>, photo: &Photo) -> Vec<usize> {
     let alpha =
         render(inputs.gaussians, &photo.camera, &photo.camera_from_world, &inputs.render).alpha;
-    let pixels = alpha.data.iter().zip(&photo.weight.data);
-    let counts = |(i, (alpha, weight)): (usize, (&f32, &f32))| {
-        (*alpha >= COVERED && *weight >= 1.0).then_some(i)
-    };
+    let pixels = alpha.data.iter().zip(&photo.usable);
+    let counts =
+        |(i, (alpha, usable)): (usize, (&f32, &bool))| (*alpha >= COVERED && *usable).then_some(i);
     pixels.enumerate().filter_map(counts).collect()
 }
 

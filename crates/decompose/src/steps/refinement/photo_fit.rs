@@ -141,7 +141,7 @@ impl PhotoFit<'_> {
             let radiance = photo.radiance_linear.pixels().flat_map(|v| v.to_array());
             for (k, (shown, radiance)) in shown.data.iter().zip(radiance).enumerate() {
                 let error = |seen: f32| f64::from((shown - srgb::encode(seen)).abs());
-                let weight = f64::from(photo.weight.data[k / 3]);
+                let weight = f64::from(u8::from(photo.usable[k / 3]));
                 as_taken += weight * error(radiance * gain[k % 3]);
                 developed += weight * error(radiance);
             }
@@ -157,7 +157,7 @@ impl PhotoFit<'_> {
 
     fn told(&self, v: usize, i: usize, colors: Colors) -> bool {
         let lit = colors == Colors::Captured || is_told(self.shadings[v].slope(i));
-        lit && self.views[v].photo.weight.data[i] > 0.0
+        lit && self.views[v].photo.usable[i]
     }
 
     /// Slope of the cost by every value of the picture of a view.
@@ -177,7 +177,7 @@ impl PhotoFit<'_> {
             }
             let radiance = photo.radiance_linear.at(i)[c];
             let seen = srgb::encode(radiance);
-            let slope = match colors {
+            match colors {
                 Colors::Captured => difference(shown, srgb::encode(radiance * captured_gain[c])),
                 Colors::Base => {
                     let (uniform, color) = shading.uniform(i);
@@ -186,8 +186,7 @@ impl PhotoFit<'_> {
                     (1.0 - uniform) * pixel.slope_at(shown)
                         + uniform * difference(shown, srgb::encode(color[c]))
                 }
-            };
-            photo.weight.data[i] * slope
+            }
         })
     }
 }

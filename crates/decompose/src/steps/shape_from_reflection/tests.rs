@@ -40,7 +40,7 @@ fn photo(index: usize, exposure: f32) -> Photo {
         camera,
         camera_from_world: Pose::look_at(eye, DVec3::ZERO, DVec3::Z).unwrap(),
         radiance_linear: ImageF32::filled(size, size, 3, 0.0).into(),
-        weight: ImageF32::filled(size, size, 1, 1.0),
+        usable: vec![true; size * size],
         clipped: Vec::new(),
     };
     let rays = ViewRays::new(&out);

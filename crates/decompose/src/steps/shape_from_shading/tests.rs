@@ -54,7 +54,7 @@ fn photo(index: usize, truth: &TracedSurface, exposure: f32, contrast: f32) -> P
         camera,
         camera_from_world: Pose::look_at(eye, DVec3::ZERO, DVec3::Z).unwrap(),
         radiance_linear: ImageF32::filled(size, size, 3, 0.0).into(),
-        weight: ImageF32::filled(size, size, 1, 1.0),
+        usable: vec![true; size * size],
         clipped: Vec::new(),
     };
     let (rays, lamps) = (ViewRays::new(&out), lamps());

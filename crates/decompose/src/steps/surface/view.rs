@@ -30,8 +30,7 @@ impl View {
     pub(super) fn new(photo: &Photo, unit: &UnitWorld) -> Self {
         let camera_from_unit = unit.pose(&photo.camera_from_world);
         let c = &photo.camera;
-        let weight: Vec<f32> =
-            photo.weight.data.iter().map(|&w| w.max(0.0).clamp(0.0, 1.0)).collect();
+        let weight: Vec<f32> = photo.usable.iter().map(|&u| f32::from(u8::from(u))).collect();
         Self {
             rotation: camera_from_unit.rotation_matrix().as_mat3(),
             center: camera_from_unit.center_in_world().as_vec3(),

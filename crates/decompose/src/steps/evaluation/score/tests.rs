@@ -42,7 +42,7 @@ fn photo(radiance: impl Fn(usize) -> f32) -> Photo {
         radiance_linear: image(3, radiance).into(),
         gain: [1.0; 3],
         light: 0,
-        weight: image(1, |_| 1.0),
+        usable: vec![true; width * height],
         clipped: Vec::new(),
     }
 }
@@ -92,10 +92,10 @@ fn only_what_the_gaussians_cover_and_no_mask_hides_counts() {
     let pixel = 2 * half.camera.width + 1;
     half.radiance_linear.floats_mut()[pixel] = [0.9; 3];
     let with = psnr_db(&half, |_| 0.5, |_| true, &[], false);
-    half.weight.pixel_mut(1, 2).fill(0.9);
+    half.usable[pixel] = false;
     let without = psnr_db(&half, |_| 0.5, |_| true, &[], false);
     assert!(with < 30.0 && without > EQUAL_DB, "{with} {without}");
-    half.weight.data.fill(0.0);
+    half.usable.fill(false);
     assert!(psnr_db(&half, |_| 0.5, |_| true, &[], false).is_nan());
 }
 

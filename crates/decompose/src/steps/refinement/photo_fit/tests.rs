@@ -69,7 +69,7 @@ fn photo(gaussians: &Gaussians, options: &RenderOptions, factor: f32, gain: f32)
         radiance_linear: ImageF32::from_data(24, 20, 3, radiance).into(),
         gain: [gain; 3],
         light: 0,
-        weight: ImageF32::filled(24, 20, 1, 1.0),
+        usable: vec![true; 24 * 20],
         clipped: Vec::new(),
     }
 }

@@ -35,7 +35,7 @@ pub(in super::super) fn photos(n: usize, scale: f64, shift: DVec3) -> Vec<Photo>
             camera_from_world: pose,
             radiance_linear: ImageF32::filled(width, height, 3, 0.5).into(),
             light: 0,
-            weight: ImageF32::filled(width, height, 1, 1.0),
+            usable: vec![true; width * height],
             clipped: Vec::new(),
         }
     };
