@@ -78,7 +78,7 @@ impl Seen {
         let to_viewer = -view.rays.direction(x, y);
         let (position, shading_normal, geometric_normal) = scene.scene.frame(hit, to_viewer);
         let corners = scene.scene.surface.triangles[hit.triangle as usize];
-        let [b, c] = hit.barycentrics;
+        let [b, c] = hit.barycentrics();
         let at = |of: &[f32]| {
             let [p, q, r] = corners.map(|k| of[k as usize]);
             p * (1.0 - b - c) + q * b + r * c
@@ -91,7 +91,7 @@ impl Seen {
         let point =
             SurfacePoint { position, geometric_normal, shading_normal, to_viewer, material };
         let of_part = &materials.part_color_linear;
-        let color = scene.scene.interpolate(hit.triangle, hit.barycentrics, of_part);
+        let color = scene.scene.interpolate(hit.triangle, hit.barycentrics(), of_part);
         let uniform = (at(&materials.is_uniform), color);
         Some(Self { point, metallic, specular: at(&materials.specular), uniform })
     }
@@ -231,7 +231,7 @@ impl PixelShading {
                 return 1.0;
             }
             let [p, q, r] = scene.surface.triangles[hit.triangle as usize];
-            let [b, c] = hit.barycentrics;
+            let [b, c] = hit.barycentrics();
             let of = |v: u32| factors[v as usize];
             of(p) * (1.0 - b - c) + of(q) * b + of(r) * c
         };

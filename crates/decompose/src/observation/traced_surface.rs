@@ -13,8 +13,8 @@ use super::photo::Photo;
 pub struct PixelHit {
     /// Triangle, or [`PixelHit::MISS`].
     pub triangle: u32,
-    /// Weights of its second and third corner.
-    pub barycentrics: [f32; 2],
+    /// Weights of its second and third corner, of 65,535: hits of all pixels of all photos are kept.
+    barycentrics: [u16; 2],
     /// Camera z, world units; infinite for a miss.
     pub depth: f32,
 }
@@ -22,6 +22,23 @@ pub struct PixelHit {
 impl PixelHit {
     /// The value of [`Self::triangle`] where nothing is met.
     pub const MISS: u32 = u32::MAX;
+
+    /// A point of a triangle by the weights of its second and third corner, and its depth.
+    pub fn new(triangle: u32, barycentrics: [f32; 2], depth: f32) -> Self {
+        let stored = |v: f32| (v * f32::from(u16::MAX)).round() as u16;
+        Self { triangle, barycentrics: barycentrics.map(stored), depth }
+    }
+
+    /// What a ray sees that meets nothing.
+    pub const fn miss() -> Self {
+        Self { triangle: Self::MISS, barycentrics: [0; 2], depth: f32::INFINITY }
+    }
+
+    /// Weights of the second and third corner of the triangle.
+    #[inline]
+    pub fn barycentrics(&self) -> [f32; 2] {
+        self.barycentrics.map(|v| f32::from(v) / f32::from(u16::MAX))
+    }
 
     /// Whether the ray met the surface.
     pub fn is_hit(&self) -> bool {
@@ -84,9 +101,8 @@ impl TracedSurface {
         let corners = self.surface.triangles[hit.triangle as usize];
         let at = |of: &[[f32; 3]]| {
             let [p, q, r] = corners.map(|i| Vec3::from(of[i as usize]));
-            p * (1.0 - hit.barycentrics[0] - hit.barycentrics[1])
-                + q * hit.barycentrics[0]
-                + r * hit.barycentrics[1]
+            let [b, c] = hit.barycentrics();
+            p * (1.0 - b - c) + q * b + r * c
         };
         let [p, q, r] = corners.map(|i| Vec3::from(self.surface.vertices[i as usize]));
         let geometric = (q - p).as_dvec3().cross((r - p).as_dvec3()).normalize_or_zero().as_vec3();
@@ -167,20 +183,13 @@ impl ViewRays {
     /// First hits of all pixel centers, row by row.
     pub fn hits(&self, scene: &TracedSurface) -> Vec<PixelHit> {
         let (w, h) = (self.camera.width, self.camera.height);
-        let mut out =
-            vec![
-                PixelHit { triangle: PixelHit::MISS, barycentrics: [0.0; 2], depth: f32::INFINITY };
-                w * h
-            ];
+        let mut out = vec![PixelHit::miss(); w * h];
         out.par_chunks_mut(w.max(1)).enumerate().for_each(|(y, row)| {
             for (x, pixel) in row.iter_mut().enumerate() {
                 let d = self.direction(x as f32 + 0.5, y as f32 + 0.5);
                 if let Some(hit) = scene.tracer.closest_hit(&Ray::new(self.eye, d)) {
-                    *pixel = PixelHit {
-                        triangle: hit.primitive,
-                        barycentrics: hit.barycentrics,
-                        depth: hit.distance * d.dot(self.axes[2]),
-                    };
+                    let depth = hit.distance * d.dot(self.axes[2]);
+                    *pixel = PixelHit::new(hit.primitive, hit.barycentrics, depth);
                 }
             }
         });

@@ -164,7 +164,7 @@ pub(super) fn metallic_at(surface: &Surface, hit: &PixelHit) -> f32 {
         return 0.0;
     }
     let [p, q, r] = surface.triangles[hit.triangle as usize].map(|v| surface.metallic[v as usize]);
-    let [b, c] = hit.barycentrics;
+    let [b, c] = hit.barycentrics();
     (p * (1.0 - b - c) + q * b + r * c).clamp(0.0, 1.0)
 }
 

@@ -56,7 +56,7 @@ fn psnr_db(
     is_held_out: bool,
 ) -> f64 {
     let triangle = |i| if is_hit(i) { 0 } else { PixelHit::MISS };
-    let hit = |i| PixelHit { triangle: triangle(i), barycentrics: [0.0; 2], depth: 2.0 };
+    let hit = |i| PixelHit::new(triangle(i), [0.0; 2], 2.0);
     let hits = (0..SIZE[0] * SIZE[1]).map(hit).collect();
     let view = SeenView { photo, rays: ViewRays::new(photo), hits };
     let inputs = Inputs {
