@@ -3,13 +3,14 @@
 use glam::Vec3;
 use motes_scene::{ExtraColumn, Surface};
 
-use super::colors::Projection;
+use super::colors::{DIRECTIONS, Projection};
 use super::fill::{Filling, dressed_lid, fill_with_plane};
 use super::hole::{GROUNDED, Hole};
 use super::looks::{Look, Seen, continued_looks, window};
 use super::patch::best_shift;
 use super::plane_picture::plane_picture;
 use super::ratio::{Lit, materials_of};
+use super::sheen::sheen;
 use super::texture::Texture;
 use super::{ReshadeError, ReshadeOptions, ReshadeReport, surface};
 use crate::refit::Fills;
@@ -30,6 +31,8 @@ pub(super) struct Ground {
     /// Rows that lie on it.
     rows: Vec<u32>,
     texture: Option<Texture>,
+    /// How it changes with the direction of view.
+    pub(super) sheen: [Vec3; DIRECTIONS],
 }
 
 /// Gaussians that fill holes with the planes around, still without color.
@@ -83,7 +86,9 @@ impl Closing<'_> {
             });
             let texture = texture.flatten();
             report.textured += usize::from(texture.is_some());
-            grounds.push(Ground { looks: of_hole, rows: seen.rows, texture });
+            let antialias = self.before.0.antialias;
+            let sheen = sheen(hole, &state.gaussians, &seen, self.projection, antialias);
+            grounds.push(Ground { looks: of_hole, rows: seen.rows, texture, sheen });
         }
         Ok(grounds)
     }
@@ -124,7 +129,7 @@ pub(super) fn fill_planes(
     let mut filled = Filled { first: state.len(), ..Filled::default() };
     let goes_on = |fill: &Fill| matches!(fill, Fill::Plane | Fill::Texture);
     for (number, (hole, _)) in holes.iter().enumerate().filter(|(_, (_, f))| goes_on(f)) {
-        let Ground { looks, rows, texture } = &grounds[number];
+        let Ground { looks, rows, texture, .. } = &grounds[number];
         let filling = fill_with_plane(hole, &state.gaussians, rows, looks, texture.as_ref());
         report.filled += filling.gaussians.len();
         filled.unlit.extend_from_slice(&filling.unlit);

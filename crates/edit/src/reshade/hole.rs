@@ -313,8 +313,12 @@ impl Hole {
 
     /// Cells around the open ones as far as a fit of the filling reaches.
     pub(super) fn rim(&self) -> Vec<bool> {
-        let steps = ((REFIT_RIM * self.object_size / self.grid.pitch).ceil() as usize).min(MAX_RIM);
-        self.grid.grown(&self.open, steps)
+        self.grid.grown(&self.open, self.rim_width())
+    }
+
+    /// Width of the rim, cells.
+    pub(super) fn rim_width(&self) -> usize {
+        ((REFIT_RIM * self.object_size / self.grid.pitch).ceil() as usize).min(MAX_RIM)
     }
 
     /// Whether a point is no higher than what holds the plane.

@@ -75,6 +75,13 @@ impl Seen {
         Self { rows, low, radiance, white_radiance }
     }
 
+    /// All cells but the open ones, evenly lit.
+    #[cfg(test)]
+    pub(super) fn of_cells(grid: &Grid, low: Vec<u32>, open: &[bool]) -> Self {
+        let radiance = open.iter().map(|open| (!open).then_some(Vec3::ONE)).collect();
+        Self { rows: low.clone(), low, radiance, white_radiance: vec![Vec3::ONE; grid.cells()] }
+    }
+
     /// Whether a cell is seen and holds nothing of what stood in the hole.
     pub(super) fn is_known(&self, cell: usize) -> bool {
         self.radiance[cell].is_some()

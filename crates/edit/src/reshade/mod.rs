@@ -36,6 +36,7 @@ mod patch;
 mod plane_picture;
 mod ratio;
 mod scene_after;
+mod sheen;
 mod support;
 mod surface;
 mod texture;

@@ -2,11 +2,12 @@
 
 use glam::{DMat3, DQuat, Vec3};
 use motes_math::srgb;
-use motes_raster::{Antialias, RenderOptions, render};
+use motes_raster::{Antialias, Painter, RenderOptions, Rendering};
 use motes_scene::{Gaussians, Pinhole, Pose};
 
 use super::colors::Projection;
 use super::grid::Grid;
+use super::support::Plane;
 
 /// The camera is this many widths of the grid away: nearly parallel rays.
 const DISTANCE: f64 = 64.0;
@@ -17,6 +18,15 @@ const SINE_OF_VIEW: f32 = 0.7;
 /// Around the normal.
 const VIEWS: usize = 8;
 
+/// Directions toward the cameras that look at a plane.
+pub(super) fn views_of(plane: &Plane) -> [Vec3; VIEWS] {
+    std::array::from_fn(|k| {
+        let (sin, cos) = (std::f32::consts::TAU * k as f32 / VIEWS as f32).sin_cos();
+        let flat = (1.0 - SINE_OF_VIEW * SINE_OF_VIEW).sqrt();
+        plane.normal * SINE_OF_VIEW + (plane.axes[0] * cos + plane.axes[1] * sin) * flat
+    })
+}
+
 /// Linear color per cell, mean over views around; none where the Gaussians of `rows` leave it open.
 pub(super) fn plane_picture(
     grid: &Grid,
@@ -25,21 +35,40 @@ pub(super) fn plane_picture(
     projection: &Projection,
     antialias: Antialias,
 ) -> Vec<Option<Vec3>> {
-    let plane = &grid.plane;
-    let views: Vec<Vec3> = (0..VIEWS)
-        .map(|k| {
-            let (sin, cos) = (std::f32::consts::TAU * k as f32 / VIEWS as f32).sin_cos();
-            let flat = (1.0 - SINE_OF_VIEW * SINE_OF_VIEW).sqrt();
-            plane.normal * SINE_OF_VIEW + (plane.axes[0] * cos + plane.axes[1] * sin) * flat
-        })
-        .collect();
+    let views = views_of(&grid.plane);
+    let mut pictures = plane_pictures(grid, gaussians, rows, projection, antialias, &[&views]);
+    pictures.pop().unwrap_or_default()
+}
+
+/// The same for several sets of views.
+pub(super) fn plane_pictures(
+    grid: &Grid,
+    gaussians: &Gaussians,
+    rows: &[u32],
+    projection: &Projection,
+    antialias: Antialias,
+    sets: &[&[Vec3]],
+) -> Vec<Vec<Option<Vec3>>> {
     let mut flat = gaussians.clone();
     flat.extra.clear();
     flat.gather(rows);
-    let even = flat.colored(|i| {
+    let Some((camera, camera_from_world)) = above(grid) else {
+        return vec![vec![None; grid.cells()]; sets.len()];
+    };
+    let seen_from = |i: usize, views: &[Vec3]| {
         let seen = views.iter().map(|v| projection.radiance(flat.sh_of(i), *v)).sum::<Vec3>();
-        (seen / VIEWS as f32).to_array().map(|v| srgb::encode(v.clamp(0.0, 1.0)))
-    });
+        (seen / views.len().max(1) as f32).to_array().map(|v| srgb::encode(v.clamp(0.0, 1.0)))
+    };
+    let options = RenderOptions { antialias, ..RenderOptions::default() };
+    let (mut painter, _) =
+        Painter::new(&flat.colored(|_| [0.0; 3]), &camera, &camera_from_world, &options);
+    let of = |views: &&[Vec3]| per_cell(grid, &painter.paint(|i| seen_from(i, views)));
+    sets.iter().map(of).collect()
+}
+
+/// A camera straight over a plane whose pixels are its cells.
+fn above(grid: &Grid) -> Option<(Pinhole, Pose)> {
+    let plane = &grid.plane;
     let [width, height] = grid.size;
     let distance = DISTANCE * f64::from(grid.pitch) * width.max(height) as f64;
     let [u, v] = plane.axes.map(|a| a.as_dvec3());
@@ -48,19 +77,14 @@ pub(super) fn plane_picture(
     let eye = plane.point(middle).as_dvec3() + n * distance;
     // Rows of camera_from_world: right, down, forward.
     let rotation = DMat3::from_cols(u, -v, -n).transpose();
-    let camera_from_world = Pose::new(DQuat::from_mat3(&rotation), rotation * -eye);
+    let camera_from_world = Pose::new(DQuat::from_mat3(&rotation), rotation * -eye)?;
     let focal = distance / f64::from(grid.pitch);
-    let camera = Pinhole {
-        fx: focal,
-        fy: focal,
-        cx: 0.5 * width as f64,
-        cy: 0.5 * height as f64,
-        width,
-        height,
-    };
-    let Some(camera_from_world) = camera_from_world else { return vec![None; grid.cells()] };
-    let options = RenderOptions { antialias, ..RenderOptions::default() };
-    let picture = render(&even, &camera, &camera_from_world, &options);
+    let (cx, cy) = (0.5 * width as f64, 0.5 * height as f64);
+    Some((Pinhole { fx: focal, fy: focal, cx, cy, width, height }, camera_from_world))
+}
+
+fn per_cell(grid: &Grid, picture: &Rendering) -> Vec<Option<Vec3>> {
+    let [width, height] = grid.size;
     let cell = |c: usize| {
         let pixel = (height - 1 - c / width) * width + c % width;
         let alpha = picture.alpha.data[pixel];

@@ -235,11 +235,12 @@ fn mirrored(
     metals.iter().enumerate().map(of_metal).collect()
 }
 
-/// Lights what fills holes: its unlit color times the light that is there now.
+/// Lights what fills holes: its unlit color times the light that is there now, and toward each viewer the `sheen` of its hole.
 pub(super) fn light_filling(
     state: &mut EditState,
     first_filled: usize,
     unlit: &[Vec3],
+    sheen: impl Fn(usize) -> [Vec3; DIRECTIONS],
     light: &Change<'_>,
 ) {
     let Change { after, projection, options, .. } = *light;
@@ -247,8 +248,11 @@ pub(super) fn light_filling(
     let probes: Vec<Probe> = rows.clone().map(|i| after.0.probe(i, i as u64)).collect();
     let white = after.1.white_radiance(&probes, options.samples);
     let k3 = 3 * state.gaussians.sh_coefficients();
-    for ((i, unlit), white) in rows.zip(unlit).zip(white) {
-        projection.set_even(&mut state.gaussians.sh[i * k3..][..k3], *unlit * white);
+    for (k, ((i, unlit), white)) in rows.zip(unlit).zip(white).enumerate() {
+        let sh = &mut state.gaussians.sh[i * k3..][..k3];
+        projection.set_even(sh, *unlit * white);
+        let sheen = sheen(k);
+        projection.scale(sh, |d| sheen[d]);
     }
 }
 

@@ -7,7 +7,7 @@ use motes_scene::Surface;
 use motes_shading::environment::Environment;
 use relight::{QualityOptions, RelightScene, Relighter};
 
-use super::closing::{Closing, Filled, fill_planes, fills_of};
+use super::closing::{Closing, Filled, Ground, fill_planes, fills_of};
 use super::colors::Projection;
 use super::cover::{Cover, Orphans};
 use super::fates::{append_sources, fates};
@@ -56,7 +56,7 @@ pub(super) fn reshade(
         options,
     };
     let rows = if same_light {
-        scale_light(state, &change, &holes, filled, &mut report)
+        scale_light(state, &change, &holes, (filled, &grounds), &mut report)
     } else {
         let all = 0..state.len() as u32;
         let anew = all.filter(|&i| ratio::is_known(&after.materials, i as usize)).collect();
@@ -181,7 +181,7 @@ fn scale_light(
     state: &mut EditState,
     change: &Change<'_>,
     holes: &[(Hole, Fill)],
-    filled: Filled,
+    (filled, grounds): (Filled, &[Ground]),
     report: &mut ReshadeReport,
 ) -> Rows {
     let Filled { first, mut unlit, by_example, hole } = filled;
@@ -198,6 +198,6 @@ fn scale_light(
             *unlit = better;
         }
     }
-    ratio::light_filling(state, first, &unlit, change);
+    ratio::light_filling(state, first, &unlit, |k| grounds[hole[k]].sheen, change);
     rows
 }
