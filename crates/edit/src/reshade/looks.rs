@@ -197,6 +197,20 @@ fn continued<const C: usize, const M: usize>(
     means
 }
 
+/// A hole in level ground that is seen all around.
+#[cfg(test)]
+pub(super) fn hole_in(grid: Grid, open: Vec<bool>) -> Hole {
+    Hole {
+        covered: vec![true; grid.cells()],
+        blurred: open.clone(),
+        open,
+        tolerance: 0.02,
+        reach: 0.02,
+        object_size: 0.8,
+        grid,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use glam::DVec3;
@@ -258,15 +272,7 @@ mod tests {
         let low = rows.clone();
         let seen =
             Seen { rows, low, radiance, white_radiance: (0..grid.cells()).map(white).collect() };
-        let hole = Hole {
-            covered: vec![true; grid.cells()],
-            blurred: open.clone(),
-            open,
-            tolerance: 0.02,
-            reach: 0.02,
-            object_size: 0.8,
-            grid,
-        };
+        let hole = hole_in(grid, open);
         let of_hole = continued_looks(
             &hole,
             &gaussians,

@@ -61,6 +61,7 @@ mod tests {
     use glam::DVec3;
 
     use super::super::grid::Grid;
+    use super::super::looks::hole_in;
     use super::super::support::Plane;
     use super::*;
 
@@ -84,15 +85,7 @@ mod tests {
         }
         let open: Vec<bool> = (0..grid.cells()).map(|c| is_open(grid.middle(c))).collect();
         let seen = Seen::of_cells(&grid, (0..gaussians.len() as u32).collect(), &open);
-        let hole = Hole {
-            covered: vec![true; grid.cells()],
-            blurred: open.clone(),
-            open,
-            tolerance: 0.02,
-            reach: 0.02,
-            object_size: 0.8,
-            grid,
-        };
+        let hole = hole_in(grid, open);
         sheen(&hole, &gaussians, &seen, &projection, Antialias::Mip)
     }
 
