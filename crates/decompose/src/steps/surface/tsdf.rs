@@ -186,3 +186,26 @@ pub(super) fn fuse(
 pub(super) fn local(i: usize) -> IVec3 {
     IVec3::new((i % SIDE) as i32, (i / SIDE % SIDE) as i32, (i / (SIDE * SIDE)) as i32)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_key_has_a_number_of_its_own() {
+        let values = [i32::MIN, -70_000, -1, 0, 1, 70_000, i32::MAX];
+        let mut codes = Vec::new();
+        for x in values {
+            for y in values {
+                for z in values {
+                    let key = IVec3::new(x, y, z);
+                    assert_eq!(key_of(code_of(key)), key);
+                    codes.push(code_of(key));
+                }
+            }
+        }
+        codes.sort_unstable();
+        codes.dedup();
+        assert_eq!(codes.len(), values.len().pow(3));
+    }
+}
