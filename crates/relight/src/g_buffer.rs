@@ -198,9 +198,9 @@ impl GBuffer {
         let missed: Vec<usize> =
             (0..sight.len()).filter(|i| sight[*i].is_none() && visible(*i)).collect();
         if !missed.is_empty() {
-            stand_in.paint_normals();
+            let normals = stand_in.normals();
             for &i in &missed {
-                sight[i] = stand_in.sight(i % width, i / width);
+                sight[i] = stand_in.sight(&normals, i % width, i / width);
             }
         }
         sight.iter_mut().zip(alpha).filter(|(_, a)| **a < LEAST_ALPHA).for_each(|(s, _)| *s = None);

@@ -29,7 +29,6 @@ pub(crate) struct StandIn<'a> {
     nearness: Rendering,
     /// z of the nearest Gaussian.
     nearest: f32,
-    normal: Option<Rendering>,
 }
 
 impl<'a> StandIn<'a> {
@@ -48,14 +47,13 @@ impl<'a> StandIn<'a> {
         let nearest = positive.fold(f32::INFINITY, f32::min).min(f32::MAX);
         let share = |i: usize| if depths[i] > 0.0 { nearest / depths[i] } else { 0.0 };
         let nearness = painter.paint(|i| [share(i); 3]);
-        Self { scene, rays, painter, nearness, nearest, normal: None }
+        Self { scene, rays, painter, nearness, nearest }
     }
 
-    /// Draws the normals, which [`Self::sight`] takes.
-    pub(crate) fn paint_normals(&mut self) {
+    /// The normals, drawn as colors for [`Self::sight`].
+    pub(crate) fn normals(&mut self) -> Rendering {
         let normals = &self.scene.materials.normals;
-        let color = |i: usize| normals[i].map(|v| (0.5 + 0.5 * v).clamp(0.0, 1.0));
-        self.normal = Some(self.painter.paint(color));
+        self.painter.paint(|i| normals[i].map(|v| (0.5 + 0.5 * v).clamp(0.0, 1.0)))
     }
 
     /// The point of the surface at a place of the picture; `first` is the first triangle there, if that is known.
@@ -84,30 +82,27 @@ impl<'a> StandIn<'a> {
             let rest = Ray { t_min: step, ..Ray::new(ray.at(distance), ray.direction) };
             let Some(hit) = self.scene.first_hit(&rest) else { break };
             distance += hit.distance;
-            let next = Sight::of(self.scene, &rest, cosine, &hit);
-            let next = Sight { depth: distance * cosine, ..next };
+            let behind = distance * cosine;
             // Blended depths lie between what is in front and what is behind.
-            let [from, to, shown] = [first.depth, next.depth, depth].map(f32::recip);
+            let [from, to, shown] = [first.depth, behind, depth].map(f32::recip);
             let is_front = hit.hit.geometric_normal.dot(ray.direction) < 0.0;
-            if is_front
-                && next.depth > first.depth + apart
-                && (shown - to).abs() <= CLEAR * (from - to)
-            {
-                return next;
+            let is_apart = behind > first.depth + apart;
+            if is_front && is_apart && (shown - to).abs() <= CLEAR * (from - to) {
+                return Sight { depth: behind, ..Sight::of(self.scene, &rest, cosine, &hit) };
             }
-            if next.depth > depth + apart {
+            if behind > depth + apart {
                 break;
             }
         }
         first
     }
 
-    /// The point that the Gaussians show in a pixel; normals must have been painted.
-    pub(crate) fn sight(&self, x: usize, y: usize) -> Option<Sight> {
+    /// The point that the Gaussians show in a pixel, with its normal of [`Self::normals`].
+    pub(crate) fn sight(&self, normals: &Rendering, x: usize, y: usize) -> Option<Sight> {
         let depth = self.depth(x, y)?;
         let (ray, cosine) = self.rays.through(x as f64 + 0.5, y as f64 + 0.5);
         let to_viewer = -ray.direction;
-        let encoded = Vec3::from_slice(self.normal.as_ref()?.color.pixel(x, y));
+        let encoded = Vec3::from_slice(normals.color.pixel(x, y));
         let encoded = encoded / self.nearness.alpha.pixel(x, y)[0];
         let normal = (2.0 * encoded - Vec3::ONE).normalize_or(to_viewer);
         let (position, normal) = (ray.at(depth / cosine), toward(normal, to_viewer));

@@ -80,14 +80,16 @@ impl Closing<'_> {
                 }
             }
             surface::append(mesh, &dressed_lid(hole, &of_hole));
-            let texture = (*fill == Fill::Texture).then(|| {
-                let antialias = self.before.0.antialias;
-                Texture::new(hole, &state.gaussians, &seen, self.projection, antialias)
-            });
+            let antialias = self.before.0.antialias;
+            let texture = (*fill == Fill::Texture)
+                .then(|| Texture::new(hole, &state.gaussians, &seen, self.projection, antialias));
             let texture = texture.flatten();
             report.textured += usize::from(texture.is_some());
-            let antialias = self.before.0.antialias;
-            let sheen = sheen(hole, &state.gaussians, &seen, self.projection, antialias);
+            let sheen = if goes_on(*fill) {
+                sheen(hole, &state.gaussians, &seen, self.projection, antialias)
+            } else {
+                [Vec3::ONE; DIRECTIONS]
+            };
             grounds.push(Ground { looks: of_hole, rows: seen.rows, texture, sheen });
         }
         Ok(grounds)
@@ -119,6 +121,11 @@ impl Closing<'_> {
     }
 }
 
+/// Whether new Gaussians go on with the plane.
+fn goes_on(fill: Fill) -> bool {
+    matches!(fill, Fill::Plane | Fill::Texture)
+}
+
 /// Fills the holes that ask for their plane.
 pub(super) fn fill_planes(
     state: &mut EditState,
@@ -127,8 +134,7 @@ pub(super) fn fill_planes(
     report: &mut ReshadeReport,
 ) -> Filled {
     let mut filled = Filled { first: state.len(), ..Filled::default() };
-    let goes_on = |fill: &Fill| matches!(fill, Fill::Plane | Fill::Texture);
-    for (number, (hole, _)) in holes.iter().enumerate().filter(|(_, (_, f))| goes_on(f)) {
+    for (number, (hole, _)) in holes.iter().enumerate().filter(|(_, (_, f))| goes_on(*f)) {
         let Ground { looks, rows, texture, .. } = &grounds[number];
         let filling = fill_with_plane(hole, &state.gaussians, rows, looks, texture.as_ref());
         report.filled += filling.gaussians.len();

@@ -52,6 +52,7 @@ pub(super) fn plane_pictures(
     let mut flat = gaussians.clone();
     flat.extra.clear();
     flat.gather(rows);
+    let Some((first, others)) = sets.split_first() else { return Vec::new() };
     let Some((camera, camera_from_world)) = above(grid) else {
         return vec![vec![None; grid.cells()]; sets.len()];
     };
@@ -60,10 +61,12 @@ pub(super) fn plane_pictures(
         (seen / views.len().max(1) as f32).to_array().map(|v| srgb::encode(v.clamp(0.0, 1.0)))
     };
     let options = RenderOptions { antialias, ..RenderOptions::default() };
-    let (mut painter, _) =
-        Painter::new(&flat.colored(|_| [0.0; 3]), &camera, &camera_from_world, &options);
+    let even = flat.colored(|i| seen_from(i, first));
+    let (mut painter, picture) = Painter::new(&even, &camera, &camera_from_world, &options);
+    let mut pictures = vec![per_cell(grid, &picture)];
     let of = |views: &&[Vec3]| per_cell(grid, &painter.paint(|i| seen_from(i, views)));
-    sets.iter().map(of).collect()
+    pictures.extend(others.iter().map(of));
+    pictures
 }
 
 /// A camera straight over a plane whose pixels are its cells.

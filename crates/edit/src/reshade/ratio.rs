@@ -236,11 +236,11 @@ fn mirrored(
 }
 
 /// Lights what fills holes: its unlit color times the light that is there now, and toward each viewer the `sheen` of its hole.
-pub(super) fn light_filling(
+pub(super) fn light_filling<'a>(
     state: &mut EditState,
     first_filled: usize,
     unlit: &[Vec3],
-    sheen: impl Fn(usize) -> [Vec3; DIRECTIONS],
+    sheen: impl Fn(usize) -> &'a [Vec3; DIRECTIONS],
     light: &Change<'_>,
 ) {
     let Change { after, projection, options, .. } = *light;

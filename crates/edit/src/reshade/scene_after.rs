@@ -198,6 +198,6 @@ fn scale_light(
             *unlit = better;
         }
     }
-    ratio::light_filling(state, first, &unlit, |k| grounds[hole[k]].sheen, change);
+    ratio::light_filling(state, first, &unlit, |k| &grounds[hole[k]].sheen, change);
     rows
 }

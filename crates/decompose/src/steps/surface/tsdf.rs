@@ -142,7 +142,6 @@ fn touched_by(
     }
     codes.sort_unstable();
     codes.dedup();
-    codes.shrink_to_fit();
     codes
 }
 

@@ -1,6 +1,7 @@
 //! A posed picture in the unit world, single precision.
 
 use glam::{Mat3, Vec2, Vec3};
+use motes_math::luminance::luminance;
 use motes_scene::{Pinhole, Pose, UnitWorld};
 
 use crate::observation::{Photo, Radiance};
@@ -153,11 +154,8 @@ impl View {
 }
 
 fn luma(linear: &Radiance) -> Vec<f32> {
-    let of = |p: Vec3| {
-        // `max` first: it turns NaN into 0.
-        (0.2126 * p.x + 0.7152 * p.y + 0.0722 * p.z).max(0.0).clamp(0.0, 1e6).powf(1.0 / 2.2)
-    };
-    linear.pixels().map(of).collect()
+    // `max` first: it turns NaN into 0.
+    linear.pixels().map(|p| luminance(p).max(0.0).clamp(0.0, 1e6).powf(1.0 / 2.2)).collect()
 }
 
 fn color(linear: &Radiance) -> Vec<[u8; 3]> {
