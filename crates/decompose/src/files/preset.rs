@@ -27,7 +27,6 @@ pub(super) const PRESETS: &[stage::Preset] = &[
             ("material-rays", "64"),
             ("pixel-rays", "32"),
             ("shape-from-shading-rounds", "1"),
-            ("shape-from-reflection-rounds", "0"),
             ("reflected-light-rounds", "0"),
             ("photo-steps", "200"),
             ("residual-steps", "120"),

@@ -8,7 +8,7 @@
 //! u_i       = log (U(L', n_i) + ε' Ē') - log (U(L, n_i) + ε Ē)     U: radiance of white matter with nothing around it, of harmonics
 //! r_i       = m_i + R_i tanh((x_i - m_i) / R_i) - (1 - a⁸) l_i      m = u + median(x - u); R_i: the range that c_i v_i allows; l: local light
 //! shown     = w model + (1 - w) captured exp(r)
-//! w_i       = (1 - a⁸) v_i / (1 + (k / (1 - k) (1 - c_i) / c_i (1 + metallic))⁴)    k: caution; a: likeness of the two lights
+//! w_i       = (1 - a⁸) v_i / (1 + (k / (1 - k) (1 - c_i) / c_i (1 - 0.7 metallic))⁴)    k: caution; a: likeness of the two lights
 //! ```
 //!
 //! Where the model is brighter, a low `w` gets lower (`believed`).
@@ -49,8 +49,9 @@ const LIKENESS_POWER: i32 = 8;
 const SURPLUS: f32 = 0.35;
 /// Linear value of a photo below which ratios are noise.
 const LEAST_RADIANCE: f32 = 1e-4;
-/// How much more evidence a metal takes.
-const METAL: f32 = 1.0;
+/// Doubt about a metal, over that about other matter: light on white matte matter says next to nothing of a mirror, and what was captured
+/// of it is another light's picture.
+const METAL: f32 = 0.3;
 
 /// A scene's captured colors, and what they are multiplied with under a light.
 #[derive(Debug)]
@@ -197,7 +198,7 @@ fn model_share(
     let share = |c: f32, metallic: f32| {
         // Nothing is so sure that all caution would leave it.
         let odds = (1.0 - c).max(1e-3) / c.max(1e-3);
-        let against = doubt * odds * (1.0 + METAL * metallic.clamp(0.0, 1.0));
+        let against = doubt * odds * mix([1.0, METAL], metallic.clamp(0.0, 1.0));
         // At confidence 0.68 and caution 0.5 the model has 95 %, at 0.32 5 %.
         quartic_falloff(1.0, against, 1.0)
     };

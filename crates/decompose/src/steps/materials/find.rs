@@ -5,9 +5,10 @@ use motes_scene::Switch;
 use motes_shading::integrate::IntegrationOptions;
 
 use super::contrast::contrast_roughness;
+use super::mirrors;
 use super::options::Options;
 use super::profile::{Label, Profile};
-use super::regions::{RegionOptions, Regions, find_regions};
+use super::regions::{Claim, RegionOptions, Regions, find_regions};
 use super::scale::weigh_scale;
 use super::telling::{Shown, without_weak_highlights};
 use crate::appearance::basis::Basis;
@@ -54,17 +55,25 @@ pub(crate) fn find_materials(
     }
     let region_options =
         RegionOptions { pieces: 200, price: options.weight_smooth_roughness, evidence: 0.2 };
+    let mut claims = vec![Claim::None; samples.len()];
     let mut regions = match model.metallic {
-        Switch::Auto => believable_regions(samples, &mut profile, &region_options),
-        _ => find_regions(samples, &profile, &region_options, &[]),
+        Switch::Auto => believable_regions(samples, &profile, &region_options, &mut claims),
+        _ => find_regions(samples, &profile, &region_options, &claims),
     };
+    if model.metallic == Switch::Auto && !is_metal_untold {
+        let is_metal = |p: usize| regions.kind(p, &profile) == Kind::Metal;
+        if mirrors::claim(samples, &profile, &basis, &is_metal, &mut claims) {
+            regions = find_regions(samples, &profile, &region_options, &claims);
+        }
+    }
     if model.specular == Switch::Auto {
         without_weak_highlights(&profile, &mut regions, &ROUGHNESS);
     }
     let specular_gain = gain(&profile, &regions);
     if model.specular == Switch::Auto && specular_gain < LEAST_GAIN {
-        profile.forbid(|label| label.kind != Kind::Matte);
-        regions = find_regions(samples, &profile, &region_options, &[]);
+        profile.forbid(|label| label.kind == Kind::Dielectric);
+        claims.iter_mut().filter(|c| **c == Claim::None).for_each(|c| *c = Claim::NoMetal);
+        regions = find_regions(samples, &profile, &region_options, &claims);
     }
     let scale = weigh_scale(samples, &basis, &profile, &regions, model);
     FoundMaterials {
@@ -78,24 +87,26 @@ pub(crate) fn find_materials(
 /// Times that parts are found without the metals that were doubted before; then there are none.
 const DOUBTS: usize = 3;
 
-/// Parts of which those that are called metal move with the viewer as metals do.
+/// Parts of which those that are called metal move with the viewer as metals do; what does not is claimed to be none.
 fn believable_regions(
     samples: &[Sample],
-    profile: &mut Profile,
+    profile: &Profile,
     options: &RegionOptions,
+    claims: &mut [Claim],
 ) -> Regions {
     let shown = Shown::of(samples);
-    let mut doubted = vec![false; samples.len()];
     for _ in 0..DOUBTS {
-        let regions = find_regions(samples, profile, options, &doubted);
-        let more = shown.doubtful_metals(samples, profile, &regions, &ROUGHNESS);
-        if !more.contains(&true) {
+        let regions = find_regions(samples, profile, options, claims);
+        let doubted = shown.doubtful_metals(samples, profile, &regions, &ROUGHNESS);
+        if !doubted.contains(&true) {
             return regions;
         }
-        doubted.iter_mut().zip(more).for_each(|(d, more)| *d |= more);
+        for (claim, _) in claims.iter_mut().zip(doubted).filter(|(_, doubted)| *doubted) {
+            *claim = Claim::NoMetal;
+        }
     }
-    profile.forbid(|label| label.kind == Kind::Metal);
-    find_regions(samples, profile, options, &doubted)
+    claims.fill(Claim::NoMetal);
+    find_regions(samples, profile, options, claims)
 }
 
 /// What a specular lobe costs a part, in units of the profile's cost: a free roughness always explains a little.
@@ -210,7 +221,7 @@ const NARROW: usize = 3;
 
 /// `Σ (L - B) / Σ A` over all that is seen of a part, per channel, both cut at their 90th percentile: wrong normals
 /// move reflections about but keep their sum, and a sun that one of the two misses must not rule it.
-fn metal_color(
+pub(super) fn metal_color(
     basis: &Basis,
     samples: &[Sample],
     of_sample: &[u32],

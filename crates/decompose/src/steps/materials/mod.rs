@@ -2,6 +2,7 @@
 
 mod contrast;
 mod find;
+mod mirrors;
 mod options;
 mod profile;
 mod regions;

@@ -83,10 +83,19 @@ impl Profile {
     /// Mean squared error that the best label of every sample leaves, over that of [`NOISE`]; outliers count less.
     pub(super) fn misfit(&self, samples: &[Sample]) -> f32 {
         let weight: f32 = samples.iter().flat_map(|s| &s.observations).map(|o| o.weight).sum();
-        let least = |p: usize| self.costs_of(p).iter().copied().fold(f32::INFINITY, f32::min);
-        let best: f32 = (0..samples.len()).map(least).sum();
+        let best: f32 = (0..samples.len()).map(|p| self.least_cost(p)).sum();
         // The cost is half the square.
         if weight > 0.0 { 2.0 * best / weight } else { 0.0 }
+    }
+
+    /// The same of one sample.
+    pub(super) fn misfit_of(&self, p: usize, sample: &Sample) -> f32 {
+        let weight: f32 = sample.observations.iter().map(|o| o.weight).sum();
+        if weight > 0.0 { 2.0 * self.least_cost(p) / weight } else { 0.0 }
+    }
+
+    fn least_cost(&self, p: usize) -> f32 {
+        self.costs_of(p).iter().copied().fold(f32::INFINITY, f32::min)
     }
 
     /// Takes labels away.

@@ -34,19 +34,50 @@ pub(super) struct Regions {
     pub costs: Vec<Vec<f32>>,
 }
 
-/// Divides `samples` into parts. Flat pieces and what stands on them are known to be
-/// different things: their parts do not merge. A part with a point that is `no_metal` (empty: none is) takes no metal's label.
+/// What is known of the kind of a point beforehand.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Claim {
+    /// Nothing.
+    #[default]
+    None,
+    /// It belongs to no metal; nor does a part that it is in.
+    NoMetal,
+    /// It belongs to a metal, and its part to nothing else.
+    Metal,
+}
+
+impl Claim {
+    fn allows(self, kind: Kind) -> bool {
+        self == Self::None || (self == Self::Metal) == (kind == Kind::Metal)
+    }
+}
+
+impl Regions {
+    /// Indices of the samples of a part.
+    pub(super) fn members(&self, part: usize) -> Vec<usize> {
+        let of = self.of_sample.iter().enumerate();
+        of.filter(|(_, own)| **own as usize == part).map(|(p, _)| p).collect()
+    }
+
+    /// Kind of a sample.
+    pub(super) fn kind(&self, p: usize, profile: &Profile) -> Kind {
+        profile.labels[self.label[self.of_sample[p] as usize]].kind
+    }
+}
+
+/// Divides `samples` into parts. Flat pieces and what stands on them, and what is claimed to be metal and what is not, are known to be
+/// different things: their parts do not merge.
 pub(super) fn find_regions(
     samples: &[Sample],
     profile: &Profile,
     options: &RegionOptions,
-    no_metal: &[bool],
+    claims: &[Claim],
 ) -> Regions {
     let count = profile.labels.len();
     if samples.is_empty() {
         return Regions { of_sample: Vec::new(), label: Vec::new(), costs: Vec::new() };
     }
-    let piece = pieces(samples, options.pieces);
+    let piece = pieces(samples, claims, options.pieces);
     let n = piece.iter().max().map_or(0, |&m| m as usize + 1);
     let mut costs = vec![vec![0.0f32; count]; n];
     for (p, &k) in piece.iter().enumerate() {
@@ -54,24 +85,26 @@ pub(super) fn find_regions(
             *sum += options.evidence * c;
         }
     }
-    let mut is_barred = vec![false; n];
-    piece.iter().zip(no_metal).for_each(|(&k, no)| is_barred[k as usize] |= no);
-    let price = |label: usize, is_barred: bool| match profile.labels[label].kind {
-        Kind::Metal if is_barred => f32::INFINITY,
-        _ => profile.prices[label],
+    let mut claim = vec![Claim::None; n];
+    for (&k, &of_point) in piece.iter().zip(claims).filter(|(_, c)| **c != Claim::None) {
+        claim[k as usize] = of_point;
+    }
+    let price = |label: usize, claim: Claim| {
+        let is_allowed = claim.allows(profile.labels[label].kind);
+        if is_allowed { profile.prices[label] } else { f32::INFINITY }
     };
-    let priced = |costs: &mut dyn Iterator<Item = f32>, is_barred: bool| {
-        let all = costs.enumerate().map(|(label, c)| c + price(label, is_barred));
+    let priced = |costs: &mut dyn Iterator<Item = f32>, claim: Claim| {
+        let all = costs.enumerate().map(|(label, c)| c + price(label, claim));
         all.fold(f32::INFINITY, f32::min)
     };
-    let mut edges = adjacency(samples, &piece);
+    let mut edges = adjacency(samples, claims, &piece);
     let mut parent: Vec<usize> = (0..n).collect();
     loop {
         // What merging saves: a price, minus what a common label loses.
         let gain = |a: usize, b: usize| {
             let mut both = costs[a].iter().zip(&costs[b]).map(|(x, y)| x + y);
-            let joint = priced(&mut both, is_barred[a] || is_barred[b]);
-            let own = |k: usize| priced(&mut costs[k].iter().copied(), is_barred[k]);
+            let joint = priced(&mut both, joint(claim[a], claim[b]));
+            let own = |k: usize| priced(&mut costs[k].iter().copied(), claim[k]);
             options.price - (joint - own(a) - own(b))
         };
         let top = edges
@@ -85,7 +118,7 @@ pub(super) fn find_regions(
         let moved = std::mem::take(&mut costs[b]);
         costs[a].iter_mut().zip(&moved).for_each(|(x, y)| *x += y);
         parent[b] = a;
-        is_barred[a] |= is_barred[b];
+        claim[a] = joint(claim[a], claim[b]);
         edges = edges
             .iter()
             .map(|&(x, y)| {
@@ -105,7 +138,7 @@ pub(super) fn find_regions(
     let number: BTreeMap<usize, u32> =
         roots.iter().enumerate().map(|(i, &r)| (r, i as u32)).collect();
     let argmin = |r: usize| {
-        let priced = |label: usize| costs[r][label] + price(label, is_barred[r]);
+        let priced = |label: usize| costs[r][label] + price(label, claim[r]);
         (0..count).min_by(|&x, &y| priced(x).total_cmp(&priced(y))).unwrap_or(0)
     };
     Regions {
@@ -115,8 +148,19 @@ pub(super) fn find_regions(
     }
 }
 
+/// Of a part of two, which are both claimed to be metal or neither is.
+fn joint(a: Claim, b: Claim) -> Claim {
+    if a == Claim::None { b } else { a }
+}
+
+/// Whether two points can be of one part.
+fn may_join(samples: &[Sample], claims: &[Claim], p: usize, q: usize) -> bool {
+    let is_metal = |p: usize| claims.get(p) == Some(&Claim::Metal);
+    samples[p].sheet == samples[q].sheet && is_metal(p) == is_metal(q)
+}
+
 /// Compact pieces of like direction: farthest points as seeds, everything to its nearest.
-fn pieces(samples: &[Sample], wanted: usize) -> Vec<u32> {
+fn pieces(samples: &[Sample], claims: &[Claim], wanted: usize) -> Vec<u32> {
     let (low, high) = samples.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(l, h), s| {
         (l.min(s.position), h.max(s.position))
     });
@@ -124,7 +168,7 @@ fn pieces(samples: &[Sample], wanted: usize) -> Vec<u32> {
     let distance = |a: usize, b: usize| {
         let (p, q) = (&samples[a], &samples[b]);
         let bend = (p.normal - q.normal).length_squared() * 1e-3;
-        let gap = if p.sheet == q.sheet { 0.0 } else { 1e3 };
+        let gap = if may_join(samples, claims, a, b) { 0.0 } else { 1e3 };
         ((p.position - q.position) / size).length_squared() + bend + gap
     };
     let mut nearest = vec![f32::INFINITY; samples.len()];
@@ -147,7 +191,7 @@ fn pieces(samples: &[Sample], wanted: usize) -> Vec<u32> {
     piece
 }
 
-fn adjacency(samples: &[Sample], piece: &[u32]) -> BTreeSet<(usize, usize)> {
+fn adjacency(samples: &[Sample], claims: &[Claim], piece: &[u32]) -> BTreeSet<(usize, usize)> {
     let positions: Vec<[f32; 3]> = samples.iter().map(|s| s.position.to_array()).collect();
     let mut edges = BTreeSet::new();
     let (Ok(tree), Some(wanted)) =
@@ -159,10 +203,40 @@ fn adjacency(samples: &[Sample], piece: &[u32]) -> BTreeSet<(usize, usize)> {
         for other in tree.query(position).nearest_n::<SquaredEuclidean<f32>>(wanted).execute() {
             let q = other.item as usize;
             let (a, b) = (piece[p] as usize, piece[q] as usize);
-            if a != b && samples[p].sheet == samples[q].sheet {
+            if a != b && may_join(samples, claims, p, q) {
                 edges.insert((a.min(b), a.max(b)));
             }
         }
     }
     edges
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::profile::{Profile, labels};
+    use super::*;
+
+    /// Kinds of two halves of a strip, of which all points are explained best as a dielectric, and a little worse otherwise.
+    fn kinds(claims: &[Claim]) -> [Kind; 2] {
+        let strip = (0..80)
+            .map(|p| Sample { position: Vec3::X * p as f32, ..Sample::facing_z(Vec::new()) });
+        let strip: Vec<Sample> = strip.collect();
+        let labels = labels(1);
+        let costs = [0.5, 0.1, 0.2].repeat(strip.len());
+        let base_color_linear = vec![Vec3::ONE; costs.len()];
+        let profile = Profile { prices: vec![0.0; 3], costs, base_color_linear, labels };
+        let options = RegionOptions { pieces: 10, price: 5.0, evidence: 1.0 };
+        let found = find_regions(&strip, &profile, &options, claims);
+        [10, 70].map(|p| found.kind(p, &profile))
+    }
+
+    #[test]
+    fn claims_of_metal_hold_and_stay_among_themselves() {
+        assert_eq!(kinds(&[]), [Kind::Dielectric; 2]);
+        let mut claims = [Claim::None; 80];
+        claims[..40].fill(Claim::Metal);
+        assert_eq!(kinds(&claims), [Kind::Metal, Kind::Dielectric]);
+        claims[40..].fill(Claim::NoMetal);
+        assert_eq!(kinds(&claims), [Kind::Metal, Kind::Dielectric]);
+    }
 }

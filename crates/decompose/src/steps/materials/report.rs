@@ -37,7 +37,9 @@ pub fn lobe_terms(found: &FoundMaterials) -> [Term; 2] {
         kept: metal > 0.0,
         evidence: if metal > 0.0 {
             let percent = 100.0 * metal;
-            format!("{percent:.1} % of the points are explained better without a diffuse lobe")
+            format!(
+                "{percent:.1} % of the points are explained better without a diffuse lobe, or mirror what no material explains"
+            )
         } else if found.is_metal_untold {
             format!(
                 "even the best material of every point leaves {:.2} of the squared error that counts as noise: metal cannot be told from errors of surface and light; --metallic on allows it",

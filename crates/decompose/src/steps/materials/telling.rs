@@ -31,8 +31,13 @@ const BLACK: f32 = 0.01;
 /// Photos that a point must be seen in.
 const LEAST_PHOTOS: usize = 3;
 
-/// Of every point that enough photos see: variance over the photos, and the median.
-pub(super) struct Shown(Vec<Option<[f64; 2]>>);
+/// What photos show of the points, log luminance less the photo's own gain.
+pub(super) struct Shown {
+    /// Of every point that enough photos see: variance over the photos, and the median.
+    spread: Vec<Option<[f64; 2]>>,
+    /// Of every point: photos, in rising order, each with what it shows over the point's mean.
+    changes: Vec<Vec<(usize, f64)>>,
+}
 
 impl Shown {
     pub(super) fn of(samples: &[Sample]) -> Self {
@@ -44,30 +49,43 @@ impl Shown {
             })
             .collect();
         let gains = gains(&logs);
-        let of = |values: &Vec<(usize, f64)>| {
-            let x: Vec<f64> = values.iter().map(|&(k, v)| v - gains[k]).collect();
-            let mean = x.iter().sum::<f64>() / x.len().max(1) as f64;
-            let variance = x.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / x.len() as f64;
-            let middle = median(x.iter().copied())?;
-            (x.len() >= LEAST_PHOTOS).then_some([variance, middle])
+        let changes = |values: &Vec<(usize, f64)>| -> Vec<(usize, f64)> {
+            let x = values.iter().map(|&(k, v)| (k, v - gains[k]));
+            let mean = x.clone().map(|(_, v)| v).sum::<f64>() / values.len().max(1) as f64;
+            x.map(|(k, v)| (k, v - mean)).collect()
         };
-        Self(logs.iter().map(of).collect())
+        let changes: Vec<Vec<(usize, f64)>> = logs.iter().map(changes).collect();
+        let spread = |(values, changes): (&Vec<(usize, f64)>, &Vec<(usize, f64)>)| {
+            let variance = changes.iter().map(|(_, v)| v * v).sum::<f64>() / changes.len() as f64;
+            let middle = median(values.iter().map(|&(k, v)| v - gains[k]))?;
+            (values.len() >= LEAST_PHOTOS).then_some([variance, middle])
+        };
+        Self { spread: logs.iter().zip(&changes).map(spread).collect(), changes }
     }
 
-    /// How much of what is seen of a part moves with the viewer, over what stays at its place; 0 of a part nobody sees.
-    fn moving_share(&self, of_sample: &[u32], part: usize) -> f32 {
-        let members: Vec<[f64; 2]> = self
-            .0
-            .iter()
-            .zip(of_sample)
-            .filter(|(_, own)| **own as usize == part)
-            .filter_map(|(shown, _)| *shown)
-            .collect();
+    /// How much of what is seen of some points moves with the viewer, over what stays at its place; 0 of points nobody sees.
+    pub(super) fn moving_share(&self, points: &[usize]) -> f32 {
+        let members: Vec<[f64; 2]> = points.iter().filter_map(|&p| self.spread[p]).collect();
         let n = members.len().max(1) as f64;
         let moving = members.iter().map(|m| m[0]).sum::<f64>() / n;
         let mean = members.iter().map(|m| m[1]).sum::<f64>() / n;
         let lasting = members.iter().map(|m| (m[1] - mean).powi(2)).sum::<f64>() / n;
         if moving > 0.0 { (moving / lasting.max(1e-12)) as f32 } else { 0.0 }
+    }
+
+    /// Correlation of what the photos of two points show over their means, over pairs of points and photos of both; 0 of none.
+    pub(super) fn coherence(&self, pairs: impl Iterator<Item = (usize, usize)>) -> f64 {
+        let (mut product, mut squares) = (0.0, [0.0; 2]);
+        for (p, q) in pairs.filter(|(p, q)| p != q) {
+            for (photo, a) in &self.changes[p] {
+                if let Ok(k) = self.changes[q].binary_search_by_key(photo, |(photo, _)| *photo) {
+                    let b = self.changes[q][k].1;
+                    product += a * b;
+                    squares = [squares[0] + a * a, squares[1] + b * b];
+                }
+            }
+        }
+        product / (squares[0] * squares[1]).sqrt().max(1e-30)
     }
 
     /// Points of parts that are called a rough metal without moving like one.
@@ -86,7 +104,7 @@ impl Shown {
                 let Label { kind, roughness: r } = profile.labels[label];
                 kind == Kind::Metal
                     && roughness[r] >= ROUGH
-                    && self.moving_share(&regions.of_sample, part) < LEAST_SHARE
+                    && self.moving_share(&regions.members(part)) < LEAST_SHARE
             })
             .collect();
         (0..samples.len()).map(|p| is_doubtful[regions.of_sample[p] as usize]).collect()
@@ -148,7 +166,7 @@ mod tests {
                 Sample::facing_z(observations)
             })
             .collect();
-        Shown::of(&samples).moving_share(&vec![0; samples.len()], 0)
+        Shown::of(&samples).moving_share(&(0..samples.len()).collect::<Vec<_>>())
     }
 
     #[test]
@@ -166,7 +184,8 @@ mod tests {
     #[test]
     fn a_part_that_nobody_sees_moves_nothing() {
         let unseen = vec![Sample::facing_z(Vec::new()); 3];
-        assert_eq!(Shown::of(&unseen).moving_share(&[0; 3], 0), 0.0);
-        assert_eq!(Shown::of(&[]).moving_share(&[], 0), 0.0);
+        assert_eq!(Shown::of(&unseen).moving_share(&[0, 1, 2]), 0.0);
+        assert_eq!(Shown::of(&unseen).coherence([(0, 1)].into_iter()), 0.0);
+        assert_eq!(Shown::of(&[]).moving_share(&[]), 0.0);
     }
 }
