@@ -148,7 +148,7 @@ pub const STEPS: [Step; 13] = [
         name: "evaluation",
         doing: "rendering views",
         share: 0.005,
-        run: |state, _, _, _| Ok(vec![evaluation::run(state)]),
+        run: |state, _, _, _| Ok(evaluation::run(state).to_vec()),
     },
 ];
 

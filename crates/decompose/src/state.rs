@@ -197,6 +197,8 @@ pub struct State<'a> {
     pub views: Vec<RenderedView>,
     /// How far every Gaussian is to be trusted, 0 to 1, of `evaluation`.
     pub confidence: Vec<f32>,
+    /// Share of every Gaussian that is sky, 0 to 1, of `evaluation`; empty where the photos show none.
+    pub sky: Vec<f32>,
 }
 
 impl<'a> State<'a> {
@@ -219,6 +221,7 @@ impl<'a> State<'a> {
             residual: None,
             views: Vec::new(),
             confidence: Vec::new(),
+            sky: Vec::new(),
         })
     }
 

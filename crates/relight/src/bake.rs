@@ -93,12 +93,17 @@ impl Relighter<'_> {
                 }
                 _ => Vec3::ONE,
             };
-            let shown = |basis: &[f32; 25], model: Vec3| {
+            let sky = self.land.as_ref().map_or(0.0, |land| 1.0 - land.share[i]);
+            let shown = |to_viewer: Vec3, basis: &[f32; 25], model: Vec3| {
                 let model = model * local * factor(basis);
-                self.ratio.as_ref().map_or(model, |ratio| {
+                let land = self.ratio.as_ref().map_or(model, |ratio| {
                     let shown = ratio.color(scene, i, basis);
                     shown.lerp(model, ratio.believed(ratio.model_share[i], model, shown))
-                })
+                });
+                match sky > 0.0 {
+                    true => land.lerp(self.light.radiance_pdf(-to_viewer).0.min(Vec3::ONE), sky),
+                    false => land,
+                }
             };
             fit(options.sh_degree, &observations, even, &shown, sh);
         });
@@ -120,7 +125,7 @@ fn fit(
     degree: u8,
     observations: &[(Vec3, Vec3, f32)],
     even: Vec3,
-    shown: &dyn Fn(&[f32; 25], Vec3) -> Vec3,
+    shown: &dyn Fn(Vec3, &[f32; 25], Vec3) -> Vec3,
     sh: &mut [f32],
 ) {
     let k = sh_coefficients(degree);
@@ -129,12 +134,12 @@ fn fit(
         sh_basis(MAX_SH_DEGREE, (-to_viewer).to_array(), &mut basis);
         basis
     };
-    let solved = |value: &dyn Fn(&[f32; 25], Vec3) -> Vec3| {
+    let solved = |value: &dyn Fn(Vec3, &[f32; 25], Vec3) -> Vec3| {
         let mut normal_matrix = vec![0.0f64; k * k];
         let mut right = vec![[0.0f64; 3]; k];
         for (to_viewer, specular, weight) in observations {
             let basis = basis_of(*to_viewer);
-            let value = value(&basis, *specular).as_dvec3().to_array();
+            let value = value(*to_viewer, &basis, *specular).as_dvec3().to_array();
             for a in 0..k {
                 for b in 0..=a {
                     normal_matrix[a * k + b] += f64::from(weight * basis[a] * basis[b]);
@@ -153,10 +158,10 @@ fn fit(
         right
     };
     // Noise must be averaged before the curve and the clip, which would take it for darkness.
-    let specular = solved(&|_, specular| specular);
-    let encoded = solved(&|basis, _| {
+    let specular = solved(&|_, _, specular| specular);
+    let encoded = solved(&|to_viewer, basis, _| {
         let sum = |c: usize| (0..k).map(|j| basis[j] * specular[j][c] as f32).sum::<f32>().max(0.0);
-        let color = shown(basis, even + Vec3::new(sum(0), sum(1), sum(2)));
+        let color = shown(to_viewer, basis, even + Vec3::new(sum(0), sum(1), sum(2)));
         Vec3::from(color.to_array().map(|v| srgb::encode(v.clamp(0.0, 1.0)) - 0.5))
     });
     for (out, solved) in sh.chunks_exact_mut(3).zip(&encoded) {
@@ -206,7 +211,7 @@ mod tests {
         let observations: Vec<(Vec3, Vec3, f32)> =
             (0..32).map(|d| (direction(Vec3::Y, d, 32), Vec3::ZERO, 1.0)).collect();
         let mut sh = [0.0; 48];
-        fit(3, &observations, Vec3::new(0.2, 0.5, 0.9), &|_, model| model, &mut sh);
+        fit(3, &observations, Vec3::new(0.2, 0.5, 0.9), &|_, _, model| model, &mut sh);
         for (c, v) in [0.2, 0.5, 0.9].into_iter().enumerate() {
             let shown = 0.5 + sh[c] * motes_math::sh::SH_C0 as f32;
             assert!((shown - srgb::encode(v)).abs() < 1e-3, "{shown}");
@@ -222,7 +227,7 @@ mod tests {
             .map(|v| (v, Vec3::splat(0.5 * v.dot(toward).max(0.0).powi(8)), 1.0))
             .collect();
         let mut sh = [0.0; 48];
-        fit(3, &observations, Vec3::splat(0.1), &|_, model| model, &mut sh);
+        fit(3, &observations, Vec3::splat(0.1), &|_, _, model| model, &mut sh);
         let seen = |to_viewer: Vec3| {
             let mut basis = [0.0; 25];
             sh_basis(3, (-to_viewer).to_array(), &mut basis);

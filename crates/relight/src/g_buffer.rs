@@ -15,6 +15,7 @@ use crate::first_triangles::{NOTHING, first_triangles};
 use crate::ratio::Ratio;
 use crate::residual::SceneResidual;
 use crate::scene::{RelightScene, SurfaceHit};
+use crate::sky::{Land, covered};
 use crate::stand_in::StandIn;
 
 /// Below this alpha there is nothing to shade.
@@ -67,6 +68,8 @@ pub(crate) struct GBuffer {
 
 /// Further colors of the Gaussians that a view is drawn in.
 pub(crate) struct Layers<'a> {
+    /// What is not sky; none where all is shown.
+    pub(crate) land: Option<&'a Land>,
     /// Colors that stand for the residual.
     pub(crate) residual: Option<&'a SceneResidual>,
     /// The captured colors and what they are multiplied with.
@@ -87,9 +90,9 @@ pub(crate) struct DrawnRatio {
 }
 
 impl DrawnRatio {
-    fn of(ratio: &Ratio, scene: &RelightScene, painter: &mut Painter) -> Self {
+    fn of(ratio: &Ratio, captured: &Gaussians, painter: &mut Painter) -> Self {
         Self {
-            captured: painter.paint_as(&scene.gaussians),
+            captured: painter.paint_as(captured),
             log_ratio: painter.paint_as(&ratio.splats),
             model_share: painter.paint(|i| [ratio.model_share[i]; 3]),
         }
@@ -164,20 +167,28 @@ impl GBuffer {
             let options = RenderOptions { antialias, parameters, ..RenderOptions::default() };
             Painter::new(gaussians, camera, camera_from_world, &options)
         };
+        let base_color_splats =
+            layers.land.map_or(&scene.base_color_splats, |land| &land.base_color_splats);
         let exact = RasterParameters::default();
         let quick = RasterParameters { alpha_min: 0.01, transmittance_min: 0.01, ..exact };
         let (mut painter_of_colors, color) =
-            draw(&scene.base_color_splats, camera, if detailed { exact } else { quick });
+            draw(base_color_splats, camera, if detailed { exact } else { quick });
         let residual = layers.residual.map(|of_scene| painter_of_colors.paint_as(&of_scene.splats));
         let local_light = layers.local_light.map(|splats| painter_of_colors.paint_as(splats));
-        let ratio = layers.ratio.map(|ratio| DrawnRatio::of(ratio, scene, &mut painter_of_colors));
+        let captured = layers.land.map_or(&scene.gaussians, |land| &land.captured);
+        let ratio =
+            layers.ratio.map(|ratio| DrawnRatio::of(ratio, captured, &mut painter_of_colors));
+        let land = layers.land.map(|land| painter_of_colors.paint(|i| [land.share[i]; 3]).color);
+        let land: Option<Vec<f32>> =
+            land.map(|image| image.data.chunks_exact(3).map(|pixel| pixel[0]).collect());
         // Roughness and metallic change little under what is nearly hidden.
         let coarse = RasterParameters { alpha_min: 0.02, transmittance_min: 0.02, ..exact };
         let every = if detailed { 1 } else { COARSER };
         let reduced = camera.resized(camera.width.div_ceil(every), camera.height.div_ceil(every));
         let (_, properties) = draw(&scene.property_splats, &reduced, coarse);
         let (width, height) = (camera.width, camera.height);
-        let (alpha, property_alpha) = (&color.alpha.data, &properties.alpha.data);
+        let (all, property_alpha) = (&color.alpha.data, &properties.alpha.data);
+        let alpha = land.as_ref().unwrap_or(all);
         let material = |i: usize| {
             // Blended over black: dividing by alpha leaves the mean of what was blended.
             let share = 1.0 / alpha[i].max(LEAST_ALPHA);
@@ -204,7 +215,7 @@ impl GBuffer {
             }
         }
         sight.iter_mut().zip(alpha).filter(|(_, a)| **a < LEAST_ALPHA).for_each(|(s, _)| *s = None);
-        let coverage = coverage(alpha, width, height);
+        let coverage = covered(coverage(all, width, height), alpha, all);
         let mut buffer = Self {
             width,
             height,

@@ -31,6 +31,7 @@ mod relighter;
 mod residual;
 mod residual_share;
 mod scene;
+mod sky;
 mod stand_in;
 mod sun;
 mod surface_point;

@@ -19,6 +19,7 @@ use crate::radiance_cache::RadianceCache;
 use crate::ratio::{Ratio, likeness_share};
 use crate::residual_share::{apply_residual, likeness, share_under};
 use crate::scene::RelightScene;
+use crate::sky::Land;
 use crate::upsample::{fine_pixel, upsample};
 
 /// Passes of the filter: the last one looks 4 pixels apart, 14 pixels in all.
@@ -38,6 +39,8 @@ pub struct Relighter<'a> {
     pub(crate) local_share: f32,
     /// What is shown where the decomposition is not sure; none where the model is shown alone.
     pub(crate) ratio: Option<Ratio>,
+    /// What is not sky, where this light has another one than the scene's.
+    pub(crate) land: Option<Land>,
     view: ViewTransform,
 }
 
@@ -65,8 +68,21 @@ impl<'a> Relighter<'a> {
         let ratio = alike.filter(|_| !options.shows_model_alone());
         let ratio =
             ratio.and_then(|alike| Ratio::new(scene, &lit, alike, options.caution, samples, seed));
+        let land = Land::of(scene, 1.0 - of_environment.map_or(0.0, likeness_share));
         let (view, options) = (ViewTransform::default(), options.clone());
-        Self { scene, light, lamps, cache, options, seed, residual_share, local_share, ratio, view }
+        Self {
+            scene,
+            light,
+            lamps,
+            cache,
+            options,
+            seed,
+            residual_share,
+            local_share,
+            ratio,
+            land,
+            view,
+        }
     }
 
     /// With another way from linear light to 8-bit pictures.
@@ -104,7 +120,9 @@ impl<'a> Relighter<'a> {
     ) -> Picture {
         let every = self.options.shade_every();
         let with_residual = self.residual_share > 0.0;
+        let is_captured = background == Background::Captured;
         let layers = Layers {
+            land: self.land.as_ref().filter(|_| !is_captured),
             residual: self.scene.residual.as_ref().filter(|_| with_residual),
             ratio: self.ratio.as_ref(),
             local_light: self.scene.local_splats.as_ref().filter(|_| self.local_share > 0.0),

@@ -6,7 +6,7 @@ use glam::Vec3;
 use motes_math::srgb;
 use motes_math::tone_curve::ToneCurve;
 use motes_raster::Antialias;
-use motes_scene::{Gaussians, Materials, Surface, confidence_of, local_light_of};
+use motes_scene::{Gaussians, Materials, Surface, confidence_of, local_light_of, sky_of};
 use motes_shading::brdf::{Lobes, Material};
 use motes_shading::emitters::Emitters;
 use motes_shading::environment::{Environment, Harmonics};
@@ -59,6 +59,8 @@ pub struct RelightScene {
     pub tone_curve: ToneCurve,
     /// How far the decomposition is to be trusted, per Gaussian, 0 to 1, where it says so.
     pub confidence: Option<Vec<f32>>,
+    /// Share of every Gaussian that is sky, 0 to 1, where the photos show one.
+    pub sky: Option<Vec<f32>>,
     /// Logarithm of the local light at every Gaussian, where the decomposition found one.
     pub(crate) local_log_factor: Option<Vec<Vec3>>,
     /// Colors stand for it.
@@ -112,7 +114,7 @@ impl RelightScene {
         let emission: Vec<Vec3> = surface.emission_linear.iter().map(|&e| e.into()).collect();
         let lamps = Emitters::new(&mesh, &emission);
         let residual = SceneResidual::of(&gaussians).map_err(SceneError::Residual)?;
-        let confidence = confidence_of(&gaussians);
+        let (confidence, sky) = (confidence_of(&gaussians), sky_of(&gaussians));
         let local_log_factor: Option<Vec<Vec3>> =
             local_light_of(&gaussians).map(|all| all.into_iter().map(Vec3::from).collect());
         let local_splats = local_log_factor.as_ref().map(|l| log_layer::drawn(l, &gaussians));
@@ -127,6 +129,7 @@ impl RelightScene {
             own_environment: None,
             tone_curve: ToneCurve::default(),
             confidence,
+            sky,
             local_log_factor,
             local_splats,
             residual,

@@ -20,8 +20,10 @@ mod names;
 mod pose;
 mod residual;
 mod selection;
+mod sky;
 mod surface;
 mod switch;
+mod unit_column;
 mod unit_world;
 
 pub use camera::{Camera, CameraModel, Pinhole};
@@ -37,6 +39,7 @@ pub use names::told_apart;
 pub use pose::Pose;
 pub use residual::{LARGEST_LOG_RATIO, Residual};
 pub use selection::{Combine, Selection};
+pub use sky::{SKY_COLUMN, attach_sky, sky_of};
 pub use surface::Surface;
 pub use switch::Switch;
 pub use unit_world::UnitWorld;

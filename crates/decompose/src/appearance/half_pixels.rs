@@ -18,7 +18,7 @@ pub(crate) struct HalfPixels {
 
 impl HalfPixels {
     /// Stores these values.
-    pub(super) fn new(values: impl ExactSizeIterator<Item = Vec3> + Clone) -> Self {
+    pub(crate) fn new(values: impl ExactSizeIterator<Item = Vec3> + Clone) -> Self {
         let finite = |v: Vec3| v.abs().to_array().into_iter().filter(|v| v.is_finite());
         let largest = values.clone().flat_map(finite).fold(0.0, f32::max);
         let scale = scale_of(largest);

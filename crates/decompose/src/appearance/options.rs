@@ -25,6 +25,10 @@ pub struct ModelOptions {
     #[arg(long, value_enum, default_value_t, help_heading = "Model")]
     pub indirect: Switch,
 
+    /// Sky in the photos: relight shows the new light there
+    #[arg(long, value_enum, default_value_t, help_heading = "Model")]
+    pub sky: Switch,
+
     /// Shadows; turning them off measures their effect
     #[arg(long, default_value_t = true, action = clap::ArgAction::Set, value_name = "BOOL", help_heading = "Model")]
     pub visibility: bool,

@@ -12,7 +12,9 @@ use motes_formats::environment::write_environment;
 use motes_formats::ply::{PlyWriteOptions, write_gaussians, write_surface};
 use motes_formats::selection::BoundGaussians;
 use motes_math::tone_curve::ToneCurve;
-use motes_scene::{Gaussians, ImageF32, Lobes, Split, attach_confidence, attach_local_light};
+use motes_scene::{
+    Gaussians, ImageF32, Lobes, Split, attach_confidence, attach_local_light, attach_sky,
+};
 use relight::files::note_map_axes;
 
 use super::previews::previews;
@@ -74,6 +76,9 @@ fn gaussians_of(state: &State<'_>) -> Gaussians {
     }
     if !state.confidence.is_empty() {
         attach_confidence(state.confidence.clone(), &mut gaussians);
+    }
+    if !state.sky.is_empty() {
+        attach_sky(state.sky.clone(), &mut gaussians);
     }
     gaussians
 }

@@ -7,6 +7,7 @@ pub(crate) mod observed;
 pub(crate) mod photo;
 pub(crate) mod radiance;
 pub(crate) mod samples;
+pub(crate) mod sky;
 pub(crate) mod traced_surface;
 
 pub use choose_photos::choose_photos;

@@ -5,6 +5,7 @@ mod baked;
 mod caution;
 mod lamps;
 mod residual;
+mod sky;
 mod turntable;
 
 use std::process::{Command, Output};

@@ -10,10 +10,10 @@ use motes_math::srgb::encode;
 use crate::appearance::vertex_materials::vertex_materials;
 use crate::observation::Observed;
 use crate::state::{BaseColored, State};
-use gaussian_colors::{ColorTarget, FittedColors, fit_colors};
+use gaussian_colors::FittedColors;
 use vertices::vertex_base_color;
 
-pub(crate) use gaussian_colors::colors_of;
+pub(crate) use gaussian_colors::{ColorTarget, colors_of, fit_colors};
 pub use options::Options;
 pub(crate) use vertices::nearest_vertices;
 

@@ -3,6 +3,7 @@
 mod confidence;
 mod detail;
 mod score;
+mod sky;
 
 use motes_math::srgb::decode;
 use motes_scene::ImageF32;
@@ -14,8 +15,8 @@ use crate::state::{RenderedView, State};
 use confidence::Confidence;
 use score::score;
 
-/// Renders every photo's view, those held out last, and says how far the result is to be trusted.
-pub fn run(state: &mut State<'_>) -> Term {
+/// Renders every photo's view, those held out last, and says how far the result is to be trusted and what is sky.
+pub fn run(state: &mut State<'_>) -> [Term; 2] {
     let (inputs, seen) = (state.inputs, &state.observed);
     let mut confidence = Confidence::new(state.gaussians().len());
     let held_out: Vec<SeenView<'_>> =
@@ -36,8 +37,10 @@ pub fn run(state: &mut State<'_>) -> Term {
     }
     state.confidence = confidence.of_gaussians();
     state.views = views;
+    let (sky, of_sky) = sky::run(state);
+    state.sky = sky;
     let [on, of] = on_surface;
-    confidence::term(state, (of > 0).then(|| on as f64 / of as f64))
+    [confidence::term(state, (of > 0).then(|| on as f64 / of as f64)), of_sky]
 }
 
 /// What the model shows in the place of a photo.

@@ -36,26 +36,30 @@ pub(super) struct Shown {
     /// Of every point that enough photos see: variance over the photos, and the median.
     spread: Vec<Option<[f64; 2]>>,
     /// Of every point: photos, in rising order, each with what it shows over the point's mean.
-    changes: Vec<Vec<(usize, f64)>>,
+    changes: Vec<ByPhoto>,
 }
+
+/// A value per photo, by its index, in rising order.
+type ByPhoto = Vec<(usize, f64)>;
 
 impl Shown {
     pub(super) fn of(samples: &[Sample]) -> Self {
-        let logs: Vec<Vec<(usize, f64)>> = samples
-            .iter()
-            .map(|s| {
-                let log = |radiance| f64::from((luminance(radiance).max(0.0) + BLACK).ln());
-                s.observations.iter().map(|o| (o.photo as usize, log(o.radiance))).collect()
-            })
-            .collect();
+        let log = |radiance| f64::from((luminance(radiance).max(0.0) + BLACK).ln());
+        let of = |s: &Sample| -> ByPhoto {
+            let observed = s.observations.iter();
+            let mut logs: ByPhoto = observed.map(|o| (o.photo as usize, log(o.radiance))).collect();
+            logs.sort_by_key(|(photo, _)| *photo);
+            logs
+        };
+        let logs: Vec<ByPhoto> = samples.iter().map(of).collect();
         let gains = gains(&logs);
-        let changes = |values: &Vec<(usize, f64)>| -> Vec<(usize, f64)> {
+        let changes = |values: &ByPhoto| -> ByPhoto {
             let x = values.iter().map(|&(k, v)| (k, v - gains[k]));
             let mean = x.clone().map(|(_, v)| v).sum::<f64>() / values.len().max(1) as f64;
             x.map(|(k, v)| (k, v - mean)).collect()
         };
-        let changes: Vec<Vec<(usize, f64)>> = logs.iter().map(changes).collect();
-        let spread = |(values, changes): (&Vec<(usize, f64)>, &Vec<(usize, f64)>)| {
+        let changes: Vec<ByPhoto> = logs.iter().map(changes).collect();
+        let spread = |(values, changes): (&ByPhoto, &ByPhoto)| {
             let variance = changes.iter().map(|(_, v)| v * v).sum::<f64>() / changes.len() as f64;
             let middle = median(values.iter().map(|&(k, v)| v - gains[k]))?;
             (values.len() >= LEAST_PHOTOS).then_some([variance, middle])
@@ -112,7 +116,7 @@ impl Shown {
 }
 
 /// Median over the points of how far each photo lies above what others show of them; 0 of a photo that shows none.
-fn gains(logs: &[Vec<(usize, f64)>]) -> Vec<f64> {
+fn gains(logs: &[ByPhoto]) -> Vec<f64> {
     let photos = logs.iter().flatten().map(|(k, _)| k + 1).max().unwrap_or(0);
     let mut over: Vec<Vec<f64>> = vec![Vec::new(); photos];
     for values in logs.iter().filter(|v| v.len() >= LEAST_PHOTOS) {

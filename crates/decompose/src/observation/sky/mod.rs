@@ -1,0 +1,71 @@
+//! Sky in the photos.
+//!
+//! What lies behind everything has one color per direction, wherever the camera stands. Bright, even pixels above the horizon where no
+//! surface is are taken for a smooth function of the direction, robustly (module `model`). It is the sky where they agree with it, and what
+//! hangs together with them without an edge (module `mask`).
+
+mod mask;
+mod model;
+
+use glam::Vec3;
+
+use super::samples::SeenView;
+use mask::Pixels;
+pub(crate) use mask::Shown;
+use model::SkyModel;
+
+/// Least share of a photo that is sky, and number of photos that have it, below which nothing is called sky.
+const LEAST_AREA: f64 = 0.005;
+const LEAST_PHOTOS: usize = 3;
+/// Least share, of the bright pixels above the horizon without a surface, that the model explains.
+const LEAST_EXPLAINED: f64 = 0.5;
+/// Most of the pixels above the horizon that look like sky, as a share, that may have a surface: a wall has one.
+const MOST_SURFACE: f64 = 0.5;
+
+/// What was found, or why it is no sky.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct FoundSky {
+    /// Per photo, row by row.
+    pub(crate) masks: Vec<Vec<Shown>>,
+    /// Share of the photos' pixels.
+    pub(crate) area: f64,
+    /// Photos of which a notable part is sky.
+    pub(crate) photos: usize,
+    /// Share of the bright, even pixels above the horizon that one function of the direction explains.
+    pub(crate) explained: f64,
+    /// Share of what looks like it that has a surface.
+    pub(crate) surface: f64,
+}
+
+impl FoundSky {
+    /// Whether it is a sky.
+    pub(crate) fn is_sky(&self) -> bool {
+        self.photos >= LEAST_PHOTOS
+            && self.explained >= LEAST_EXPLAINED
+            && self.surface <= MOST_SURFACE
+    }
+}
+
+/// Looks for the sky in the photos of a surface; `up` is the unit vector away from the ground.
+pub(crate) fn find_sky(views: &[SeenView<'_>], up: Vec3) -> FoundSky {
+    let pixels: Vec<Pixels<'_>> = views.iter().map(|view| Pixels::new(view, up)).collect();
+    let looks = mask::looks(&pixels);
+    let Some(model) = SkyModel::fit(&looks, views.len()) else { return FoundSky::default() };
+    let (like, surface) = mask::like_sky(&pixels, &model);
+    let masks: Vec<Vec<Shown>> =
+        pixels.iter().enumerate().map(|(k, p)| mask::shown(p, k, &model)).collect();
+    let share = |mask: &Vec<Shown>| {
+        mask.iter().filter(|m| **m == Shown::Sky).count() as f64 / mask.len().max(1) as f64
+    };
+    let shares: Vec<f64> = masks.iter().map(share).collect();
+    FoundSky {
+        area: shares.iter().sum::<f64>() / shares.len().max(1) as f64,
+        photos: shares.iter().filter(|s| **s >= LEAST_AREA).count(),
+        explained: model.explained,
+        surface: surface / like.max(1.0),
+        masks,
+    }
+}
+
+#[cfg(test)]
+mod tests;
