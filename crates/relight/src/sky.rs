@@ -16,6 +16,9 @@ use motes_scene::Gaussians;
 
 use crate::scene::RelightScene;
 
+/// Two lights that are written and read again differ by less.
+const LEAST_DIFFERENCE: f32 = 1e-3;
+
 /// The Gaussians of a scene with what is not sky of their colors.
 pub(crate) struct Land {
     /// Share of every Gaussian.
@@ -29,7 +32,7 @@ pub(crate) struct Land {
 impl Land {
     /// Under a light of which a share of `different` is not the scene's own; none where the scene has no sky, or it stays.
     pub(crate) fn of(scene: &RelightScene, different: f32) -> Option<Self> {
-        let sky = scene.sky.as_deref().filter(|_| different > 0.0)?;
+        let sky = scene.sky.as_deref().filter(|_| different > LEAST_DIFFERENCE)?;
         let share: Vec<f32> = sky.iter().map(|s| 1.0 - different * s).collect();
         let [base_color_splats, captured] =
             [&scene.base_color_splats, &scene.gaussians].map(|all| darkened(all, &share));

@@ -10,6 +10,8 @@ use crate::observation::samples::SeenView;
 
 /// Least sine of the elevation of the sky.
 const HORIZON: f32 = 0.0;
+/// How far below it is just below it, the sine.
+const BELOW: f32 = 0.2;
 /// Added to radiances before their logarithm.
 const BLACK: f32 = 0.01;
 /// Quantile of the luminance of all photos below which nothing starts a sky.
@@ -123,15 +125,28 @@ pub(super) fn looks(pixels: &[Pixels<'_>]) -> Vec<Look> {
     })
 }
 
-/// Pixels above the horizon that have the color of the sky, and those of them that have a surface.
-pub(super) fn like_sky(pixels: &[Pixels<'_>], model: &SkyModel) -> (f64, f64) {
-    let like = on_grid(pixels, |k, i| {
+/// Share of the pixels above the horizon that have the color of the sky which has a surface.
+pub(super) fn share_with_surface(pixels: &[Pixels<'_>], model: &SkyModel) -> f64 {
+    share(&on_grid(pixels, |k, i| {
         let p = &pixels[k];
         let look = p.look(k, i);
         let is_like = p.is_seen(i) && look.direction.z > HORIZON && model.agrees(&look);
         is_like.then(|| p.has_surface(i))
-    });
-    (like.len() as f64, like.iter().filter(|has| **has).count() as f64)
+    }))
+}
+
+/// Share of the pixels just below the horizon without a surface that has the color of the sky.
+pub(super) fn share_below(pixels: &[Pixels<'_>], model: &SkyModel) -> f64 {
+    share(&on_grid(pixels, |k, i| {
+        let p = &pixels[k];
+        let look = p.look(k, i);
+        let is_below = look.direction.z < HORIZON && look.direction.z > HORIZON - BELOW;
+        (is_below && p.is_seen(i) && !p.has_surface(i)).then(|| model.agrees(&look))
+    }))
+}
+
+fn share(all: &[bool]) -> f64 {
+    all.iter().filter(|v| **v).count() as f64 / all.len().max(1) as f64
 }
 
 /// What a pixel of a photo shows.

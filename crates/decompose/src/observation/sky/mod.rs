@@ -21,6 +21,8 @@ const LEAST_PHOTOS: usize = 3;
 const LEAST_EXPLAINED: f64 = 0.5;
 /// Most of the pixels above the horizon that look like sky, as a share, that may have a surface: a wall has one.
 const MOST_SURFACE: f64 = 0.5;
+/// Most of the pixels just below the horizon without a surface, as a share, that may have its color: a white sheet has no horizon.
+const MOST_BELOW: f64 = 0.5;
 
 /// What was found, or why it is no sky.
 #[derive(Clone, Debug, Default)]
@@ -35,6 +37,8 @@ pub(crate) struct FoundSky {
     pub(crate) explained: f64,
     /// Share of what looks like it that has a surface.
     pub(crate) surface: f64,
+    /// Share of what has no surface just below the horizon that looks like it.
+    pub(crate) below: f64,
 }
 
 impl FoundSky {
@@ -43,6 +47,7 @@ impl FoundSky {
         self.photos >= LEAST_PHOTOS
             && self.explained >= LEAST_EXPLAINED
             && self.surface <= MOST_SURFACE
+            && self.below <= MOST_BELOW
     }
 }
 
@@ -51,7 +56,6 @@ pub(crate) fn find_sky(views: &[SeenView<'_>], up: Vec3) -> FoundSky {
     let pixels: Vec<Pixels<'_>> = views.iter().map(|view| Pixels::new(view, up)).collect();
     let looks = mask::looks(&pixels);
     let Some(model) = SkyModel::fit(&looks, views.len()) else { return FoundSky::default() };
-    let (like, surface) = mask::like_sky(&pixels, &model);
     let masks: Vec<Vec<Shown>> =
         pixels.iter().enumerate().map(|(k, p)| mask::shown(p, k, &model)).collect();
     let share = |mask: &Vec<Shown>| {
@@ -62,7 +66,8 @@ pub(crate) fn find_sky(views: &[SeenView<'_>], up: Vec3) -> FoundSky {
         area: shares.iter().sum::<f64>() / shares.len().max(1) as f64,
         photos: shares.iter().filter(|s| **s >= LEAST_AREA).count(),
         explained: model.explained,
-        surface: surface / like.max(1.0),
+        surface: mask::share_with_surface(&pixels, &model),
+        below: mask::share_below(&pixels, &model),
         masks,
     }
 }

@@ -1,7 +1,7 @@
 //! Photos of a ball on a plain, under a sky.
 
 use glam::{DVec3, Vec3};
-use motes_scene::{ImageF32, Pinhole, Pose};
+use motes_scene::{ImageF32, Pinhole, Pose, Surface};
 
 use super::*;
 use crate::observation::{Photo, TracedSurface, ViewRays};
@@ -10,13 +10,16 @@ use crate::toy_ball::ball;
 const SIZE: [usize; 2] = [120, 90];
 const VIEWS: usize = 6;
 
+/// What is shown from a place in a direction.
+type Behind<'a> = dyn Fn(Vec3, Vec3) -> Vec3 + 'a;
+
 fn camera() -> Pinhole {
     let [width, height] = SIZE;
     Pinhole { width, height, fx: 90.0, fy: 90.0, cx: 60.0, cy: 45.0 }
 }
 
 /// A photo of the ball; `behind` is what it shows beside it, from where it stands and in a direction.
-fn photo(k: usize, behind: &dyn Fn(Vec3, Vec3) -> Vec3) -> Photo {
+fn photo(k: usize, behind: &Behind<'_>, below: &dyn Fn(Vec3) -> Vec3) -> Photo {
     let [width, height] = SIZE;
     let turn = k as f64 * 0.5;
     let eye = DVec3::new(4.0 * turn.cos(), 4.0 * turn.sin(), 0.2 + 0.1 * k as f64);
@@ -36,7 +39,7 @@ fn photo(k: usize, behind: &dyn Fn(Vec3, Vec3) -> Vec3) -> Photo {
         let shown = match (is_ball(rays.eye, d), d.z > 0.0) {
             (true, _) => Vec3::new(0.2, 0.1, 0.05),
             (_, true) => behind(rays.eye, d),
-            _ => Vec3::new(0.05, 0.09, 0.03),
+            _ => below(d),
         };
         out.radiance_linear.floats_mut()[i] = shown.to_array();
     }
@@ -49,9 +52,17 @@ fn is_ball(eye: Vec3, d: Vec3) -> bool {
 }
 
 /// What is found in photos of a surface, and the share of pixels whose verdict is right.
-fn found(surface: motes_scene::Surface, behind: &dyn Fn(Vec3, Vec3) -> Vec3) -> (FoundSky, f64) {
+fn found(surface: Surface, behind: &Behind<'_>) -> (FoundSky, f64) {
+    found_above(surface, behind, &|_| Vec3::new(0.05, 0.09, 0.03))
+}
+
+fn found_above(
+    surface: Surface,
+    behind: &Behind<'_>,
+    below: &dyn Fn(Vec3) -> Vec3,
+) -> (FoundSky, f64) {
     let scene = TracedSurface::new(surface).unwrap();
-    let photos: Vec<Photo> = (0..VIEWS).map(|k| photo(k, behind)).collect();
+    let photos: Vec<Photo> = (0..VIEWS).map(|k| photo(k, behind, below)).collect();
     let views: Vec<SeenView<'_>> = photos.iter().map(|p| SeenView::new(p, &scene)).collect();
     let found = find_sky(&views, Vec3::Z);
     let (mut right, mut all) = (0.0, 0.0);
@@ -93,6 +104,13 @@ fn walls_are_no_sky_with_a_surface_or_without() {
     };
     let (near, _) = found(ball(24, |_| 1.0), &wall);
     assert!(!near.is_sky(), "{:?}", (near.photos, near.explained, near.surface));
+}
+
+#[test]
+fn a_white_sheet_has_no_horizon() {
+    let white = Vec3::splat(0.9);
+    let (sheet, _) = found_above(ball(24, |_| 1.0), &|_, _| white, &|_| white);
+    assert!(!sheet.is_sky() && sheet.below > 0.9 && sheet.explained > 0.9, "{}", sheet.below);
 }
 
 #[test]

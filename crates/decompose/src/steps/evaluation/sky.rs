@@ -87,9 +87,10 @@ fn term(found: &FoundSky, is_kept: bool, wanted: Switch) -> Term {
         "no photo shows anything bright and even above the horizon without a surface".into()
     } else {
         format!(
-            "a sky has one color per direction ({} of what is bright and even above the horizon), no surface ({}) and is in three photos ({})",
+            "a sky has one color per direction ({} of what is bright and even above the horizon), no surface ({}), ends at the horizon ({} of what is below has its color) and is in three photos ({})",
             percent(found.explained),
             percent(found.surface),
+            percent(found.below),
             found.photos
         )
     };
@@ -102,6 +103,7 @@ fn term(found: &FoundSky, is_kept: bool, wanted: Switch) -> Term {
             ("photos", Some(found.photos as f64)),
             ("explained_share", Some(found.explained)),
             ("surface_share", Some(found.surface)),
+            ("below_horizon_share", Some(found.below)),
         ]),
     }
 }

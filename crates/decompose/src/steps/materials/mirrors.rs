@@ -23,13 +23,13 @@ const BESIDE: usize = 8;
 /// Least misfit of such a neighborhood, and over the median of the scene.
 const LEAST_MISFIT: f64 = 1.5;
 const WORSE: f64 = 2.5;
-/// Least share of it that moves with the viewer, over what stays at its place.
-const LEAST_SHARE: f32 = 0.4;
-/// Least correlation of changes side by side.
-const LEAST_COHERENCE: f64 = 0.2;
+/// Least share of it that moves with the viewer, over what stays at its place: where a mirror begins, and where it goes on.
+const LEAST_SHARE: [f32; 2] = [0.4, 0.25];
+/// Least correlation of changes side by side, the same.
+const LEAST_COHERENCE: [f64; 2] = [0.2, 0.1];
 /// Least mean number of photos that show a point.
 const LEAST_VIEWS: f64 = 5.0;
-/// Points that are side by side and mirror are a thing from this many on.
+/// Points that a mirror begins at from which it is a thing.
 const LEAST_POINTS: usize = 20;
 /// Least luminance of its base color as a metal. A dark coat moves with the viewer, too, and reflects a twenty-fifth.
 const LEAST_REFLECTANCE: f32 = 0.25;
@@ -47,7 +47,8 @@ pub(super) fn claim(
     let around = nearest_neighbors(&positions, TOGETHER);
     let around =
         |p: usize, count: usize| around[p * TOGETHER..][..count].iter().map(|q| *q as usize);
-    let of_sample = things(&mirrors(samples, profile, &around), &|p| around(p, BESIDE));
+    let signs = signs(samples, profile, &around);
+    let of_sample = things(&signs, &|p| around(p, BESIDE));
     let mut things: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
     for (p, &thing) in of_sample.iter().enumerate().filter(|(_, thing)| **thing != NO_THING) {
         things.entry(thing).or_default().push(p);
@@ -56,7 +57,8 @@ pub(super) fn claim(
         let known = points.iter().filter(|&&p| is_metal(p)).count();
         let roughest = basis.roughness.len() - 1;
         let color = || metal_color(basis, samples, &of_sample, thing as usize, roughest);
-        points.len() >= LEAST_POINTS
+        let begins = points.iter().filter(|&&p| signs[p] == Signs::Clear).count();
+        begins >= LEAST_POINTS
             && 2 * known < points.len()
             && luminance(color()) >= LEAST_REFLECTANCE
     });
@@ -67,18 +69,27 @@ pub(super) fn claim(
 /// Number of what is no thing.
 const NO_THING: u32 = u32::MAX;
 
-/// Numbers of what hangs together.
-fn things<I: Iterator<Item = usize>>(is_mirror: &[bool], around: &impl Fn(usize) -> I) -> Vec<u32> {
-    let mut thing = vec![NO_THING; is_mirror.len()];
+/// How clearly a point mirrors.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Signs {
+    None,
+    /// Only beside what clearly does.
+    Faint,
+    Clear,
+}
+
+/// Numbers of what hangs together and clearly mirrors somewhere (hysteresis, Canny 1986).
+fn things<I: Iterator<Item = usize>>(signs: &[Signs], around: &impl Fn(usize) -> I) -> Vec<u32> {
+    let mut thing = vec![NO_THING; signs.len()];
     let mut next = 0;
-    for start in 0..is_mirror.len() {
-        if !is_mirror[start] || thing[start] != NO_THING {
+    for start in 0..signs.len() {
+        if signs[start] != Signs::Clear || thing[start] != NO_THING {
             continue;
         }
         let mut open = vec![start];
         thing[start] = next;
         while let Some(p) = open.pop() {
-            for q in around(p).filter(|&q| is_mirror[q]) {
+            for q in around(p).filter(|&q| signs[q] != Signs::None) {
                 if thing[q] == NO_THING {
                     thing[q] = next;
                     open.push(q);
@@ -90,28 +101,37 @@ fn things<I: Iterator<Item = usize>>(is_mirror: &[bool], around: &impl Fn(usize)
     thing
 }
 
-/// Which points mirror, as the neighborhood of each says.
-fn mirrors<I: Iterator<Item = usize>>(
+/// How clearly points mirror, as the neighborhood of each says.
+fn signs<I: Iterator<Item = usize>>(
     samples: &[Sample],
     profile: &Profile,
     around: &impl Fn(usize, usize) -> I,
-) -> Vec<bool> {
+) -> Vec<Signs> {
     let shown = Shown::of(samples);
     let misfit: Vec<f64> =
         (0..samples.len()).map(|p| f64::from(profile.misfit_of(p, &samples[p]))).collect();
     let usual = median(misfit.iter().copied()).unwrap_or(0.0);
-    let is_mirror = |p: usize| {
+    let of = |p: usize| {
         let near: Vec<usize> = std::iter::once(p).chain(around(p, TOGETHER)).collect();
         let mean = |of: &dyn Fn(usize) -> f64| {
             near.iter().map(|&q| of(q)).sum::<f64>() / near.len() as f64
         };
-        mean(&|q| misfit[q]) >= LEAST_MISFIT.max(WORSE * usual)
-            && mean(&|q| samples[q].observations.len() as f64) >= LEAST_VIEWS
-            && shown.moving_share(&near) >= LEAST_SHARE
-            && shown.coherence(near.iter().flat_map(|&q| around(q, BESIDE).map(move |r| (q, r))))
-                >= LEAST_COHERENCE
+        if mean(&|q| misfit[q]) < LEAST_MISFIT.max(WORSE * usual)
+            || mean(&|q| samples[q].observations.len() as f64) < LEAST_VIEWS
+        {
+            return Signs::None;
+        }
+        let share = shown.moving_share(&near);
+        let pairs = near.iter().flat_map(|&q| around(q, BESIDE).map(move |r| (q, r)));
+        let coherence = shown.coherence(pairs);
+        let exceeds = |k: usize| share >= LEAST_SHARE[k] && coherence >= LEAST_COHERENCE[k];
+        match (exceeds(0), exceeds(1)) {
+            (true, _) => Signs::Clear,
+            (_, true) => Signs::Faint,
+            _ => Signs::None,
+        }
     };
-    (0..samples.len()).map(is_mirror).collect()
+    (0..samples.len()).map(of).collect()
 }
 
 #[cfg(test)]
