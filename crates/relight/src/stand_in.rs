@@ -15,6 +15,8 @@ use crate::scene::RelightScene;
 
 /// Gaussians that cover less of a pixel say nothing about the layer that it shows.
 const COVERED: f32 = 0.5;
+/// Nor do those that are less sure as a mean: where a splat is wrong about the depth, surface and photos contradict it.
+const SURE: f32 = 0.35;
 /// A layer is shown when the reciprocal depth of the Gaussians is nearer to its own than this share of the way to the first layer.
 const CLEAR: f32 = 0.25;
 /// Layers of the surface that a ray goes through at most.
@@ -25,7 +27,8 @@ pub(crate) struct StandIn<'a> {
     scene: &'a RelightScene,
     rays: &'a Rays,
     painter: Painter,
-    /// Colors are the reciprocal depth over that of the nearest Gaussian: a far background that shines through counts little.
+    /// Colors are the reciprocal depth over that of the nearest Gaussian, since a far background that shines through counts little, and
+    /// the confidence.
     nearness: Rendering,
     /// z of the nearest Gaussian.
     nearest: f32,
@@ -46,7 +49,8 @@ impl<'a> StandIn<'a> {
         let positive = depths.iter().copied().filter(|z| *z > 0.0 && z.is_finite());
         let nearest = positive.fold(f32::INFINITY, f32::min).min(f32::MAX);
         let share = |i: usize| if depths[i] > 0.0 { nearest / depths[i] } else { 0.0 };
-        let nearness = painter.paint(|i| [share(i); 3]);
+        let sure = |i: usize| scene.confidence.as_ref().map_or(1.0, |all| all[i]);
+        let nearness = painter.paint(|i| [share(i), sure(i), 0.0]);
         Self { scene, rays, painter, nearness, nearest }
     }
 
@@ -73,7 +77,8 @@ impl<'a> StandIn<'a> {
         let apart = TriangleMesh::LAYERS * step;
         let (x, y) = (x as usize, y as usize);
         let alpha = self.nearness.alpha.pixel(x, y)[0];
-        let Some(depth) = self.depth(x, y).filter(|_| alpha >= COVERED) else { return first };
+        let tells = alpha >= COVERED && self.nearness.color.pixel(x, y)[1] >= SURE * alpha;
+        let Some(depth) = self.depth(x, y).filter(|_| tells) else { return first };
         if !(step > 0.0 && depth > first.depth + apart) {
             return first;
         }
@@ -176,7 +181,10 @@ mod tests {
 
     /// Depths in the middle of the picture: at its first triangle, and of a ray beside it.
     fn seen(shown: &[f32], layers: &[f32]) -> [Option<f32>; 2] {
-        let scene = scene(shown, layers);
+        seen_in(&scene(shown, layers))
+    }
+
+    fn seen_in(scene: &RelightScene) -> [Option<f32>; 2] {
         let camera = Pinhole { width: 30, height: 30, fx: 90.0, fy: 90.0, cx: 15.0, cy: 15.0 };
         let eye = DVec3::new(0.0, 0.0, f64::from(EYE));
         let rotation = glam::DQuat::from_rotation_x(std::f64::consts::PI);
@@ -184,7 +192,7 @@ mod tests {
         let rays = Rays::new(&camera, &pose);
         let (painter, _) =
             Painter::new(&scene.property_splats, &camera, &pose, &RenderOptions::default());
-        let stand_in = StandIn::new(&scene, &rays, painter, &pose);
+        let stand_in = StandIn::new(scene, &rays, painter, &pose);
         let first = first_triangles(&scene.surface, &camera, &pose)[15 * 30 + 15];
         let of = |sight: Option<Sight>| sight.map(|s| s.depth);
         [of(stand_in.surface(Some(first), 15.5, 15.5)), of(stand_in.surface(None, 14.25, 14.75))]
@@ -204,6 +212,15 @@ mod tests {
         assert_depth(seen(&[1.4], &[0.0, 1.5, 2.0]), EYE - 1.5);
         // Layers that touch are one.
         assert_depth(seen(&[0.0], &[0.0, 0.01]), EYE - 0.01);
+    }
+
+    #[test]
+    fn gaussians_that_surface_and_photos_contradict_tell_no_layer() {
+        let mut scene = scene(&[0.0], &[0.0, 2.0]);
+        for (confidence, depth) in [(0.1, EYE - 2.0), (0.9, EYE)] {
+            scene.confidence = Some(vec![confidence; scene.gaussians.len()]);
+            assert_depth(seen_in(&scene), depth);
+        }
     }
 
     #[test]
