@@ -100,9 +100,10 @@ impl Relighter<'_> {
                     let shown = ratio.color(scene, i, basis);
                     shown.lerp(model, ratio.believed(ratio.model_share[i], model, shown))
                 });
-                match sky > 0.0 {
-                    true => land.lerp(self.light.radiance_pdf(-to_viewer).0.min(Vec3::ONE), sky),
-                    false => land,
+                if sky > 0.0 {
+                    land.lerp(self.light.radiance_pdf(-to_viewer).0.min(Vec3::ONE), sky)
+                } else {
+                    land
                 }
             };
             fit(options.sh_degree, &observations, even, &shown, sh);

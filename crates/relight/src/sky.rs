@@ -11,7 +11,7 @@
 //! What lies behind everything shows in the rest: the new light, or the background that is asked for. Opacities stay, so that nothing
 //! that the sky hides comes to light.
 
-use motes_math::sh::SH_C0;
+use motes_math::sh::{SH_C0, sh_coefficients};
 use motes_scene::Gaussians;
 
 use crate::scene::RelightScene;
@@ -42,15 +42,24 @@ impl Land {
 
 /// Gaussians whose colors are multiplied with a factor each.
 fn darkened(gaussians: &Gaussians, factors: &[f32]) -> Gaussians {
-    let mut gaussians = gaussians.clone();
-    let row = 3 * (usize::from(gaussians.sh_degree) + 1).pow(2);
+    let row = 3 * sh_coefficients(gaussians.sh_degree);
     // Colors are `1/2 + SH_C0 sh_0 + ...`.
     let half = 0.5 / SH_C0 as f32;
-    for (sh, &factor) in gaussians.sh.chunks_exact_mut(row).zip(factors) {
+    let mut sh = gaussians.sh.clone();
+    for (sh, &factor) in sh.chunks_exact_mut(row).zip(factors) {
         sh.iter_mut().for_each(|v| *v *= factor);
         sh[..3].iter_mut().for_each(|v| *v += (factor - 1.0) * half);
     }
-    gaussians
+    Gaussians {
+        means: gaussians.means.clone(),
+        rotations: gaussians.rotations.clone(),
+        log_scales: gaussians.log_scales.clone(),
+        opacity_logits: gaussians.opacity_logits.clone(),
+        sh_degree: gaussians.sh_degree,
+        sh,
+        // Nothing is drawn from the columns, which are many.
+        extra: Vec::new(),
+    }
 }
 
 /// The coverage of pixels that is left of that of all Gaussians, from the alpha of the land and that of all.

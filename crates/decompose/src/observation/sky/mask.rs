@@ -57,6 +57,12 @@ impl<'a> Pixels<'a> {
         photo.usable[i] || photo.clipped.get(i).copied().unwrap_or(false)
     }
 
+    /// Whether a pixel lies above the horizon and has the color of the sky.
+    fn is_like(&self, photo: usize, i: usize, model: &SkyModel) -> bool {
+        let look = self.look(photo, i);
+        look.direction.z > HORIZON && model.agrees(&look)
+    }
+
     fn has_surface(&self, i: usize) -> bool {
         self.view.hits[i].is_hit()
     }
@@ -129,9 +135,7 @@ pub(super) fn looks(pixels: &[Pixels<'_>]) -> Vec<Look> {
 pub(super) fn share_with_surface(pixels: &[Pixels<'_>], model: &SkyModel) -> f64 {
     share(&on_grid(pixels, |k, i| {
         let p = &pixels[k];
-        let look = p.look(k, i);
-        let is_like = p.is_seen(i) && look.direction.z > HORIZON && model.agrees(&look);
-        is_like.then(|| p.has_surface(i))
+        (p.is_seen(i) && p.is_like(k, i, model)).then(|| p.has_surface(i))
     }))
 }
 
@@ -162,26 +166,21 @@ pub(crate) enum Shown {
 
 /// What a photo shows: sky are pixels above the horizon without a surface that have its color, and what is joined to them by small steps.
 pub(super) fn shown(pixels: &Pixels<'_>, photo: usize, model: &SkyModel) -> Vec<Shown> {
-    let sky = mask(pixels, photo, model);
-    let of = |i: usize| {
-        let look = pixels.look(photo, i);
-        match (sky[i], pixels.view.photo.usable[i]) {
-            (true, _) => Shown::Sky,
-            (false, true) if !(look.direction.z > HORIZON && model.agrees(&look)) => Shown::Land,
-            _ => Shown::Unknown,
-        }
+    let range = (0..pixels.len()).into_par_iter().with_min_len(1024);
+    let like: Vec<bool> = range.map(|i| pixels.is_like(photo, i, model)).collect();
+    let sky = grown(pixels, photo, &like);
+    let of = |i: usize| match (sky[i], pixels.view.photo.usable[i]) {
+        (true, _) => Shown::Sky,
+        (false, true) if !like[i] => Shown::Land,
+        _ => Shown::Unknown,
     };
-    (0..pixels.len()).into_par_iter().with_min_len(1024).map(of).collect()
+    (0..pixels.len()).map(of).collect()
 }
 
-fn mask(pixels: &Pixels<'_>, photo: usize, model: &SkyModel) -> Vec<bool> {
+/// The sky of a photo, from the pixels that are `like` it.
+fn grown(pixels: &Pixels<'_>, photo: usize, like: &[bool]) -> Vec<bool> {
     let may_be = |i: usize| pixels.is_seen(i) && !pixels.has_surface(i);
-    let starts = |i: usize| {
-        let look = pixels.look(photo, i);
-        may_be(i) && look.direction.z > HORIZON && model.agrees(&look)
-    };
-    let mut mask: Vec<bool> =
-        (0..pixels.len()).into_par_iter().with_min_len(1024).map(starts).collect();
+    let mut mask: Vec<bool> = (0..pixels.len()).map(|i| like[i] && may_be(i)).collect();
     let mut open: Vec<usize> = (0..mask.len()).filter(|&i| mask[i]).collect();
     while let Some(i) = open.pop() {
         let own = pixels.log(i);

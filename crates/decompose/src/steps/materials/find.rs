@@ -57,15 +57,20 @@ pub(crate) fn find_materials(
         RegionOptions { pieces: 200, price: options.weight_smooth_roughness, evidence: 0.2 };
     let mut claims = vec![Claim::None; samples.len()];
     let mut regions = match model.metallic {
-        Switch::Auto => believable_regions(samples, &profile, &region_options, &mut claims),
+        Switch::Auto => {
+            let shown = Shown::of(samples);
+            let regions =
+                believable_regions(samples, &profile, &shown, &region_options, &mut claims);
+            let is_metal = |p: usize| regions.kind(p, &profile) == Kind::Metal;
+            let has_claimed = !is_metal_untold
+                && mirrors::claim(samples, &profile, &shown, &basis, &is_metal, &mut claims);
+            match has_claimed {
+                true => find_regions(samples, &profile, &region_options, &claims),
+                false => regions,
+            }
+        }
         _ => find_regions(samples, &profile, &region_options, &claims),
     };
-    if model.metallic == Switch::Auto && !is_metal_untold {
-        let is_metal = |p: usize| regions.kind(p, &profile) == Kind::Metal;
-        if mirrors::claim(samples, &profile, &basis, &is_metal, &mut claims) {
-            regions = find_regions(samples, &profile, &region_options, &claims);
-        }
-    }
     if model.specular == Switch::Auto {
         without_weak_highlights(&profile, &mut regions, &ROUGHNESS);
     }
@@ -91,10 +96,10 @@ const DOUBTS: usize = 3;
 fn believable_regions(
     samples: &[Sample],
     profile: &Profile,
+    shown: &Shown,
     options: &RegionOptions,
     claims: &mut [Claim],
 ) -> Regions {
-    let shown = Shown::of(samples);
     for _ in 0..DOUBTS {
         let regions = find_regions(samples, profile, options, claims);
         let doubted = shown.doubtful_metals(samples, profile, &regions, &ROUGHNESS);

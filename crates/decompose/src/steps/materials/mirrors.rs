@@ -39,6 +39,7 @@ const LEAST_REFLECTANCE: f32 = 0.25;
 pub(super) fn claim(
     samples: &[Sample],
     profile: &Profile,
+    shown: &Shown,
     basis: &Basis,
     is_metal: &dyn Fn(usize) -> bool,
     claims: &mut [Claim],
@@ -47,7 +48,7 @@ pub(super) fn claim(
     let around = nearest_neighbors(&positions, TOGETHER);
     let around =
         |p: usize, count: usize| around[p * TOGETHER..][..count].iter().map(|q| *q as usize);
-    let signs = signs(samples, profile, &around);
+    let signs = signs(samples, profile, shown, &around);
     let of_sample = things(&signs, &|p| around(p, BESIDE));
     let mut things: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
     for (p, &thing) in of_sample.iter().enumerate().filter(|(_, thing)| **thing != NO_THING) {
@@ -105,9 +106,9 @@ fn things<I: Iterator<Item = usize>>(signs: &[Signs], around: &impl Fn(usize) ->
 fn signs<I: Iterator<Item = usize>>(
     samples: &[Sample],
     profile: &Profile,
+    shown: &Shown,
     around: &impl Fn(usize, usize) -> I,
 ) -> Vec<Signs> {
-    let shown = Shown::of(samples);
     let misfit: Vec<f64> =
         (0..samples.len()).map(|p| f64::from(profile.misfit_of(p, &samples[p]))).collect();
     let usual = median(misfit.iter().copied()).unwrap_or(0.0);
@@ -170,7 +171,8 @@ mod tests {
         };
         let profile = Profile::new(&samples, &basis, &|_| 0.0);
         let mut claims = vec![Claim::None; 192];
-        let any = claim(&samples, &profile, &basis, &|_| is_metal, &mut claims);
+        let shown = Shown::of(&samples);
+        let any = claim(&samples, &profile, &shown, &basis, &|_| is_metal, &mut claims);
         let count = |range: std::ops::Range<usize>| {
             claims[range].iter().filter(|c| **c == Claim::Metal).count()
         };
