@@ -11,8 +11,10 @@ use super::depth_prior;
 use super::flatness::{Witnesses, fitted};
 use super::options::Options;
 use super::planes::{self, Plane, dominant_planes};
+use super::raised;
 use super::refine::{self, Round};
 use super::report::{GeometryReport, StepTime};
+use super::rims;
 use super::seams;
 use super::sheet::Sheet;
 use super::silhouettes;
@@ -150,12 +152,14 @@ fn surface_of(
     let hull = silhouettes::silhouettes(views, &maps, planes, voxel, options.mirror_spread);
     let carve = options.carve_weight.max(0.0);
     let grid = tsdf::fuse(views, &maps, &flat, &hull, voxel, limit, carve);
-    drop((maps, hull));
+    drop(hull);
     let voxel = grid.voxel;
     report.voxel = f64::from(voxel);
     report.blocks = grid.keys.len();
     let least = options.min_views.min(views.len() as u8).max(1);
     let mut mesh = surface_nets::surface_nets(grid, least);
+    rims::drop_aprons(&mut mesh, views, &maps, &sheets, voxel);
+    drop(maps);
     report.pieces_dropped = clean(&mut mesh, views, &sheets, voxel, options);
     parts.begin("smoothing", 0.4)?;
     smooth(&mut mesh, voxel, options);
@@ -216,13 +220,15 @@ fn flats(
     report.planes_found = planes.len();
     let (mut sheets, uneven) = sheets(planes, views, maps, tolerance, voxel);
     report.planes = sheets.len();
-    let on_planes = seams::flatten(&sheets, views, maps, tolerance, voxel);
+    let mut on_planes = seams::flatten(&sheets, views, maps, tolerance, voxel);
+    raised::put_down(&sheets, views, maps, &mut on_planes, tolerance, voxel);
     let walls = {
         let known: Vec<Plane> = sheets.iter().map(|s| s.plane).collect();
         put_on_walls(views, maps, (&on_planes, &uneven, &known), tolerance, voxel, options)
     };
     report.walls = walls.len();
     let mut flat = seams::flatten(&walls, views, maps, tolerance, voxel);
+    raised::put_down(&walls, views, maps, &mut flat, tolerance, voxel);
     flat.iter_mut().flatten().zip(on_planes.iter().flatten()).for_each(|(f, p)| *f |= p);
     sheets.extend(walls);
     Flats { sheets, on_planes, flat }

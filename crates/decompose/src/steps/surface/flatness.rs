@@ -17,7 +17,7 @@ mod fit;
 pub(super) use fit::fitted;
 
 /// Pixels between the patches that are compared.
-const STRIDE: usize = 3;
+pub(super) const STRIDE: usize = 3;
 /// Samples along the side of a patch, odd, and pixels between them.
 const SIDE: usize = 5;
 const SPACING: usize = 2;
@@ -82,14 +82,22 @@ impl<'a> Witnesses<'a> {
 
     /// Compares a plane with the depth of the patches that lie on it.
     pub(super) fn rivals(&self, plane: &Plane) -> Vec<Rivals> {
-        let held = self.held(plane, STRIDE);
+        self.compare(plane, &self.held(plane, STRIDE), &[[0.0; 2]])
+    }
+
+    /// Compares a plane with the depth of the patches around `pixels`, per photo. A sample counts where nothing hides the pixels `around` its own
+    /// from the other photo.
+    pub(super) fn compare(
+        &self,
+        plane: &Plane,
+        pixels: &[Vec<[usize; 2]>],
+        around: &[[f32; 2]],
+    ) -> Vec<Rivals> {
         let of = |i: usize| {
-            held[i]
-                .iter()
-                .filter_map(|&at| self.compared(plane, i, at, &[[0.0; 2]]))
-                .collect::<Vec<_>>()
+            let compared = pixels[i].iter().filter_map(|&at| self.compared(plane, i, at, around));
+            compared.collect::<Vec<_>>()
         };
-        let all: Vec<_> = (0..held.len()).into_par_iter().with_max_len(1).map(of).collect();
+        let all: Vec<_> = (0..pixels.len()).into_par_iter().with_max_len(1).map(of).collect();
         all.into_iter().flatten().collect()
     }
 
@@ -148,16 +156,12 @@ impl<'a> Witnesses<'a> {
     /// Per photo, every `stride`-th pixel whose depth lies on the plane.
     fn held(&self, plane: &Plane, stride: usize) -> Vec<Vec<[usize; 2]>> {
         let of = |(view, map): (&View, &DepthMap)| {
-            let mut held = Vec::new();
-            for y in (RIM..view.height.saturating_sub(RIM)).step_by(stride) {
-                for x in (RIM..view.width.saturating_sub(RIM)).step_by(stride) {
-                    let z = map.depth[y * view.width + x];
-                    let reach = reach(self.tolerance, z * view.footprint(), self.voxel);
-                    if z > 0.0 && plane.height(view.place([x, y], z)).abs() <= reach {
-                        held.push([x, y]);
-                    }
-                }
-            }
+            let mut held = inner_pixels(view, stride);
+            held.retain(|&[x, y]| {
+                let z = map.depth[y * view.width + x];
+                let reach = reach(self.tolerance, z * view.footprint(), self.voxel);
+                z > 0.0 && plane.height(view.place([x, y], z)).abs() <= reach
+            });
             held
         };
         self.views.par_iter().zip(self.maps).with_max_len(1).map(of).collect()
@@ -220,6 +224,13 @@ impl<'a> Witnesses<'a> {
         let variance = || (squares / n - (sum / n).powi(2)).clamp(0.0, MOST_DIFFERENCE);
         (count >= LEAST_SAMPLES).then(variance)
     }
+}
+
+/// Every `stride`-th pixel around which a patch fits, by rows.
+pub(super) fn inner_pixels(view: &View, stride: usize) -> Vec<[usize; 2]> {
+    let rows = (RIM..view.height.saturating_sub(RIM)).step_by(stride);
+    let columns = (RIM..view.width.saturating_sub(RIM)).step_by(stride);
+    rows.flat_map(|y| columns.clone().map(move |x| [x, y])).collect()
 }
 
 /// The pixels of the samples of a patch around a pixel, at least `RIM` inside of the photo.

@@ -30,9 +30,9 @@ pub(super) struct Sheet {
 }
 
 /// What the ray of a pixel says about a plane.
-struct Crossing {
-    depth: f32,
-    at: Vec3,
+pub(super) struct Crossing {
+    pub(super) depth: f32,
+    pub(super) at: Vec3,
 }
 
 fn crossing(plane: &Plane, view: &View, ray: Vec3) -> Option<Crossing> {
@@ -84,7 +84,8 @@ impl Sheet {
         Some(Self { plane, axes, origin, cell, size, filled, open })
     }
 
-    fn at(&self, p: Vec3) -> Option<usize> {
+    /// Cell that a point lies over or under.
+    pub(super) fn at(&self, p: Vec3) -> Option<usize> {
         let d = p - self.origin;
         let c =
             (Vec2::new(d.dot(self.axes[0]), d.dot(self.axes[1])) / self.cell).floor().as_ivec2();
@@ -97,9 +98,9 @@ impl Sheet {
         self.at(p).is_some_and(|i| self.filled[i])
     }
 
-    /// Whether the ray of a pixel meets the part of the plane that is surface, be it behind something else.
-    pub(super) fn is_met(&self, view: &View, ray: Vec3) -> bool {
-        crossing(&self.plane, view, ray).is_some_and(|c| self.covers(c.at))
+    /// Where the ray of a pixel meets the part of the plane that is surface, be it behind something else.
+    pub(super) fn met(&self, view: &View, ray: Vec3) -> Option<Crossing> {
+        crossing(&self.plane, view, ray).filter(|c| self.covers(c.at))
     }
 
     /// Sums of the squared differences by plane and by depth, and their number, per cell.
@@ -124,14 +125,17 @@ impl Sheet {
 
     /// The sheet without the cells around which depth explains the photos better than the plane, its gaps and holes closed.
     pub(super) fn without_bumps(mut self, rivals: &[Rivals]) -> Self {
-        let mut sums = self.sums(rivals);
-        for step in [IVec2::X, IVec2::Y] {
-            sums = self.summed_along(&sums, step);
-        }
+        let sums = self.sums_around(rivals);
         self.filled.iter_mut().zip(sums).for_each(|(filled, s)| *filled &= !is_uneven(s));
         self.close();
         self.fill_holes();
         self
+    }
+
+    /// Per cell, whether the plane explains the photos better than the depth of these patches around it.
+    pub(super) fn is_better(&self, rivals: &[Rivals]) -> Vec<bool> {
+        let better = |[by_plane, by_depth, n]: [f32; 3]| is_uneven([by_depth, by_plane, n]);
+        self.sums_around(rivals).into_iter().map(better).collect()
     }
 
     /// The sheet with its gaps closed, and what things hide of it; wider openings that photos look through stay, such as windows.
@@ -142,6 +146,12 @@ impl Sheet {
         let cells = self.filled.iter_mut().zip(before).zip(&self.open);
         cells.for_each(|((filled, before), open)| *filled &= before || !open);
         self
+    }
+
+    /// [`Self::sums`] over the cells up to `BUMP_REACH` away.
+    fn sums_around(&self, rivals: &[Rivals]) -> Vec<[f32; 3]> {
+        let along_x = self.summed_along(&self.sums(rivals), IVec2::X);
+        self.summed_along(&along_x, IVec2::Y)
     }
 
     /// Sums over the cells up to `BUMP_REACH` away along one axis.

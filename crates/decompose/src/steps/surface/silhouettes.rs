@@ -174,7 +174,7 @@ fn inside(sheets: &[Sheet], view: &View, flat: &[bool], steady: &[f32]) -> Vec<f
             continue;
         }
         let ray = view.pixel_ray([k % width, k / width]);
-        if !sheets.iter().any(|sheet| sheet.is_met(view, ray)) {
+        if !sheets.iter().any(|sheet| sheet.met(view, ray).is_some()) {
             *depth = f32::INFINITY;
         }
     }
