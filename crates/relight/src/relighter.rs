@@ -100,6 +100,11 @@ impl<'a> Relighter<'a> {
         self.local_share
     }
 
+    /// Whether the sky that the photos show gives way to the background.
+    pub fn replaces_sky(&self) -> bool {
+        self.land.is_some()
+    }
+
     pub(crate) fn shading(&self) -> Shading<'_> {
         Shading {
             scene: self.scene,

@@ -63,6 +63,8 @@ pub struct RelightReport {
     pub bounces: u32,
     /// How much of what the model left unexplained under the capture illumination applies under this light, 0 to 1.
     pub residual_share: f32,
+    /// Whether the sky that the photos show gives way to that of the light.
+    pub sky_replaced: bool,
     /// Gaussians of the scene.
     pub gaussians: usize,
     /// Gaussians whose material is a guess: no training view saw them.
@@ -102,6 +104,7 @@ impl RelightReport {
             denoise: quality.denoise_strength(),
             bounces: quality.bounces(scene.indirect),
             residual_share: 0.0,
+            sky_replaced: false,
             gaussians: scene.gaussians.len(),
             unobserved_gaussians: scene.unobserved(),
             triangles: scene.triangles(),
@@ -152,6 +155,12 @@ impl fmt::Display for RelightReport {
             if means.unobserved_share > 0.005 {
                 let percent = 100.0 * means.unobserved_share;
                 write!(f, "\n{percent:.1} % of the pictures show material that no photo saw")?;
+            }
+        }
+        if self.sky_replaced {
+            write!(f, "\nsky of the photos: replaced by that of the light")?;
+            if self.product == Product::Pictures {
+                write!(f, "; --background captured keeps it")?;
             }
         }
         writeln!(f)?;

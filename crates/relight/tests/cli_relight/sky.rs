@@ -7,7 +7,7 @@ use motes_scene::{Gaussians, attach_sky};
 use motes_testkit::toy_scene::{ToyScene, toy_scene};
 use motes_testkit::write_broken_gaussians;
 
-use super::{assert_code, picture, relight};
+use super::{VIEW, assert_code, picture, relight};
 
 const SUN: [&str; 6] =
     ["--sun", "azimuth=20,elevation=50", "--env-exposure", "ground", "--background", "1,0,1"];
@@ -31,6 +31,13 @@ fn the_background_shows_in_the_place_of_a_sky_under_another_light_only() {
     assert_eq!(picture(&toy, "own1", &["--background", "1,0,1"]).data, own.data);
     let gone = picture(&toy, "sun1", &SUN);
     assert!(gone.data.chunks_exact(3).all(|p| p == [255, 0, 255]), "nothing but background");
+    let report = |more: &[&str]| {
+        let done = relight(&toy, &[&VIEW[..], more, &["--json", "-w", "-o", "told"]].concat());
+        let report: serde_json::Value = serde_json::from_slice(&done.stdout).unwrap();
+        report["sky_replaced"].as_bool().unwrap()
+    };
+    assert!(report(&SUN) && !report(&[]));
+    assert!(!report(&[&SUN[..4], &["--background", "captured"]].concat()));
     // As captured, all is shown.
     let captured = ["--background", "captured"];
     let shown = picture(&toy, "captured", &[&SUN[..4], &captured].concat());
