@@ -100,9 +100,14 @@ impl<'a> Relighter<'a> {
         self.local_share
     }
 
-    /// Whether the sky that the photos show gives way to the background.
-    pub fn replaces_sky(&self) -> bool {
-        self.land.is_some()
+    /// Whether the sky that the photos show gives way to a background.
+    pub fn replaces_sky(&self, background: Background) -> bool {
+        self.land_before(background).is_some()
+    }
+
+    /// What is drawn before a background that takes the place of the sky.
+    fn land_before(&self, background: Background) -> Option<&Land> {
+        self.land.as_ref().filter(|_| background != Background::Captured)
     }
 
     pub(crate) fn shading(&self) -> Shading<'_> {
@@ -125,9 +130,8 @@ impl<'a> Relighter<'a> {
     ) -> Picture {
         let every = self.options.shade_every();
         let with_residual = self.residual_share > 0.0;
-        let is_captured = background == Background::Captured;
         let layers = Layers {
-            land: self.land.as_ref().filter(|_| !is_captured),
+            land: self.land_before(background),
             residual: self.scene.residual.as_ref().filter(|_| with_residual),
             ratio: self.ratio.as_ref(),
             local_light: self.scene.local_splats.as_ref().filter(|_| self.local_share > 0.0),

@@ -66,7 +66,7 @@ pub fn write_pictures(
         light_seconds += cpu() - start;
         report.residual_share +=
             relighter.residual_share() * (end - at) as f32 / job.frames.len() as f32;
-        report.sky_replaced |= relighter.replaces_sky() && job.background != Background::Captured;
+        report.sky_replaced |= relighter.replaces_sky(job.background);
         lights += 1;
         for (frame, _) in &job.frames[at..end] {
             context.check_interrupted()?;

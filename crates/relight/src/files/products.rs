@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::{BakeOptions, Relighter, environment_image};
+use crate::{Background, BakeOptions, Relighter, environment_image};
 use anyhow::Context as _;
 use motes_formats::decomposition::{scene_draft, write_decomposition};
 use motes_formats::environment::write_environment;
@@ -34,7 +34,7 @@ pub fn write_baked(
     report.cpu_seconds_per_light = Some(cpu() - start).filter(|s| s.is_finite());
     let mut baked = relighter.bake(bake);
     report.residual_share = relighter.residual_share();
-    report.sky_replaced = relighter.replaces_sky();
+    report.sky_replaced = relighter.replaces_sky(Background::Environment);
     if let Ok(Some(mut residual)) = Residual::of(&baked) {
         // What is left of it is about the new light.
         residual.scale(0..baked.len(), relighter.residual_share());

@@ -1,9 +1,6 @@
 //! A flat ground and a crumpled one, photographed.
 
-use glam::DVec3;
-use motes_scene::UnitWorld;
-
-use super::super::extract::tests::photos;
+use super::super::extract::tests as extract_tests;
 use super::*;
 
 /// Voxel and tolerance, unit world.
@@ -17,27 +14,20 @@ fn ground(height: f32, [x, y]: [f32; 2]) -> f32 {
 
 /// Photos of a textured ground, and its exact depth plus a wave of the given height over it.
 fn pictures(height: f32, texture: f32, noise: f32) -> (Vec<View>, Vec<DepthMap>) {
-    let mut photos = photos(12, 1.0, DVec3::ZERO);
-    let mut maps = Vec::new();
-    for photo in &mut photos {
-        let view = View::new(photo, &UnitWorld::IDENTITY);
-        let mut depth = Vec::new();
-        for (k, pixel) in photo.radiance_linear.floats_mut().iter_mut().enumerate() {
-            let (x, y) = ((k % view.width) as f32 + 0.5, (k / view.width) as f32 + 0.5);
-            let ray = view.ray(x, y);
-            let mut z = -view.center.z / ray.z;
-            for _ in 0..20 {
-                let p = view.center + ray * z;
-                z = (ground(height, [p.x, p.y]) - view.center.z) / ray.z;
-            }
+    let shown = |view: &View, ray: Vec3| {
+        let mut z = -view.center.z / ray.z;
+        for _ in 0..20 {
             let p = view.center + ray * z;
-            let wave = (21.0 * p.x).sin() + (17.0 * p.y + 1.0).sin() + (33.0 * (p.x + p.y)).cos();
-            pixel.fill((0.4 + texture * wave).powf(2.2));
-            depth.push(z + noise * ((11.0 * p.x).cos() + (12.0 * p.y).sin()));
+            z = (ground(height, [p.x, p.y]) - view.center.z) / ray.z;
         }
-        maps.push(DepthMap { depth });
-    }
-    (photos.iter().map(|p| View::new(p, &UnitWorld::IDENTITY)).collect(), maps)
+        z
+    };
+    let told = |view: &View, ray: Vec3| {
+        let z = shown(view, ray);
+        let p = view.center + ray * z;
+        z + noise * ((11.0 * p.x).cos() + (12.0 * p.y).sin())
+    };
+    extract_tests::pictures(texture, &shown, &told)
 }
 
 const LEVEL: Plane = Plane { normal: Vec3::Z, offset: 0.0 };

@@ -1,9 +1,8 @@
 //! A wall paper and a plate, as photos show them and as depth has them.
 
-use glam::{DVec3, Vec3};
-use motes_scene::UnitWorld;
+use glam::Vec3;
 
-use super::super::extract::tests::photos;
+use super::super::extract::tests as extract_tests;
 use super::super::planes::Plane;
 use super::*;
 
@@ -23,21 +22,7 @@ fn depth(view: &View, ray: Vec3, rise: f32) -> f32 {
 
 /// Photos of a plate of height `shown` in a textured ground, and depths of one of height `told`.
 fn pictures(shown: f32, told: f32) -> (Vec<View>, Vec<DepthMap>) {
-    let mut photos = photos(12, 1.0, DVec3::ZERO);
-    let mut maps = Vec::new();
-    for photo in &mut photos {
-        let view = View::new(photo, &UnitWorld::IDENTITY);
-        let mut map = DepthMap { depth: Vec::new() };
-        for (k, pixel) in photo.radiance_linear.floats_mut().iter_mut().enumerate() {
-            let ray = view.pixel_ray([k % view.width, k / view.width]);
-            let p = view.center + ray * depth(&view, ray, shown);
-            let wave = (21.0 * p.x).sin() + (17.0 * p.y + 1.0).sin() + (33.0 * (p.x + p.y)).cos();
-            pixel.fill((0.4 + 0.1 * wave).powf(2.2));
-            map.depth.push(depth(&view, ray, told));
-        }
-        maps.push(map);
-    }
-    (photos.iter().map(|p| View::new(p, &UnitWorld::IDENTITY)).collect(), maps)
+    extract_tests::pictures(0.1, &|v, ray| depth(v, ray, shown), &|v, ray| depth(v, ray, told))
 }
 
 /// Share of the pixels on the plate, its rim left out, that are put onto the ground.

@@ -1,9 +1,8 @@
 //! A table over a ground, thin and thick.
 
-use glam::{DVec3, Vec3};
-use motes_scene::UnitWorld;
+use glam::Vec3;
 
-use super::super::extract::tests::photos;
+use super::super::extract::tests::pictures;
 use super::super::planes::Plane;
 use super::*;
 
@@ -43,14 +42,8 @@ fn ring() -> Mesh {
 
 /// Triangles of the ring that are left.
 fn left(thickness: f32) -> usize {
-    let photos = photos(12, 1.0, DVec3::ZERO);
-    let views: Vec<View> = photos.iter().map(|p| View::new(p, &UnitWorld::IDENTITY)).collect();
-    let of = |view: &View| {
-        let pixels = 0..view.width * view.height;
-        let ray = |i: usize| view.pixel_ray([i % view.width, i / view.width]);
-        DepthMap { depth: pixels.map(|i| depth(view, ray(i), thickness)).collect() }
-    };
-    let maps: Vec<DepthMap> = views.iter().map(of).collect();
+    let table = |view: &View, ray: Vec3| depth(view, ray, thickness);
+    let (views, maps) = pictures(0.0, &table, &table);
     let plane = Plane { normal: Vec3::Z, offset: 0.0 };
     let sheet = Sheet::new(plane, &views, &maps, TOLERANCE, VOXEL, 4.0 * VOXEL).unwrap();
     let mut mesh = ring();
