@@ -47,12 +47,12 @@ struct End<'a> {
 pub(crate) fn continuations(
     views: &[ViewData],
     offsets: &[u32],
-    plane: Option<&SupportPlane>,
+    planes: &[SupportPlane],
 ) -> Vec<Link> {
     (0..views.len())
         .into_par_iter()
         .flat_map_iter(|v| {
-            let ends = ends(&views[v], plane);
+            let ends = ends(&views[v], planes);
             let mut links = Vec::new();
             for (k, a) in ends.iter().enumerate() {
                 for b in &ends[k + 1..] {
@@ -73,7 +73,7 @@ pub(crate) fn continuations(
         .collect()
 }
 
-fn ends<'a>(view: &'a ViewData, plane: Option<&SupportPlane>) -> Vec<End<'a>> {
+fn ends<'a>(view: &'a ViewData, planes: &[SupportPlane]) -> Vec<End<'a>> {
     let of = |border: &crate::view_data::Border| {
         let [s, t] = border.segments;
         let depths = (view.plane_depth(s, border.at_px)?, view.plane_depth(t, border.at_px)?);
@@ -83,9 +83,8 @@ fn ends<'a>(view: &'a ViewData, plane: Option<&SupportPlane>) -> Vec<End<'a>> {
         let middle = Vec3::from(a.point).distance(Vec3::from(b.point));
         let jump = (depths.0 - depths.1).abs().min(middle);
         let segment = &view.segments[superpixel as usize];
-        let point = Vec3::from(segment.point);
         // The support is one surface anyway.
-        let is_support = plane.is_some_and(|p| p.membership(point, segment.width) > 0.5);
+        let is_support = planes.iter().any(|p| p.holds(segment));
         let [x, y] = [0, 1].map(|k| border.at_px[k] - segment.center_px[k]);
         let length = x.hypot(y).max(1e-6);
         (width > 0.0 && jump > NEARER * width && !is_support).then_some(End {
@@ -197,13 +196,13 @@ mod tests {
     #[test]
     fn a_board_goes_on_behind_a_bar_unless_a_view_sees_through() {
         let seen = |label: u32| if label == 1 { 1.0 } else { 2.0 };
-        let links = continuations(&[view(seen)], &[0, 3], None);
+        let links = continuations(&[view(seen)], &[0, 3], &[]);
         assert_eq!(links.len(), 1);
         assert_eq!(links[0].nodes, [0, 2]);
         // Straight on, a third of the reach apart.
         let likely = (-(2.0f32 / 3.0).powi(2)).exp();
         assert!((links[0].weight - WEIGHT * likely).abs() < 1e-5, "{}", links[0].weight);
         let through = ViewData { borders: Vec::new(), ..view(|_| 50.0) };
-        assert!(continuations(&[view(seen), through], &[0, 3, 6], None).is_empty());
+        assert!(continuations(&[view(seen), through], &[0, 3, 6], &[]).is_empty());
     }
 }

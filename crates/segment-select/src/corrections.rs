@@ -6,7 +6,7 @@
 use crate::answers::answers;
 use crate::depth::depth_in_view;
 use crate::index::SceneIndex;
-use crate::region::{Region, measured, price};
+use crate::region::{CLOSED, Region, measured, price};
 use crate::seeds::{Seeds, contradictions, holds, marks, membership};
 
 /// A click is in the middle of what is wrong: an answer that changes less around it than there is to change costs
@@ -17,6 +17,11 @@ const DEPTH_POWER: f32 = 0.2;
 const CHANGE_POWER: f32 = 0.2;
 /// Added to the area that changes, superpixels: below it all changes are alike.
 const CHANGE_OFFSET: f32 = 5.0;
+/// What is missing or too much is a thing or a piece of one, and ends where something parts it: an answer costs more by this power of
+/// the conductance of the new border of what it changes.
+const TORN_POWER: f32 = 0.35;
+/// An answer that keeps less of the set than this share keeps nothing.
+const LEAST_KEPT: f32 = 0.01;
 
 /// The answer to all clicks where they contradict what was found: the one with the fewest contradictions; of
 /// those the one that costs least for what it changes and what lies inside it.
@@ -72,14 +77,52 @@ impl Error {
             .filter(|&n| self.was_in[n as usize] != is_in[n as usize])
             .map(|n| index.area(n))
             .sum::<f32>();
-        let power = if self.clicks.iter().all(|c| c.1) { CHANGE_POWER } else { 0.0 };
-        off_middle.max(1.0).powf(DEPTH_POWER) * (changed + CHANGE_OFFSET).powf(power)
+        let off_middle = off_middle.max(1.0).powf(DEPTH_POWER);
+        if self.clicks.iter().any(|(_, is_positive, _)| !is_positive) {
+            return off_middle;
+        }
+        let torn = (CLOSED + self.torn(index, &is_in)).powf(TORN_POWER * self.within());
+        off_middle * (changed + CHANGE_OFFSET).powf(CHANGE_POWER) * torn / self.kept(index, &is_in)
+    }
+
+    /// Share of the set that an answer keeps: who points at what is missing takes nothing back.
+    fn kept(&self, index: &SceneIndex, is_in: &[bool]) -> f32 {
+        let (mut kept, mut all) = (0.0, 0.0);
+        for n in (0..index.nodes()).filter(|&n| self.was_in[n]) {
+            all += index.area(n as u32);
+            kept += if is_in[n] { index.area(n as u32) } else { 0.0 };
+        }
+        (kept / f32::max(all, 1e-12)).max(LEAST_KEPT)
+    }
+
+    /// How far clicks are from the edge of what can be wrong, 0 at it to 1: there, the edge is off; far from it, a thing is.
+    fn within(&self) -> f32 {
+        let nearest = self.clicks.iter().map(|c| c.2).fold(f32::INFINITY, f32::min);
+        1.0 - 1.0 / nearest.max(1.0)
+    }
+
+    /// Conductance of the border that an answer draws anew around what it changes, 0 to 1, over the volume of what changes: of what it
+    /// adds to what it leaves out, or of what it takes away to what stays, whichever is more.
+    fn torn(&self, index: &SceneIndex, is_in: &[bool]) -> f32 {
+        let of = |is_added: bool| {
+            let changes = |i: usize| self.was_in[i] != is_in[i] && is_in[i] == is_added;
+            let stays = |j: usize| self.was_in[j] == is_in[j] && is_in[j] != is_added;
+            let (mut cut, mut volume) = (0.0f64, 0.0f64);
+            for i in (0..index.nodes()).filter(|&i| changes(i)) {
+                volume += f64::from(index.graph.degrees[i]);
+                let border = index.graph.row(i).filter(|(j, _)| stays(*j));
+                cut += border.map(|(_, c)| f64::from(c)).sum::<f64>();
+            }
+            (cut / volume.max(1e-12)).min(1.0) as f32
+        };
+        of(true).max(of(false))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::graph::{Graph, Link};
     use crate::view_data::{Border, Segment, ViewData};
     use crate::walks::Mark;
     use motes_raster::LabelVotes;
@@ -124,12 +167,39 @@ mod tests {
         let hole = 5f32.powf(DEPTH_POWER);
         assert!((unlikelihood(without(10..11)) - hole).abs() < 1e-5, "a hole");
         assert!(unlikelihood(without(9..12)) < hole);
-        // What is missing is as little as explains the click.
-        let seeds = Seeds { positive: vec![vec![16]], order: vec![true], ..Seeds::default() };
+        // What is missing at the edge is as little as explains the click.
+        let seeds = Seeds { positive: vec![vec![15]], order: vec![true], ..Seeds::default() };
         let error = Error::new(&index, &seeds, &found);
         let [little, much] =
             [18, 21].map(|end| error.unlikelihood(&index, &region((0..end).collect())));
         assert!(little < much, "{little} {much}");
+    }
+
+    #[test]
+    fn a_positive_click_adds_a_thing_and_takes_nothing_back() {
+        // Two things of ten superpixels, and what is behind them.
+        let mut index = row(40);
+        let parted: Vec<Link> = (0..39u32)
+            .map(|k| {
+                let strength = if k == 9 || k == 19 { 1.0 } else { 0.0 };
+                Link { nodes: [k, k + 1], weight: 1.0, strength, contact: 0.0 }
+            })
+            .collect();
+        index.graph = Graph::new(40, &parted);
+        let region = |nodes: &[u32]| measured(&index, nodes, &[Mark::Free; 40]).unwrap();
+        let seeds = Seeds { positive: vec![vec![14]], order: vec![true], ..Seeds::default() };
+        let found: Vec<u32> = (0..10).collect();
+        let error = Error::new(&index, &seeds, &found);
+        let unlikelihood = |nodes: Vec<u32>| error.unlikelihood(&index, &region(&nodes));
+        let both = unlikelihood((0..20).collect());
+        assert!(both < unlikelihood((0..10).chain(13..16).collect()), "a piece of it");
+        assert!(both < unlikelihood((0..24).collect()), "more than it");
+        assert!(both < unlikelihood((5..20).collect()), "less of the first");
+        // At the edge of the set only the edge is off.
+        let seeds = Seeds { positive: vec![vec![10]], ..seeds };
+        let error = Error::new(&index, &seeds, &found);
+        let unlikelihood = |nodes: Vec<u32>| error.unlikelihood(&index, &region(&nodes));
+        assert!(unlikelihood((0..11).collect()) < unlikelihood((0..20).collect()));
     }
 
     #[test]

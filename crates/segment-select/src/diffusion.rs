@@ -7,6 +7,7 @@
 //! 2006, "Local graph partitioning using PageRank vectors") are what a prompt can mean, from part to whole.
 
 use crate::index::SceneIndex;
+use crate::plane::SupportPlane;
 use crate::walks::Mark;
 
 /// Sets that leave less than this share of everything are everything.
@@ -62,12 +63,17 @@ pub(crate) fn sweep(index: &SceneIndex, probabilities: &[f32], marks: &[Mark]) -
             inside[i as usize] = true;
             volume += f64::from(graph.degrees[i as usize]);
             area += index.area(i);
-            resting += index.plane.map_or(f32::INFINITY, |plane| {
-                let s = index.segment(i);
-                let low = plane.height(s.point.into()) < plane.reach(RESTING, s.width)
-                    || index.raised.iter().any(|r| r.is_near(s, RESTING));
-                if low { index.area(i) / views } else { 0.0 }
-            });
+            let s = index.segment(i);
+            let is_low = |p: &SupportPlane| p.height(s.point.into()) < p.reach(RESTING, s.width);
+            resting += if index.planes.is_empty() {
+                f32::INFINITY
+            } else if index.planes.iter().any(is_low)
+                || index.raised.iter().any(|r| r.is_near(s, RESTING))
+            {
+                index.area(i) / views
+            } else {
+                0.0
+            };
             // Of the smaller side: everything together is not an object.
             let side = volume.min(total - volume);
             let is_part = side > LEAST_REST * total || volume < 0.5 * total;

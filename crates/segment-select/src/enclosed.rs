@@ -54,7 +54,7 @@ pub(crate) fn enclosed(index: &SceneIndex, set: &[u32], marks: &[Mark]) -> (Vec<
         let segment = index.segment(*n);
         let point = Vec3::from(segment.point);
         let is_clear =
-            || index.plane.is_none_or(|p| p.height(point) > p.reach(CLEAR, segment.width));
+            || index.planes.iter().all(|p| p.height(point) > p.reach(CLEAR, segment.width));
         !is_in[*n as usize]
             && marks[*n as usize] != Mark::Negative
             && segment.width > 0.0

@@ -6,6 +6,7 @@ use std::sync::{Arc, Mutex};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
+use crate::bounding::bounding_planes;
 use crate::continuation::continuations;
 use crate::graph::{Graph, Link};
 use crate::plane::SupportPlane;
@@ -34,9 +35,9 @@ pub struct SceneIndex {
     pub(crate) offsets: Vec<u32>,
     /// Strength of the borders of each view, in the order of [`ViewData::borders`].
     pub(crate) strengths: Vec<Vec<f32>>,
-    /// What things stand on, where it is a plane.
-    pub plane: Option<SupportPlane>,
-    /// Planes above it that things stand on, too.
+    /// Planes that bound the scene, what things stand on first.
+    pub(crate) planes: Vec<SupportPlane>,
+    /// Planes above the first that things stand on, too.
     pub(crate) raised: Vec<RaisedSupport>,
     pub(crate) graph: Graph,
     /// Number of Gaussians.
@@ -56,22 +57,22 @@ impl SceneIndex {
         }
         let segments: Vec<&Segment> = views.iter().flat_map(|v| &v.segments).collect();
         let cameras: Vec<_> = views.iter().map(|v| v.camera_from_world.center_in_world()).collect();
-        let plane = SupportPlane::find(&segments, &cameras);
-        let raised = plane.map_or_else(Vec::new, |p| RaisedSupport::find(&segments, &p));
+        let planes = bounding_planes(&segments, &cameras, up(&views));
+        let raised = planes.first().map_or_else(Vec::new, |p| RaisedSupport::find(&segments, p));
         let strengths: Vec<Vec<f32>> = views
             .par_iter()
             .map(|view| {
                 let of = |b: &crate::view_data::Border| {
-                    across_border(view, b.segments, b.at_px, plane.as_ref())
+                    across_border(view, b.segments, b.at_px, &planes)
                 };
                 view.borders.iter().map(of).collect()
             })
             .collect();
         let mut links: Vec<Link> = (0..views.len())
             .into_par_iter()
-            .flat_map_iter(|v| links_of_view(&views, &offsets, v, plane.as_ref()))
+            .flat_map_iter(|v| links_of_view(&views, &offsets, v, &planes))
             .collect();
-        links.extend(continuations(&views, &offsets, plane.as_ref()));
+        links.extend(continuations(&views, &offsets, &planes));
         for (v, view) in views.iter().enumerate() {
             for (border, &strength) in view.borders.iter().zip(&strengths[v]) {
                 let nodes = border.segments.map(|s| s + offsets[v]);
@@ -97,13 +98,18 @@ impl SceneIndex {
             views,
             offsets,
             strengths,
-            plane,
+            planes,
             raised,
             graph,
             gaussians,
             totals,
             kept,
         }
+    }
+
+    /// What things stand on, where it is a plane.
+    pub fn plane(&self) -> Option<&SupportPlane> {
+        self.planes.first()
     }
 
     /// Number of superpixels of all views.
@@ -212,6 +218,12 @@ impl SceneIndex {
     }
 }
 
+/// Up, as the cameras are held; no direction where they are held in all ways.
+fn up(views: &[ViewData]) -> DVec3 {
+    let up_of = |v: &ViewData| v.camera_from_world.rotation.inverse() * DVec3::NEG_Y;
+    views.iter().map(up_of).sum::<DVec3>().normalize_or_zero()
+}
+
 /// The superpixel of a view that shows a point. `slack` is how far it may be off, world units, beyond
 /// half a superpixel.
 fn seen_at(view: &ViewData, point: Vec3, slack: f32) -> Option<u32> {
@@ -226,7 +238,7 @@ fn links_of_view(
     views: &[ViewData],
     offsets: &[u32],
     from: usize,
-    plane: Option<&SupportPlane>,
+    planes: &[SupportPlane],
 ) -> Vec<Link> {
     let forward = |v: &ViewData| v.camera_from_world.rotation.inverse() * glam::DVec3::Z;
     let here = forward(&views[from]);
@@ -246,7 +258,7 @@ fn links_of_view(
             let Some(t) = seen_at(&views[to], Vec3::from(segment.point), segment.width) else {
                 continue;
             };
-            let strength = across_views(segment, &views[to].segments[t as usize], plane);
+            let strength = across_views(segment, &views[to].segments[t as usize], planes);
             let nodes = [offsets[from] + s as u32, offsets[to] + t];
             links.push(Link { nodes, weight: VIEW_LINK, strength, contact: 0.0 });
         }

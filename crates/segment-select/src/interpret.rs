@@ -265,7 +265,7 @@ fn ground(
     thickness: Option<f64>,
 ) -> Result<Selection, SelectError> {
     source.capture("the ground plane")?;
-    let plane: SupportPlane = source.index()?.plane.ok_or(SelectError::NoPlane)?;
+    let plane: SupportPlane = *source.index()?.plane().ok_or(SelectError::NoPlane)?;
     let half = match thickness {
         Some(t) if t > 0.0 && t.is_finite() => 0.5 * t,
         Some(t) => return Err(SelectError::BadValue(format!("{t} is not a thickness"))),

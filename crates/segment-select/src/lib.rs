@@ -7,6 +7,7 @@
 //! `docs/benchmarks/segment-select.md`.
 
 mod answers;
+mod bounding;
 mod coarsening;
 mod color;
 mod continuation;

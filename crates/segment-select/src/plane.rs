@@ -56,58 +56,81 @@ impl SupportPlane {
         self.normal.dot(s.normal.into()) > LYING
     }
 
+    /// Whether a superpixel is rather of the plane than not.
+    pub(crate) fn holds(&self, s: &Segment) -> bool {
+        s.width > 0.0 && self.membership(s.point.into(), s.width) > 0.5
+    }
+
     /// Finds the plane that most of the area lies on; `None` when there is none of a fifth of it.
     pub(crate) fn find(segments: &[&Segment], cameras: &[DVec3]) -> Option<Self> {
         let valid: Vec<&Segment> = segments.iter().copied().filter(|s| s.width > 0.0).collect();
-        if valid.len() < 3 || cameras.is_empty() {
-            return None;
-        }
-        let total: f32 = valid.iter().map(|s| s.area_px).sum();
-        // A sample keeps this fast on many views; the refinement sees all.
-        let stride = valid.len().div_ceil(4000);
-        let sample: Vec<&Segment> = valid.iter().copied().step_by(stride).collect();
-        let mut rng = keyed_rng(0, 0x706c_616e, 0);
-        let mut best: Option<(f32, DVec3, f64)> = None;
-        for _ in 0..TRIES {
-            let mut pick =
-                || Vec3::from(sample[rng.random_range(0..sample.len())].point).as_dvec3();
-            let (a, b, c) = (pick(), pick(), pick());
-            let Some(normal) = (b - a).cross(c - a).try_normalize() else {
-                continue;
-            };
-            let offset = normal.dot(a);
-            // MSAC (Torr and Zisserman 2000): the nearer, the more; and only what faces the same way.
-            let score: f32 = sample
-                .iter()
-                .map(|s| s.area_px * (1.0 - deviation(s, normal, offset, NEAR).powi(2)).max(0.0))
-                .sum();
-            if best.is_none_or(|(top, _, _)| score > top) {
-                best = Some((score, normal, offset));
-            }
-        }
-        let (_, normal, offset) = best?;
-        let (mut normal, mut offset, noise) = refined(&valid, normal, offset)?;
-        let near = valid.iter().filter(|s| deviation(s, normal, offset, NEAR) < 1.0);
-        let aligned: f32 = near.map(|s| s.area_px).sum();
-        let middle = cameras.iter().sum::<DVec3>() / cameras.len() as f64;
-        if normal.dot(middle) < offset {
-            (normal, offset) = (-normal, -offset);
-        }
+        let found = largest(&valid, cameras)?;
+        let total = area(&valid);
         // What carries things has next to nothing below it.
-        let below: f32 = valid
-            .iter()
-            .filter(|s| {
-                normal.dot(Vec3::from(s.point).as_dvec3()) - offset < -2.0 * f64::from(s.width)
-            })
-            .map(|s| s.area_px)
-            .sum();
-        let is_support = aligned >= LEAST_SHARE * total && below <= 0.5 * aligned;
-        is_support.then(|| Self {
-            normal: normal.as_vec3(),
-            offset: offset as f32,
-            noise: noise as f32,
-        })
+        let below = found.area_behind(&valid);
+        (found.area >= LEAST_SHARE * total && below <= 0.5 * found.area).then_some(found.plane)
     }
+}
+
+/// A plane and the area that lies on it, pixels.
+pub(crate) struct Found {
+    pub(crate) plane: SupportPlane,
+    pub(crate) area: f32,
+    normal: DVec3,
+    offset: f64,
+}
+
+impl Found {
+    /// The area more than two superpixel sides behind it.
+    pub(crate) fn area_behind(&self, segments: &[&Segment]) -> f32 {
+        let height = |s: &Segment| self.normal.dot(Vec3::from(s.point).as_dvec3()) - self.offset;
+        let behind = segments.iter().filter(|s| height(s) < -2.0 * f64::from(s.width));
+        behind.map(|s| s.area_px).sum()
+    }
+}
+
+/// Sum of the areas, pixels.
+pub(crate) fn area(segments: &[&Segment]) -> f32 {
+    segments.iter().map(|s| s.area_px).sum()
+}
+
+/// The plane that most of the area of segments lies on, the cameras before it.
+pub(crate) fn largest(valid: &[&Segment], cameras: &[DVec3]) -> Option<Found> {
+    if valid.len() < 3 || cameras.is_empty() {
+        return None;
+    }
+    // A sample keeps this fast on many views; the refinement sees all.
+    let stride = valid.len().div_ceil(4000);
+    let sample: Vec<&Segment> = valid.iter().copied().step_by(stride).collect();
+    let mut rng = keyed_rng(0, 0x706c_616e, 0);
+    let mut best: Option<(f32, DVec3, f64)> = None;
+    for _ in 0..TRIES {
+        let mut pick = || Vec3::from(sample[rng.random_range(0..sample.len())].point).as_dvec3();
+        let (a, b, c) = (pick(), pick(), pick());
+        let Some(normal) = (b - a).cross(c - a).try_normalize() else {
+            continue;
+        };
+        let offset = normal.dot(a);
+        // MSAC (Torr and Zisserman 2000): the nearer, the more; and only what faces the same way.
+        let score: f32 = sample
+            .iter()
+            .map(|s| s.area_px * (1.0 - deviation(s, normal, offset, NEAR).powi(2)).max(0.0))
+            .sum();
+        if best.is_none_or(|(top, _, _)| score > top) {
+            best = Some((score, normal, offset));
+        }
+    }
+    let (_, normal, offset) = best?;
+    let (mut normal, mut offset, noise) = refined(valid, normal, offset)?;
+    let near = valid.iter().filter(|s| deviation(s, normal, offset, NEAR) < 1.0);
+    let area: f32 = near.map(|s| s.area_px).sum();
+    let middle = cameras.iter().sum::<DVec3>() / cameras.len() as f64;
+    if normal.dot(middle) < offset {
+        (normal, offset) = (-normal, -offset);
+    }
+    let plane =
+        SupportPlane { normal: normal.as_vec3(), offset: offset as f32, noise: noise as f32 };
+    Some(Found { plane, area, normal, offset })
 }
 
 /// Least squares on what is near a plane, closing in on it: unit normal, offset, and robust standard deviation.

@@ -13,7 +13,7 @@ pub(crate) const PART_SHARE: f32 = 0.6;
 /// than each, and then the smaller set is wanted. An object rests on its support; what touches other things along
 /// much of its border, or hangs in the air, is rather a part of one.
 const AREA_POWER: f32 = 0.4;
-const CLOSED: f32 = 0.015;
+pub(crate) const CLOSED: f32 = 0.015;
 const CONTACT: f32 = 0.2;
 /// Where a smaller set is known to be incomplete: the next larger one that is closed, not the one that is meant.
 const NEXT_POWER: f32 = 0.8;

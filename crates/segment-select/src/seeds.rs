@@ -1,6 +1,7 @@
 //! What clicks, strokes and rectangles say about superpixels.
 
 use crate::index::SceneIndex;
+use crate::plane::SupportPlane;
 use crate::raised::RaisedSupport;
 use crate::walks::Mark;
 
@@ -37,32 +38,30 @@ impl Seeds {
     }
 }
 
-fn on_plane(index: &SceneIndex, n: u32) -> bool {
-    let s = index.segment(n);
-    s.width > 0.0 && index.plane.is_some_and(|p| p.membership(s.point.into(), s.width) > 0.5)
-}
-
-/// Whether the support plane itself is meant. Who clicks a thing low down may hit what it stands on, in all views or in some;
-/// who means the support hits nothing else. A rectangle is drawn around a thing, whose middle may be a hole.
-fn means_support(index: &SceneIndex, seeds: &Seeds) -> bool {
-    let hits = |hit: &Vec<u32>| 2 * hit.iter().filter(|&&n| on_plane(index, n)).count() > hit.len();
-    match seeds.positive.is_empty() {
-        true => seeds.boxes.iter().flatten().all(|&n| on_plane(index, n)),
-        false => seeds.positive.iter().all(hits),
-    }
+/// The plane that is meant itself, of those that bound the scene. Who clicks a thing low down may hit what it stands on, in all
+/// views or in some; who means the floor or a wall hits nothing else. A rectangle is drawn around a thing, whose middle may be a hole.
+fn meant_plane<'a>(index: &'a SceneIndex, seeds: &Seeds) -> Option<&'a SupportPlane> {
+    index.planes.iter().find(|plane| {
+        let is_on = |n: &u32| plane.holds(index.segment(*n));
+        let hits = |hit: &Vec<u32>| 2 * hit.iter().filter(|n| is_on(n)).count() > hit.len();
+        match seeds.positive.is_empty() {
+            true => seeds.boxes.iter().flatten().all(is_on),
+            false => seeds.positive.iter().all(hits),
+        }
+    })
 }
 
 /// Superpixels as low as what is stood on that face another way: the feet of things. A walk that used them would run from one
 /// thing to the next.
 pub(crate) fn feet(index: &SceneIndex, seeds: &Seeds) -> Vec<u32> {
-    if means_support(index, seeds) {
+    if meant_plane(index, seeds).is_some() {
         return Vec::new();
     }
     let stands_on = stands_on(index, seeds);
     let is_foot = |&n: &u32| {
         let s = index.segment(n);
-        let turned = index.plane.is_some_and(|p| !p.is_faced_by(s));
-        on_plane(index, n) && turned || stands_on.iter().any(|r| r.holds_foot(s))
+        index.planes.iter().any(|p| p.holds(s) && !p.is_faced_by(s))
+            || stands_on.iter().any(|r| r.holds_foot(s))
     };
     (0..index.nodes() as u32).filter(is_foot).collect()
 }
@@ -70,13 +69,16 @@ pub(crate) fn feet(index: &SceneIndex, seeds: &Seeds) -> Vec<u32> {
 /// Where a walk starts and ends.
 pub(crate) fn marks(index: &SceneIndex, seeds: &Seeds) -> Vec<Mark> {
     let mut marks = vec![Mark::Free; index.nodes()];
-    let on_plane = |n: u32| on_plane(index, n);
-    let is_support = means_support(index, seeds);
+    let meant = meant_plane(index, seeds);
+    let is_apart = |n: u32| match meant {
+        Some(plane) => !plane.holds(index.segment(n)),
+        None => index.planes.iter().any(|plane| plane.holds(index.segment(n))),
+    };
     let stands_on = stands_on(index, seeds);
     let on_raised = |n: u32| stands_on.iter().any(|r| r.holds(index.segment(n)));
     for n in 0..index.nodes() as u32 {
         // Nothing drawn is nobody's.
-        if index.segment(n).width == 0.0 || on_plane(n) != is_support || on_raised(n) {
+        if index.segment(n).width == 0.0 || is_apart(n) || on_raised(n) {
             marks[n as usize] = Mark::Negative;
         }
     }
@@ -85,7 +87,7 @@ pub(crate) fn marks(index: &SceneIndex, seeds: &Seeds) -> Vec<Mark> {
     let middle = seeds
         .boxes
         .iter()
-        .flat_map(|inside| inside.iter().filter(|&&n| on_plane(n) == is_support).take(BOX_SEEDS));
+        .flat_map(|inside| inside.iter().filter(|&&n| !is_apart(n)).take(BOX_SEEDS));
     let positive = seeds.positive.iter().flatten();
     positive.chain(middle).for_each(|&n| marks[n as usize] = Mark::Positive);
     seeds.negative.iter().flatten().for_each(|&n| marks[n as usize] = Mark::Negative);

@@ -174,7 +174,7 @@ impl<'a> SelectSource<'a> {
 
     /// The plane that was found, if views were prepared at all.
     pub(crate) fn found_plane(&self) -> Option<SupportPlane> {
-        self.index.get().and_then(|index| index.plane)
+        self.index.get().and_then(|index| index.plane().copied())
     }
 
     /// A camera at the working size.

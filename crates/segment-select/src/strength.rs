@@ -3,7 +3,7 @@
 //! Four cues, each a probability that an object ends here, combined as independent: a jump of depth where
 //! the planes of the two meet, a concave fold (objects are mostly convex and stand concavely on what
 //! carries them: Stein et al. 2014, "Object partitioning using local convexity"), a change of color
-//! (weak: objects have patterns), and leaving the support plane.
+//! (weak: objects have patterns), and leaving a plane that bounds the scene.
 
 use glam::Vec3;
 
@@ -40,7 +40,7 @@ pub(crate) fn across_border(
     view: &ViewData,
     [a, b]: [u32; 2],
     at_px: [f32; 2],
-    plane: Option<&SupportPlane>,
+    planes: &[SupportPlane],
 ) -> f32 {
     let (s, t) = (&view.segments[a as usize], &view.segments[b as usize]);
     match (s.width > 0.0, t.width > 0.0) {
@@ -57,13 +57,13 @@ pub(crate) fn across_border(
         }
         _ => 1.0,
     };
-    either(&[jump, fold(s, t), color(s, t), support(s, t, plane)])
+    either(&[jump, fold(s, t), color(s, t), support(s, t, planes)])
 }
 
 /// Between a superpixel and the one of another view that shows the same place.
-pub(crate) fn across_views(s: &Segment, t: &Segment, plane: Option<&SupportPlane>) -> f32 {
+pub(crate) fn across_views(s: &Segment, t: &Segment, planes: &[SupportPlane]) -> f32 {
     let angle = Vec3::from(s.normal).dot(Vec3::from(t.normal)).clamp(-1.0, 1.0).acos();
-    either(&[color(s, t), support(s, t, plane), TURNED_MOST * step(angle, TURNED)])
+    either(&[color(s, t), support(s, t, planes), TURNED_MOST * step(angle, TURNED)])
 }
 
 /// By color alone, 0 to [`COLOR_MOST`].
@@ -81,9 +81,10 @@ fn fold(s: &Segment, t: &Segment) -> f32 {
     most * step(angle, CONCAVE)
 }
 
-fn support(s: &Segment, t: &Segment, plane: Option<&SupportPlane>) -> f32 {
-    plane.map_or(0.0, |plane| {
+fn support(s: &Segment, t: &Segment, planes: &[SupportPlane]) -> f32 {
+    let leaves = |plane: &SupportPlane| {
         let share = |s: &Segment| plane.membership(Vec3::from(s.point), s.width);
-        SUPPORT_MOST * (share(s) - share(t)).abs()
-    })
+        (share(s) - share(t)).abs()
+    };
+    SUPPORT_MOST * planes.iter().map(leaves).fold(0.0, f32::max)
 }

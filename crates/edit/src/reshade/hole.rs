@@ -1,19 +1,18 @@
 //! What an object leaves open where it stood.
 
 use glam::Vec3;
-use motes_math::rng::keyed_rng;
 use motes_scene::Surface;
-use rand::RngExt;
 use rayon::prelude::*;
 use relight::RelightScene;
 
+use super::around::points_around;
 use super::colors::Projection;
 use super::cover::Cover;
 use super::grid::Grid;
 use super::height_field::{LEVEL, LOOSE, Oriented, raise};
 use super::images::Images;
 use super::plane_picture::plane_picture;
-use super::support::support_plane;
+use super::support::{LEAST_SHARE, support_plane};
 use crate::Fill;
 
 /// Cells around what was hidden that were hardly seen either.
@@ -35,11 +34,10 @@ const MAX_RIM: usize = 32;
 const CLOSING: usize = 4;
 /// Gaussians within this many tolerances of a plane hold it: few views place ground less well than a mesh of all does.
 const HELD: f32 = 3.0;
+/// Share of the level surface at the foot of an object that a plane holds closely, if that is no uneven ground.
+const CLEARED_SHARE: f64 = 0.5;
 /// An object is at its foot below this share of its size.
 const UNDER: f32 = 0.25;
-/// Points that are drawn around an object to find its plane.
-const POINTS: usize = 16_384;
-const PURPOSE: u64 = 0x484f_4c45;
 /// The plane is looked for this share of the object's size around it.
 const NEIGHBORHOOD: f32 = 0.35;
 /// Gaussians around whose normals agree less with the ground belong to what stands on it.
@@ -144,7 +142,7 @@ fn ground(
         TOLERANCE_EDGES.into_iter().filter(allowed).map(|edges| edges * edge)
     };
     let even = tolerances().find_map(|tolerance| {
-        let plane = support_plane(&points, object, 0.5 * tolerance, seed)?;
+        let plane = support_plane(&points, object, 0.5 * tolerance, LEAST_SHARE, seed)?;
         Some((plane, tolerance))
     });
     if let Some((plane, tolerance)) = even {
@@ -159,8 +157,15 @@ fn ground(
     let is_foot = |o: &&Oriented| o.normal.dot(up) >= LEVEL && o.point.dot(up) <= foot;
     let level: Vec<Oriented> = around.iter().filter(is_foot).copied().collect();
     let points: Vec<Vec3> = level.iter().map(|o| o.point).collect();
+    // Most of what is around may stand on a plane rather than be of it: leaves, legs, a slab beside.
+    let fine = TOLERANCE_EDGES[0] * edge;
+    let cleared = support_plane(&points, object, 0.5 * fine, CLEARED_SHARE, seed)
+        .filter(|plane| plane.normal.dot(up) >= ALIGNED);
+    if let Some(plane) = cleared {
+        return Some((over(plane)?, fine, fine));
+    }
     LOOSE.into_iter().find_map(|share| {
-        let plane = support_plane(&points, object, share * size, seed)?;
+        let plane = support_plane(&points, object, share * size, LEAST_SHARE, seed)?;
         if !(plane.normal.dot(up) >= ALIGNED) {
             return None;
         }
@@ -217,53 +222,6 @@ fn cell_width(edge: f32, size: f32) -> f32 {
 fn bounds(points: &[Vec3]) -> Option<(Vec3, Vec3)> {
     let first = *points.first()?;
     Some(points.iter().fold((first, first), |(l, h), p| (l.min(*p), h.max(*p))))
-}
-
-/// Points of triangles that stayed, evenly spread over their area, within a ball.
-fn points_around(
-    surface: &Surface,
-    stays: &impl Fn(u32) -> bool,
-    (center, radius): (Vec3, f32),
-    seed: u64,
-) -> Vec<Oriented> {
-    let corners = |t: &[u32; 3]| t.map(|v| Vec3::from(surface.vertices[v as usize]));
-    let near = |t: &&[u32; 3]| {
-        let [a, b, c] = corners(t);
-        let middle = (a + b + c) / 3.0;
-        let reach = a.distance(middle).max(b.distance(middle)).max(c.distance(middle));
-        t.iter().all(|v| stays(*v)) && middle.distance(center) <= radius + reach
-    };
-    let triangles: Vec<[u32; 3]> = surface.triangles.iter().filter(near).copied().collect();
-    // A triangle much larger than the ball shall not draw all points to where it is far away.
-    let most = radius * radius;
-    let mut sum = 0.0f64;
-    let areas: Vec<f64> = triangles
-        .iter()
-        .map(|t| {
-            let [a, b, c] = corners(t);
-            sum += f64::from((0.5 * (b - a).cross(c - a).length()).min(most));
-            sum
-        })
-        .collect();
-    if !(sum > 0.0) {
-        return Vec::new();
-    }
-    let mut rng = keyed_rng(seed, PURPOSE, 0);
-    let draw = |_| {
-        let at = areas.partition_point(|a| *a < rng.random_range(0.0..sum));
-        let triangle = &triangles[at.min(triangles.len() - 1)];
-        let [a, b, c] = corners(triangle);
-        let (mut u, mut v): (f32, f32) = (rng.random_range(0.0..1.0), rng.random_range(0.0..1.0));
-        if u + v > 1.0 {
-            (u, v) = (1.0 - u, 1.0 - v);
-        }
-        let normal = (b - a).cross(c - a).normalize_or_zero();
-        // Its vertices know which side is out.
-        let out = triangle.iter().map(|v| Vec3::from(surface.normals[*v as usize])).sum::<Vec3>();
-        let normal = if normal.dot(out) < 0.0 { -normal } else { normal };
-        Oriented { point: a + (b - a) * u + (c - a) * v, normal }
-    };
-    (0..POINTS).map(draw).filter(|o| o.point.distance(center) <= radius).collect()
 }
 
 impl Hole {

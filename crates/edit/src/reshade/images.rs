@@ -5,14 +5,18 @@ use std::num::NonZero;
 
 use glam::Vec3;
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
+use motes_math::median::median;
 use motes_math::sigmoid::sigmoid;
 use motes_scene::{Gaussians, Surface};
 use rayon::prelude::*;
 
+use super::absorption::Absorption;
 use crate::AT_REST;
 
 /// Gaussians that are fainter do not say whose a vertex is.
 const LEAST_OPACITY: f32 = 0.1;
+/// Edges that are looked at.
+const EDGES: usize = 10_000;
 /// So many Gaussians vote on a vertex.
 const VOTERS: NonZero<usize> = NonZero::new(5).unwrap();
 
@@ -89,7 +93,8 @@ impl Images {
         self.fate(self.of_row[row as usize])
     }
 
-    /// The fate of every vertex: that of most of the nearest Gaussians that can be seen.
+    /// The fate of every vertex: that of the matter there, and where there is none, of most of the nearest Gaussians that can be
+    /// seen. Far from what changed it is to have stayed.
     pub(super) fn of_vertices(&self, gaussians: &Gaussians, surface: &Surface) -> Vec<u32> {
         let seen: Vec<u32> = (0..gaussians.len())
             .filter(|&i| {
@@ -105,9 +110,15 @@ impl Images {
         let Ok(tree) = ImmutableKdTree::<f32, 3>::new_from_slice(&points) else {
             return vec![0; surface.vertices.len()];
         };
+        let is_changed = |row: u32| self.of_row[row as usize] != 0;
+        let absorption = Absorption::around(gaussians, &seen, is_changed, usual_edge(surface));
         let vote = |vertex: &[f32; 3]| {
-            if !Vec3::from(*vertex).is_finite() {
+            let at = Vec3::from(*vertex).as_dvec3();
+            if !at.is_finite() || !absorption.is_near(at) {
                 return 0;
+            }
+            if let Some(fate) = absorption.kind_at(at, |row| self.of_row[row as usize]) {
+                return fate;
             }
             let nearest = tree.query(vertex).nearest_n::<SquaredEuclidean<f32>>(VOTERS).execute();
             // In order of distance, so that the nearest wins a draw.
@@ -118,6 +129,17 @@ impl Images {
         };
         surface.vertices.par_iter().with_min_len(256).map(vote).collect()
     }
+}
+
+/// Median length of the edges, world units.
+fn usual_edge(surface: &Surface) -> f32 {
+    let step = surface.triangles.len().div_ceil(EDGES).max(1);
+    let length = |[a, b, _]: &[u32; 3]| {
+        let [a, b] = [a, b].map(|v| Vec3::from(surface.vertices[*v as usize]).as_dvec3());
+        a.distance(b)
+    };
+    let lengths = surface.triangles.iter().step_by(step).map(length);
+    median(lengths.filter(|l| l.is_finite())).unwrap_or(0.0) as f32
 }
 
 #[cfg(test)]

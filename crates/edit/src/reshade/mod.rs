@@ -16,6 +16,8 @@
 //! The surface that rays meet follows the Gaussians: each vertex shares the fate of the nearest ones. Where an object left a
 //! hole in the plane that it stood on, the plane goes on with its texture ([`crate::Fill`]).
 
+mod absorption;
+mod around;
 mod calibrate;
 mod closing;
 mod colors;

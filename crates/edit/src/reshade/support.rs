@@ -13,7 +13,7 @@ const MAX_OBJECT_VOTERS: usize = 512;
 /// This share of the object must be on one side.
 const ONE_SIDE: f64 = 0.9;
 /// A plane needs this share of the points around the object.
-const LEAST_SHARE: f64 = 0.3;
+pub(super) const LEAST_SHARE: f64 = 0.3;
 const PURPOSE: u64 = 0x5355_5050;
 
 /// A plane `n · x = offset`; `n` points to the side of the object.
@@ -49,11 +49,12 @@ impl Plane {
 }
 
 /// The plane that most of `around` lie on within `tolerance`, world units, of those that have nine tenths of `object` on
-/// one side: its front. None when no plane has three tenths of them.
+/// one side: its front. None when no plane has `least_share` of them.
 pub(super) fn support_plane(
     around: &[Vec3],
     object: &[Vec3],
     tolerance: f32,
+    least_share: f64,
     seed: u64,
 ) -> Option<Plane> {
     let step = around.len().div_ceil(MAX_VOTERS).max(1);
@@ -84,7 +85,7 @@ pub(super) fn support_plane(
         }
     }
     let (votes, mut normal, mut center) = best?;
-    if (votes as f64) < LEAST_SHARE * points.len() as f64 {
+    if (votes as f64) < least_share * points.len() as f64 {
         return None;
     }
     for _ in 0..3 {
@@ -131,13 +132,13 @@ mod tests {
             (0..600).map(|_| tilted(random(), random(), 0.002 * random())).collect();
         around.extend((0..400).map(|_| tilted(random(), random(), 0.5 + 0.4 * random())));
         let object = [Vec3::new(0.0, 0.0, 6.0)];
-        let plane = support_plane(&around, &object, 0.01, 0).expect("a plane");
+        let plane = support_plane(&around, &object, 0.01, LEAST_SHARE, 0).expect("a plane");
         let truth = Vec3::new(-0.2, 0.0, 1.0).normalize();
         assert!(plane.normal.dot(truth) > 0.999_95, "{plane:?}");
         assert!(plane.height(object[0]) > 0.9, "{plane:?}");
         let x = tilted(0.3, -0.4, 0.0);
         assert!((plane.point(plane.flat(x)) - x).length() < 3e-3);
-        assert_eq!(support_plane(&around[..2], &object, 0.01, 0), None);
-        assert_eq!(support_plane(&[Vec3::ONE; 50], &object, 0.01, 0), None);
+        assert_eq!(support_plane(&around[..2], &object, 0.01, LEAST_SHARE, 0), None);
+        assert_eq!(support_plane(&[Vec3::ONE; 50], &object, 0.01, LEAST_SHARE, 0), None);
     }
 }

@@ -64,7 +64,8 @@ pub(crate) fn relocate(
     let mut rng = keyed_rng(seed, STREAM_RELOCATE, u64::from(step));
     let mut copies = vec![1usize; alive.len()];
     for _ in alive.len()..if alive.is_empty() { 0 } else { total } {
-        let at = cumulative.partition_point(|&c| c <= rng.random::<f64>() * sum);
+        let share = rng.random::<f64>() * sum;
+        let at = cumulative.partition_point(|&c| c <= share);
         copies[at.min(alive.len() - 1)] += 1;
     }
     // A Gaussian whose place is full keeps the most there may be; the count stays below the target.
@@ -176,6 +177,35 @@ mod tests {
         g.opacity_logits.fill(-20.0);
         relocate(&mut g, &mut moments, &mut stats, &LIMITS, 3, 20);
         assert!(g.is_empty());
+    }
+
+    #[test]
+    fn places_are_chosen_as_often_as_they_are_opaque() {
+        // Twenty thousand copies of a hundred Gaussians of two opacities, chi-square with 99.
+        let mut g = random_gaussians(1, 1_100, 0);
+        g.opacity_logits.fill(-20.0);
+        let opacity = |i: usize| if i < 50 { 0.2f32 } else { 0.6 };
+        g.opacity_logits[..100].iter_mut().enumerate().for_each(|(i, o)| *o = logit(opacity(i)));
+        let places: Vec<[f32; 3]> = g.means[..100].to_vec();
+        let limits = RefineLimits { target: 1_100, ..LIMITS };
+        let mut counts = vec![0.0f64; 100];
+        for step in 0..20 {
+            let mut g = g.clone();
+            let (mut moments, mut stats) = (Moments::zeros(&g), RefineStats::zeros(g.len()));
+            relocate(&mut g, &mut moments, &mut stats, &limits, 11, step);
+            for mean in &g.means[100..] {
+                counts[places.iter().position(|p| p == mean).expect("a place")] += 1.0;
+            }
+        }
+        let total: f64 = counts.iter().sum();
+        let all: f64 = (0..100).map(|i| f64::from(opacity(i))).sum();
+        let chi2: f64 = (0..100)
+            .map(|i| {
+                let expected = total * f64::from(opacity(i)) / all;
+                (counts[i] - expected).powi(2) / expected
+            })
+            .sum();
+        assert!(chi2 < 148.2, "{chi2}, beyond the 0.1 % point");
     }
 
     #[test]
