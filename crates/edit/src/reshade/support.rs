@@ -3,6 +3,7 @@
 use glam::{DMat3, DVec3, Vec3};
 use motes_math::rng::keyed_rng;
 use rand::RngExt;
+use rayon::prelude::*;
 
 /// Triples of points that are tried.
 const TRIALS: usize = 512;
@@ -14,6 +15,10 @@ const MAX_OBJECT_VOTERS: usize = 512;
 const ONE_SIDE: f64 = 0.9;
 /// A plane needs this share of the points around the object.
 pub(super) const LEAST_SHARE: f64 = 0.3;
+/// Points farther from the object than this share of its size count less than half.
+const BESIDE: f64 = 0.1;
+/// A plane farther below nine tenths of the object by this share of its size counts `1 / e` as much.
+const STANDING: f64 = 0.1;
 const PURPOSE: u64 = 0x5355_5050;
 
 /// A plane `n · x = offset`; `n` points to the side of the object.
@@ -49,7 +54,7 @@ impl Plane {
 }
 
 /// The plane that most of `around` lie on within `tolerance`, world units, of those that have nine tenths of `object` on
-/// one side: its front. None when no plane has `least_share` of them.
+/// one side: its front. Planes farther below the object count less. None when no plane has `least_share` of them.
 pub(super) fn support_plane(
     around: &[Vec3],
     object: &[Vec3],
@@ -69,25 +74,43 @@ pub(super) fn support_plane(
         |n: DVec3, c: DVec3| points.iter().filter(move |p| n.dot(**p - c).abs() <= tolerance);
     let step = object.len().div_ceil(MAX_OBJECT_VOTERS).max(1);
     let object: Vec<DVec3> = object.iter().step_by(step).map(|p| p.as_dvec3()).collect();
-    // A plane through the object is one of its faces, or a neighbor's, but not what it stands on.
-    let beside = |n: DVec3, c: DVec3| {
-        let front = object.iter().filter(|p| n.dot(**p - c) > -tolerance).count();
-        let back = object.iter().filter(|p| n.dot(**p - c) < tolerance).count();
-        front.max(back) as f64 >= ONE_SIDE * object.len() as f64
+    let extent = extent(&object).max(tolerance);
+    // What an object stands on is beside it; the floor under a table is farther off.
+    let weight = |p: &DVec3| {
+        let square = object.iter().map(|o| o.distance_squared(*p)).fold(f64::INFINITY, f64::min);
+        1.0 / (1.0 + square / (BESIDE * extent).powi(2))
     };
-    let mut best: Option<(usize, DVec3, DVec3)> = None;
+    let weights: Vec<f64> = points.par_iter().map(weight).collect();
+    // A plane through the object is one of its faces, or a neighbor's, but not what it stands on.
+    let gap = |n: DVec3, c: DVec3| {
+        let mut heights: Vec<f64> = object.iter().map(|p| n.dot(*p - c)).collect();
+        heights.sort_by(f64::total_cmp);
+        let at = |share: f64| heights[(share * (heights.len() - 1) as f64) as usize];
+        let (low, high) = (at(1.0 - ONE_SIDE), at(ONE_SIDE));
+        let is_beside = low > -tolerance || high < tolerance;
+        is_beside.then(|| if low > -tolerance { low.max(0.0) } else { (-high).max(0.0) })
+    };
+    let least = least_share * weights.iter().sum::<f64>();
+    let votes = |n: DVec3, c: DVec3| {
+        let own = points.iter().zip(&weights).filter(|(p, _)| n.dot(**p - c).abs() <= tolerance);
+        own.map(|(_, w)| w).sum::<f64>()
+    };
+    let mut best: Option<(f64, DVec3, DVec3)> = None;
     for _ in 0..TRIALS {
         let [a, b, c] = [0; 3].map(|_| points[rng.random_range(0..points.len())]);
         let Some(n) = (b - a).cross(c - a).try_normalize() else { continue };
-        let votes = near(n, a).count();
-        if best.is_none_or(|(most, ..)| votes > most) && beside(n, a) {
-            best = Some((votes, n, a));
+        let votes = votes(n, a);
+        if votes < least || best.is_some_and(|(most, ..)| votes <= most) {
+            continue;
+        }
+        // What stands on a table is over the floor as well.
+        let Some(gap) = gap(n, a) else { continue };
+        let score = votes * (-gap / (STANDING * extent)).exp();
+        if best.is_none_or(|(most, ..)| score > most) {
+            best = Some((score, n, a));
         }
     }
-    let (votes, mut normal, mut center) = best?;
-    if (votes as f64) < least_share * points.len() as f64 {
-        return None;
-    }
+    let (_, mut normal, mut center) = best?;
     for _ in 0..3 {
         let inliers: Vec<DVec3> = near(normal, center).copied().collect();
         (normal, center) = least_squares(&inliers, normal)?;
@@ -97,6 +120,13 @@ pub(super) fn support_plane(
         normal = -normal;
     }
     Some(Plane::new(normal, center))
+}
+
+/// Diagonal of the box around points.
+fn extent(points: &[DVec3]) -> f64 {
+    let low = points.iter().copied().fold(DVec3::INFINITY, DVec3::min);
+    let high = points.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
+    (high - low).length()
 }
 
 /// Normal of least spread by inverse iteration, from a start that is near.
@@ -131,13 +161,17 @@ mod tests {
         let mut around: Vec<Vec3> =
             (0..600).map(|_| tilted(random(), random(), 0.002 * random())).collect();
         around.extend((0..400).map(|_| tilted(random(), random(), 0.5 + 0.4 * random())));
-        let object = [Vec3::new(0.0, 0.0, 6.0)];
+        let object: Vec<Vec3> = (1..=50).map(|k| tilted(0.0, 0.0, 0.02 * k as f32)).collect();
         let plane = support_plane(&around, &object, 0.01, LEAST_SHARE, 0).expect("a plane");
         let truth = Vec3::new(-0.2, 0.0, 1.0).normalize();
         assert!(plane.normal.dot(truth) > 0.999_95, "{plane:?}");
-        assert!(plane.height(object[0]) > 0.9, "{plane:?}");
+        assert!(plane.height(object[49]) > 0.9, "{plane:?}");
         let x = tilted(0.3, -0.4, 0.0);
         assert!((plane.point(plane.flat(x)) - x).length() < 3e-3);
+        // A larger floor below the table is not what the object stands on.
+        around.extend((0..1200).map(|_| tilted(2.0 * random(), 2.0 * random(), -2.0)));
+        let plane = support_plane(&around, &object, 0.01, 0.2, 0).expect("a plane");
+        assert!(plane.height(tilted(0.0, 0.0, 0.0)).abs() < 0.01, "{plane:?}");
         assert_eq!(support_plane(&around[..2], &object, 0.01, LEAST_SHARE, 0), None);
         assert_eq!(support_plane(&[Vec3::ONE; 50], &object, 0.01, LEAST_SHARE, 0), None);
     }
