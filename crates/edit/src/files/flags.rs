@@ -226,7 +226,9 @@ fn keys_of(flag: &Flag, text: &str) -> Result<Map<String, Value>, String> {
             Short::Step => ("steps", json!([parse_step(text)?])),
             Short::SelectionFile => ("steps", json!([{ "by": "file", "path": text }])),
             Short::Nothing => {
-                return Err(format!("{name} takes no value but a JSON object: {text}"));
+                return Err(format!(
+                    "{name} takes no value but a JSON object, not {text}; --selection FILE or --select STEP before it says what it is about"
+                ));
             }
         };
         keys.insert(key.into(), value);
