@@ -12,6 +12,7 @@
 pub mod changes;
 pub mod compose;
 pub mod files;
+mod mass;
 pub mod ops;
 pub mod photo;
 pub mod plan;

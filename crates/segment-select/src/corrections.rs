@@ -17,8 +17,8 @@ const DEPTH_POWER: f32 = 0.2;
 const CHANGE_POWER: f32 = 0.2;
 /// Added to the area that changes, superpixels: below it all changes are alike.
 const CHANGE_OFFSET: f32 = 5.0;
-/// What is missing or too much is a thing or a piece of one, and ends where something parts it: an answer costs more by this power of
-/// the conductance of the new border of what it changes.
+/// What is missing is a thing or a piece of one, and ends where something parts it: an answer to positive clicks costs more by this
+/// power of the conductance of the new border of what it changes.
 const TORN_POWER: f32 = 0.35;
 /// An answer that keeps less of the set than this share keeps nothing.
 const LEAST_KEPT: f32 = 0.01;

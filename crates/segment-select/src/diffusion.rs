@@ -35,6 +35,18 @@ const RESTING: f32 = 2.0;
 /// Neighbors of a superpixel, about.
 const NEIGHBORS: f32 = 4.0;
 
+/// Area of a superpixel if it is just above what things stand on; infinite where there is no plane.
+fn resting_area(index: &SceneIndex, node: u32) -> f32 {
+    if index.planes.is_empty() {
+        return f32::INFINITY;
+    }
+    let s = index.segment(node);
+    let is_low = |p: &SupportPlane| p.height(s.point.into()) < p.reach(RESTING, s.width);
+    let rests =
+        index.planes.iter().any(is_low) || index.raised.iter().any(|r| r.is_near(s, RESTING));
+    if rests { index.area(node) } else { 0.0 }
+}
+
 /// Chain of sets in the order of probability.
 pub(crate) fn sweep(index: &SceneIndex, probabilities: &[f32], marks: &[Mark]) -> Vec<Step> {
     let graph = &index.graph;
@@ -63,17 +75,7 @@ pub(crate) fn sweep(index: &SceneIndex, probabilities: &[f32], marks: &[Mark]) -
             inside[i as usize] = true;
             volume += f64::from(graph.degrees[i as usize]);
             area += index.area(i);
-            let s = index.segment(i);
-            let is_low = |p: &SupportPlane| p.height(s.point.into()) < p.reach(RESTING, s.width);
-            resting += if index.planes.is_empty() {
-                f32::INFINITY
-            } else if index.planes.iter().any(is_low)
-                || index.raised.iter().any(|r| r.is_near(s, RESTING))
-            {
-                index.area(i) / views
-            } else {
-                0.0
-            };
+            resting += resting_area(index, i) / views;
             // Of the smaller side: everything together is not an object.
             let side = volume.min(total - volume);
             let is_part = side > LEAST_REST * total || volume < 0.5 * total;

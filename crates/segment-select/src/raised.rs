@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use glam::{DVec3, Vec3};
 use motes_math::median::upper_median;
 
-use crate::plane::{SupportPlane, deviation, refined};
+use crate::plane::{SupportPlane, area, deviation, refined};
 use crate::view_data::Segment;
 
 /// Planes looked for at most.
@@ -36,15 +36,15 @@ pub(crate) struct RaisedSupport {
 impl RaisedSupport {
     /// Those above `floor`, the largest first.
     pub(crate) fn find(segments: &[&Segment], floor: &SupportPlane) -> Vec<Self> {
-        let total: f32 = segments.iter().filter(|s| s.width > 0.0).map(|s| s.area_px).sum();
+        let drawn: Vec<&Segment> = segments.iter().copied().filter(|s| s.width > 0.0).collect();
+        let total = area(&drawn);
         let mut left: Vec<&Segment> =
             segments.iter().copied().filter(|s| is_above(floor, s)).collect();
         let mut found = Vec::new();
         while found.len() < MOST {
             let Some(plane) = largest(&left, floor) else { break };
             let (on, rest): (Vec<&Segment>, Vec<&Segment>) =
-                left.into_iter().partition(|s| plane.membership(s.point.into(), s.width) > 0.5);
-            let area = |on: &[&Segment]| on.iter().map(|s| s.area_px).sum::<f32>();
+                left.into_iter().partition(|s| plane.holds(s));
             if !(area(&on) >= LEAST_SHARE * total) {
                 break;
             }
@@ -64,7 +64,7 @@ impl RaisedSupport {
 
     /// Whether a superpixel is of the plane.
     pub(crate) fn holds(&self, s: &Segment) -> bool {
-        s.width > 0.0 && self.plane.membership(s.point.into(), s.width) > 0.5 && self.is_within(s)
+        self.plane.holds(s) && self.is_within(s)
     }
 
     /// Whether a superpixel of the plane faces another way: the foot of something that stands on it.
@@ -95,7 +95,6 @@ fn largest_piece<'a>(on: &[&'a Segment], normal: Vec3) -> Vec<&'a Segment> {
     };
     let mut left: BTreeMap<(i32, i32), Vec<&Segment>> = BTreeMap::new();
     on.iter().for_each(|s| left.entry(cell_of(s)).or_default().push(s));
-    let area = |piece: &Vec<&Segment>| piece.iter().map(|s| s.area_px).sum::<f32>();
     let mut best = Vec::new();
     while let Some((cell, first)) = left.pop_first() {
         let (mut piece, mut open) = (first, vec![cell]);

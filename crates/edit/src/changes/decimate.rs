@@ -15,19 +15,18 @@ use std::num::NonZero;
 
 use glam::{DMat3, DQuat, DVec3};
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
-use motes_math::sigmoid::{logit, sigmoid};
+use motes_math::sigmoid::logit;
 use motes_scene::{ColumnValues, Gaussians};
 use rayon::prelude::*;
 
 use crate::EditState;
+use crate::mass::{MOST_OPAQUE, optical_depth, projected_area};
 use crate::symmetric::eigen;
 
 /// Neighbors that a Gaussian may merge with.
 const NEIGHBORS: usize = 6;
 /// Share of the Gaussians that merge in one round: more would take bad pairs before better ones arise.
 const SHARE_PER_ROUND: f64 = 0.25;
-/// Opacities beyond have a depth that rounding decides.
-const MOST_OPAQUE: f64 = 0.999;
 /// Weight of a squared difference of color against a squared distance in radii: a step of 0.3 in band 0
 /// counts like one radius.
 const COLOR_WEIGHT: f64 = 11.0;
@@ -116,7 +115,7 @@ impl Part {
         let sh = gaussians.sh_of(row);
         Self {
             mean: DVec3::from_array(gaussians.means[row].map(f64::from)),
-            mass: depth(gaussians.opacity_logits[row]) * area(scales),
+            mass: optical_depth(gaussians.opacity_logits[row]) * projected_area(scales),
             spread: scales.length_squared(),
             color: DVec3::new(sh[0].into(), sh[1].into(), sh[2].into()),
         }
@@ -130,16 +129,6 @@ impl Part {
     }
 }
 
-/// Optical depth of a peak.
-fn depth(opacity_logit: f32) -> f64 {
-    -(1.0 - f64::from(sigmoid(opacity_logit)).min(MOST_OPAQUE)).ln()
-}
-
-/// Mean projected area up to a constant.
-fn area(s: DVec3) -> f64 {
-    (s.x * s.y + s.y * s.z + s.z * s.x) / 3.0
-}
-
 fn covariance(gaussians: &Gaussians, row: usize) -> (DMat3, DVec3) {
     let [w, x, y, z] = gaussians.rotations[row].map(f64::from);
     let rotation = DMat3::from_quat(DQuat::from_xyzw(x, y, z, w).normalize());
@@ -150,7 +139,7 @@ fn covariance(gaussians: &Gaussians, row: usize) -> (DMat3, DVec3) {
 /// Puts the mixture of rows `a` and `b` into row `a`.
 fn merge(gaussians: &mut Gaussians, a: usize, b: usize) {
     let [(cov_a, s_a), (cov_b, s_b)] = [a, b].map(|row| covariance(gaussians, row));
-    let mass = |row: usize, s| depth(gaussians.opacity_logits[row]) * area(s);
+    let mass = |row: usize, s| optical_depth(gaussians.opacity_logits[row]) * projected_area(s);
     let (m_a, m_b) = (mass(a, s_a).max(f64::MIN_POSITIVE), mass(b, s_b));
     let share = m_b / (m_a + m_b);
     let [p, q] = [a, b].map(|row| DVec3::from_array(gaussians.means[row].map(f64::from)));
@@ -160,7 +149,7 @@ fn merge(gaussians: &mut Gaussians, a: usize, b: usize) {
     let cov = cov_a * (1.0 - share) + cov_b * share + outer * (share * (1.0 - share));
     let (rotation, variances) = eigen(cov);
     let scales = variances.max(DVec3::splat(1e-30)).to_array().map(f64::sqrt);
-    let depth = (m_a + m_b) / area(DVec3::from_array(scales)).max(f64::MIN_POSITIVE);
+    let depth = (m_a + m_b) / projected_area(DVec3::from_array(scales)).max(f64::MIN_POSITIVE);
     gaussians.means[a] = mean.as_vec3().to_array();
     let q = rotation;
     gaussians.rotations[a] = [q.w, q.x, q.y, q.z].map(|v| v as f32);

@@ -11,15 +11,14 @@
 use std::collections::HashMap;
 
 use glam::{DQuat, DVec3};
-use motes_math::sigmoid::sigmoid;
 use motes_scene::Gaussians;
+
+use crate::mass::{optical_depth, projected_area};
 
 /// A Gaussian ends so many standard deviations from its center.
 const REACH: f64 = 3.0;
 /// What stays has to absorb so many times more than what changed: inside of objects are Gaussians that nobody saw and selected.
 const STAYING: f64 = 3.0;
-/// No Gaussian absorbs more than this of what passes its center.
-const MOST_OPAQUE: f64 = 0.999;
 
 /// A cell: the binary logarithm of its width, and where it is.
 type Cell = (i32, [i64; 3]);
@@ -45,9 +44,8 @@ impl Blob {
         let own = gaussians.log_scales[i].map(|s| f64::from(s).exp());
         let wide = own.map(|s| s.hypot(blur));
         let unit = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| rotation * axis);
-        let opacity = f64::from(sigmoid(gaussians.opacity_logits[i])).min(MOST_OPAQUE);
-        let area = (own[0] * own[1] + own[1] * own[2] + own[2] * own[0]) / 3.0;
-        let peak = -(1.0 - opacity).ln() * area / wide.iter().product::<f64>();
+        let mass = optical_depth(gaussians.opacity_logits[i]) * projected_area(own.into());
+        let peak = mass / wide.iter().product::<f64>();
         let square = |k: usize| unit[k] * unit[k] * wide[k] * wide[k];
         let reach = REACH * (square(0) + square(1) + square(2)).map(f64::sqrt);
         let axes = [0, 1, 2].map(|k| unit[k] / wide[k]);

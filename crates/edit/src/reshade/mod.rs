@@ -13,8 +13,8 @@
 //! a tolerance keeps its bytes. Gaussians that are new here, or have another roughness or metallic, are shaded anew
 //! by the light of the scene; after a change of environment all are.
 //!
-//! The surface that rays meet follows the Gaussians: each vertex shares the fate of the nearest ones. Where an object left a
-//! hole in the plane that it stood on, the plane goes on with its texture ([`crate::Fill`]).
+//! The surface that rays meet follows the Gaussians: each vertex shares the fate of those that absorb most at its place. Where an
+//! object left a hole in the plane that it stood on, the plane goes on with its texture ([`crate::Fill`]).
 
 mod absorption;
 mod around;

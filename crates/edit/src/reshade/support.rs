@@ -70,8 +70,7 @@ pub(super) fn support_plane(
     }
     let tolerance = f64::from(tolerance);
     let mut rng = keyed_rng(seed, PURPOSE, 0);
-    let near =
-        |n: DVec3, c: DVec3| points.iter().filter(move |p| n.dot(**p - c).abs() <= tolerance);
+    let is_on = |n: DVec3, c: DVec3, p: &DVec3| n.dot(*p - c).abs() <= tolerance;
     let step = object.len().div_ceil(MAX_OBJECT_VOTERS).max(1);
     let object: Vec<DVec3> = object.iter().step_by(step).map(|p| p.as_dvec3()).collect();
     let extent = extent(&object).max(tolerance);
@@ -81,30 +80,18 @@ pub(super) fn support_plane(
         1.0 / (1.0 + square / (BESIDE * extent).powi(2))
     };
     let weights: Vec<f64> = points.par_iter().map(weight).collect();
-    // A plane through the object is one of its faces, or a neighbor's, but not what it stands on.
-    let gap = |n: DVec3, c: DVec3| {
-        let mut heights: Vec<f64> = object.iter().map(|p| n.dot(*p - c)).collect();
-        heights.sort_by(f64::total_cmp);
-        let at = |share: f64| heights[(share * (heights.len() - 1) as f64) as usize];
-        let (low, high) = (at(1.0 - ONE_SIDE), at(ONE_SIDE));
-        let is_beside = low > -tolerance || high < tolerance;
-        is_beside.then(|| if low > -tolerance { low.max(0.0) } else { (-high).max(0.0) })
-    };
     let least = least_share * weights.iter().sum::<f64>();
-    let votes = |n: DVec3, c: DVec3| {
-        let own = points.iter().zip(&weights).filter(|(p, _)| n.dot(**p - c).abs() <= tolerance);
-        own.map(|(_, w)| w).sum::<f64>()
-    };
     let mut best: Option<(f64, DVec3, DVec3)> = None;
     for _ in 0..TRIALS {
         let [a, b, c] = [0; 3].map(|_| points[rng.random_range(0..points.len())]);
         let Some(n) = (b - a).cross(c - a).try_normalize() else { continue };
-        let votes = votes(n, a);
+        let own = points.iter().zip(&weights).filter(|(p, _)| is_on(n, a, p));
+        let votes: f64 = own.map(|(_, w)| w).sum();
         if votes < least || best.is_some_and(|(most, ..)| votes <= most) {
             continue;
         }
         // What stands on a table is over the floor as well.
-        let Some(gap) = gap(n, a) else { continue };
+        let Some(gap) = gap(&object, (n, a), tolerance) else { continue };
         let score = votes * (-gap / (STANDING * extent)).exp();
         if best.is_none_or(|(most, ..)| score > most) {
             best = Some((score, n, a));
@@ -112,7 +99,8 @@ pub(super) fn support_plane(
     }
     let (_, mut normal, mut center) = best?;
     for _ in 0..3 {
-        let inliers: Vec<DVec3> = near(normal, center).copied().collect();
+        let inliers: Vec<DVec3> =
+            points.iter().copied().filter(|p| is_on(normal, center, p)).collect();
         (normal, center) = least_squares(&inliers, normal)?;
     }
     let object_center = object.iter().sum::<DVec3>() / object.len() as f64;
@@ -120,6 +108,17 @@ pub(super) fn support_plane(
         normal = -normal;
     }
     Some(Plane::new(normal, center))
+}
+
+/// How far nine tenths of an object are from a plane, given by a normal and a point; none where it passes through the object: then
+/// it is one of its faces, or a neighbor's, but not what it stands on.
+fn gap(object: &[DVec3], (n, through): (DVec3, DVec3), tolerance: f64) -> Option<f64> {
+    let mut heights: Vec<f64> = object.iter().map(|p| n.dot(*p - through)).collect();
+    heights.sort_by(f64::total_cmp);
+    let at = |share: f64| heights[(share * (heights.len() - 1) as f64) as usize];
+    let (front, back) = (at(1.0 - ONE_SIDE), -at(ONE_SIDE));
+    let beside = [front, back].into_iter().find(|side| *side > -tolerance)?;
+    Some(beside.max(0.0))
 }
 
 /// Diagonal of the box around points.
