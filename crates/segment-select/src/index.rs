@@ -4,6 +4,8 @@ use std::any::Any;
 use std::sync::{Arc, Mutex};
 
 use glam::{DVec3, Vec3};
+use motes_scene::Pose;
+use motes_scene::camera_path::mean_up;
 use rayon::prelude::*;
 
 use crate::bounding::bounding_planes;
@@ -220,8 +222,8 @@ impl SceneIndex {
 
 /// Up, as the cameras are held; no direction where they are held in all ways.
 fn up(views: &[ViewData]) -> DVec3 {
-    let up_of = |v: &ViewData| v.camera_from_world.rotation.inverse() * DVec3::NEG_Y;
-    views.iter().map(up_of).sum::<DVec3>().normalize_or_zero()
+    let cameras: Vec<Pose> = views.iter().map(|v| v.camera_from_world).collect();
+    mean_up(&cameras).unwrap_or_default()
 }
 
 /// The superpixel of a view that shows a point. `slack` is how far it may be off, world units, beyond
