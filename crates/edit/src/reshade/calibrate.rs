@@ -193,7 +193,7 @@ fn mean_around(
     let mut radius = radius.max(1);
     loop {
         let share = ((2 * radius + 1) as f32).powi(-2);
-        for (sum, square) in sums.iter_mut().zip(boxed(grid, &own, radius)) {
+        for (sum, square) in sums.iter_mut().zip(boxed(grid.size, &own, radius)) {
             *sum += share * Vec4::from(square);
         }
         if radius >= grid.size[0].max(grid.size[1]) {
@@ -262,7 +262,7 @@ fn power(values: impl Iterator<Item = f32>) -> f64 {
 fn smoothed(grid: &Grid, known: &[bool], radius: usize, value: impl Fn(usize) -> f32) -> Vec<f32> {
     let sums: Vec<[f32; 2]> =
         (0..grid.cells()).map(|c| if known[c] { [value(c), 1.0] } else { [0.0; 2] }).collect();
-    let sums = boxed(grid, &sums, radius);
+    let sums = boxed(grid.size, &sums, radius);
     sums.iter().map(|s| if s[1] > 0.0 { s[0] / s[1] } else { 0.0 }).collect()
 }
 

@@ -1,4 +1,4 @@
-//! Whether ground can be continued by example: whether known ground beside a hole is foretold by the example that fits what is next
+//! Whether ground can be continued patch by patch: whether known ground beside a hole is foretold by the example that fits what is next
 //! to it.
 //!
 //! ```text
@@ -20,7 +20,7 @@ const TRIED: usize = 96;
 /// blank does, and independent noise.
 const MOST_ERROR: f32 = 1.5;
 
-/// Whether examples foretell the ground beside the hole well enough to be copied into it.
+/// Whether examples foretell the ground beside the hole well enough to be copied patch by patch.
 pub(super) fn is_foretold(raster: &Raster<'_>, examples: &[(usize, f32)]) -> bool {
     error_of_examples(raster, examples).is_some_and(|error| error <= MOST_ERROR)
 }

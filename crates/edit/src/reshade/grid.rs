@@ -158,7 +158,7 @@ impl Grid {
 
 /// Sums over squares of `2 radius + 1` cells, in time that does not depend on the radius. Squares of zeros sum to zero exactly.
 pub(super) fn boxed<const C: usize>(
-    grid: &Grid,
+    [width, height]: [usize; 2],
     values: &[[f32; C]],
     radius: usize,
 ) -> Vec<[f32; C]> {
@@ -178,7 +178,6 @@ pub(super) fn boxed<const C: usize>(
         }
         out
     };
-    let [width, height] = grid.size;
     let rows = along(values, width, &|line, i| line * width + i);
     along(&rows, height, &|line, i| i * width + line)
 }

@@ -77,7 +77,7 @@ fn fit(grid: &mut Grid, places: &[(usize, f32, Vec3)]) {
     grid.smooth(&mut heights, &known);
     for _ in 0..2 {
         let with_count: Vec<[f32; 2]> = heights.iter().map(|[h]| [*h, 1.0]).collect();
-        let sums = boxed(grid, &with_count, SMOOTH);
+        let sums = boxed(grid.size, &with_count, SMOOTH);
         heights = sums.iter().map(|[h, n]| [h / n]).collect();
     }
     grid.heights = heights.into_iter().map(|[h]| h).collect();

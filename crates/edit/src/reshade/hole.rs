@@ -36,7 +36,9 @@ const CLOSING: usize = 4;
 const HELD: f32 = 3.0;
 /// Share of the level surface at the foot of an object that a plane holds closely, if that is no uneven ground.
 const CLEARED_SHARE: f64 = 0.5;
-/// An object is at its foot below this share of its size.
+/// What surrounds an object is at its foot below this share of its height.
+const FOOT: f32 = 0.1;
+/// What an object covers up to this share of its size is not known of uneven ground.
 const UNDER: f32 = 0.25;
 /// The plane is looked for this share of the object's size around it.
 const NEIGHBORHOOD: f32 = 0.35;
@@ -64,6 +66,8 @@ pub(super) struct Hole {
     pub(super) blurred: Vec<bool>,
     /// Cells whose surface stayed.
     pub(super) covered: Vec<bool>,
+    /// Cells under the foot of what stays on the ground: a blanket, another object.
+    pub(super) occupied: Vec<bool>,
     /// How far off the plane its points may be.
     pub(super) tolerance: f32,
     /// How far off the plane the ground may be: farther where it is uneven.
@@ -104,6 +108,7 @@ pub(super) fn find_hole(
     let (grid, tolerance, reach) =
         ground(&around, &object, size, edge, margin(fill), before.up_in_world, seed)?;
     let covered = covered(&grid, surface, tolerance, &stays);
+    let occupied = occupied(&grid, surface, tolerance, &stays);
     let mut under = vec![false; grid.cells()];
     for corners in surface.triangles.iter().filter(|corners| corners.iter().any(|v| left(*v))) {
         grid.mark(&mut under, corners.map(at));
@@ -121,7 +126,7 @@ pub(super) fn find_hole(
     let open = grid.shrunk(&grid.grown(&open, CONTACT + CLOSING), CLOSING);
     let rim = ((RIM * size / grid.pitch).ceil() as usize).min(MAX_RIM);
     let blurred = grid.grown(&open, rim);
-    Some(Hole { grid, open, blurred, covered, tolerance, reach, object_size: size })
+    Some(Hole { grid, open, blurred, covered, occupied, tolerance, reach, object_size: size })
 }
 
 /// The ground that an object stood on as cells, and how far off it its points may be: a plane if one holds the surface around,
@@ -153,16 +158,17 @@ fn ground(
         .iter()
         .map(|p| p.dot(up))
         .fold((f32::INFINITY, f32::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
-    let foot = low + UNDER * (high - low);
+    let foot = low + FOOT * (high - low);
     let is_foot = |o: &&Oriented| o.normal.dot(up) >= LEVEL && o.point.dot(up) <= foot;
     let level: Vec<Oriented> = around.iter().filter(is_foot).copied().collect();
     let points: Vec<Vec3> = level.iter().map(|o| o.point).collect();
     // Most of what is around may stand on a plane rather than be of it: leaves, legs, a slab beside.
-    let fine = TOLERANCE_EDGES[0] * edge;
-    let cleared = support_plane(&points, object, 0.5 * fine, CLEARED_SHARE, seed)
-        .filter(|plane| plane.normal.dot(up) >= ALIGNED);
-    if let Some(plane) = cleared {
-        return Some((over(plane)?, fine, fine));
+    let cleared = tolerances().find_map(|tolerance| {
+        let plane = support_plane(&points, object, 0.5 * tolerance, CLEARED_SHARE, seed)?;
+        (plane.normal.dot(up) >= ALIGNED).then_some((plane, tolerance))
+    });
+    if let Some((plane, tolerance)) = cleared {
+        return Some((over(plane)?, tolerance, tolerance));
     }
     LOOSE.into_iter().find_map(|share| {
         let plane = support_plane(&points, object, share * size, LEAST_SHARE, seed)?;
@@ -212,6 +218,25 @@ pub(super) fn covered(
         }
     }
     covered
+}
+
+/// Cells under triangles that stayed and leave the plane where Gaussians still count as of it, and those beside.
+fn occupied(
+    grid: &Grid,
+    surface: &Surface,
+    tolerance: f32,
+    stays: &impl Fn(u32) -> bool,
+) -> Vec<bool> {
+    let mut occupied = vec![false; grid.cells()];
+    for corners in surface.triangles.iter().filter(|corners| corners.iter().all(|v| stays(*v))) {
+        let triangle = corners.map(|v| Vec3::from(surface.vertices[v as usize]));
+        let heights = triangle.map(|p| grid.height(p));
+        let low = heights.iter().any(|h| *h <= HELD * tolerance);
+        if low && heights.iter().any(|h| *h > tolerance) {
+            grid.mark(&mut occupied, triangle);
+        }
+    }
+    grid.grown(&occupied, CONTACT)
 }
 
 /// Width of a cell of the ground under an object of this size, where edges of the mesh are so long.

@@ -117,7 +117,7 @@ pub(super) fn continued_looks(
         let values = [r, g, b, materials.roughness[i], materials.metallic[i], 1.0];
         sums[cell].iter_mut().zip(values).for_each(|(s, v)| *s += weight * v);
     }
-    let materials = continued(grid, &hole.blurred, &boxed(grid, &sums, window));
+    let materials = continued(grid, &hole.blurred, &boxed(grid.size, &sums, window));
     let look = |(u, m): ([f32; 3], [f32; 5])| [u[0], u[1], u[2], m[0], m[1], m[2], m[3], m[4]];
     unlit.into_iter().zip(materials).map(look).collect()
 }
@@ -150,7 +150,7 @@ fn unlit_where(
         }
         _ => [0.0; 6],
     });
-    let sums = boxed(grid, &products.collect::<Vec<_>>(), window);
+    let sums = boxed(grid.size, &products.collect::<Vec<_>>(), window);
     // One weight for all channels, as `continued` wants it: ratios first.
     let known = |[r, g, b, x, y, z]: [f32; 6]| {
         let mean = (x + y + z) / 3.0;
@@ -202,6 +202,7 @@ fn continued<const C: usize, const M: usize>(
 pub(super) fn hole_in(grid: Grid, open: Vec<bool>) -> Hole {
     Hole {
         covered: vec![true; grid.cells()],
+        occupied: vec![false; grid.cells()],
         blurred: open.clone(),
         open,
         tolerance: 0.02,

@@ -35,6 +35,7 @@ mod learned;
 mod leftovers;
 mod looks;
 mod patch;
+mod pieces;
 mod plane_picture;
 mod ratio;
 mod scene_after;

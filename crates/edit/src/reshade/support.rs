@@ -13,6 +13,10 @@ const MAX_VOTERS: usize = 4096;
 const MAX_OBJECT_VOTERS: usize = 512;
 /// This share of the object must be on one side.
 const ONE_SIDE: f64 = 0.9;
+/// All but this share of the object reaches no farther below the plane than [`SUNK`].
+const FOOT: f64 = 0.02;
+/// Share of the object's size.
+const SUNK: f64 = 0.03;
 /// A plane needs this share of the points around the object.
 pub(super) const LEAST_SHARE: f64 = 0.3;
 /// Points farther from the object than this share of its size count less than half.
@@ -91,7 +95,7 @@ pub(super) fn support_plane(
             continue;
         }
         // What stands on a table is over the floor as well.
-        let Some(gap) = gap(&object, (n, a), tolerance) else { continue };
+        let Some(gap) = gap(&object, (n, a), tolerance, SUNK * extent) else { continue };
         let score = votes * (-gap / (STANDING * extent)).exp();
         if best.is_none_or(|(most, ..)| score > most) {
             best = Some((score, n, a));
@@ -110,15 +114,17 @@ pub(super) fn support_plane(
     Some(Plane::new(normal, center))
 }
 
-/// How far nine tenths of an object are from a plane, given by a normal and a point; none where it passes through the object: then
-/// it is one of its faces, or a neighbor's, but not what it stands on.
-fn gap(object: &[DVec3], (n, through): (DVec3, DVec3), tolerance: f64) -> Option<f64> {
+/// How far nine tenths of an object are from a plane, given by a normal and a point; none where it passes through the object, or
+/// where the object's foot is farther than `sunk` below: then it is a face of the object, or the top of a thing beside it, but not what
+/// it stands on.
+fn gap(object: &[DVec3], (n, through): (DVec3, DVec3), tolerance: f64, sunk: f64) -> Option<f64> {
     let mut heights: Vec<f64> = object.iter().map(|p| n.dot(*p - through)).collect();
     heights.sort_by(f64::total_cmp);
     let at = |share: f64| heights[(share * (heights.len() - 1) as f64) as usize];
-    let (front, back) = (at(1.0 - ONE_SIDE), -at(ONE_SIDE));
-    let beside = [front, back].into_iter().find(|side| *side > -tolerance)?;
-    Some(beside.max(0.0))
+    let sides = [[at(1.0 - ONE_SIDE), at(FOOT)], [-at(ONE_SIDE), -at(1.0 - FOOT)]];
+    let stands = |[most, foot]: &[f64; 2]| *most > -tolerance && *foot > -tolerance - sunk;
+    let [most, _] = sides.into_iter().find(stands)?;
+    Some(most.max(0.0))
 }
 
 /// Diagonal of the box around points.
@@ -170,6 +176,10 @@ mod tests {
         // A larger floor below the table is not what the object stands on.
         around.extend((0..1200).map(|_| tilted(2.0 * random(), 2.0 * random(), -2.0)));
         let plane = support_plane(&around, &object, 0.01, 0.2, 0).expect("a plane");
+        assert!(plane.height(tilted(0.0, 0.0, 0.0)).abs() < 0.01, "{plane:?}");
+        // Nor is a blanket beside it that its feet are below.
+        around.extend((0..2400).map(|_| tilted(random(), random(), 0.12)));
+        let plane = support_plane(&around, &object, 0.01, 0.1, 0).expect("a plane");
         assert!(plane.height(tilted(0.0, 0.0, 0.0)).abs() < 0.01, "{plane:?}");
         assert_eq!(support_plane(&around[..2], &object, 0.01, LEAST_SHARE, 0), None);
         assert_eq!(support_plane(&[Vec3::ONE; 50], &object, 0.01, LEAST_SHARE, 0), None);

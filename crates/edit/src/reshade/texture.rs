@@ -5,7 +5,7 @@
 //! ```
 //!
 //! `c` is the ground as it looks from above, `L` the light of white matte matter there. `a` goes on by example
-//! ([`super::exemplar`]), and `exp a` is the unlit color of what fills the hole. Its mean is not taken out: ground is told from
+//! ([`super::exemplar`], [`super::pieces`]), and `exp a` is the unlit color of what fills the hole. Its mean is not taken out: ground is told from
 //! other ground by its color at least as well as by its grain.
 
 use glam::Vec3;
@@ -18,6 +18,7 @@ use super::foretold::is_foretold;
 use super::grid::{Grid, boxed};
 use super::hole::Hole;
 use super::looks::Seen;
+use super::pieces::with_pieces;
 use super::plane_picture::plane_picture;
 
 /// Cells of the texture over the object's size, where the ground has no finer cells anyway.
@@ -70,8 +71,9 @@ impl Texture {
         let ratios: Vec<Option<[f32; 3]>> = cells.clone().map(log_ratio).collect();
         let known: Vec<bool> = ratios.iter().map(Option::is_some).collect();
         let values: Vec<[f32; 3]> = ratios.into_iter().map(Option::unwrap_or_default).collect();
+        let serves = |from: usize| even[from] && !hole.occupied[from];
         let examples: Vec<bool> =
-            cells.clone().map(|c| known[c] && coarse(c).is_some_and(|from| even[from])).collect();
+            cells.clone().map(|c| known[c] && coarse(c).is_some_and(serves)).collect();
         let radius = (PATCH * hole.object_size / grid.pitch).round() as usize;
         let radius = radius.clamp(PATCH_CELLS[0], PATCH_CELLS[1]);
         has_texture(&grid, &values, &examples, radius).then_some(())?;
@@ -84,9 +86,7 @@ impl Texture {
             hole: &open.collect::<Vec<_>>(),
             radius,
         };
-        let examples = examples_of(&raster)?;
-        is_foretold(&raster, &examples)
-            .then(|| Self { grid, log_unlit: filled(&raster, &examples) })
+        Some(Self { log_unlit: continued(&raster)?, grid })
     }
 
     /// Width of a cell, world units.
@@ -98,6 +98,17 @@ impl Texture {
     pub(super) fn unlit_at(&self, flat: [f32; 2]) -> Option<Vec3> {
         Some(Vec3::from(self.log_unlit[self.grid.cell(flat)?]).map(f32::exp))
     }
+}
+
+/// The values with the hole filled: patch by patch where examples foretell the ground, by pieces as large as they get where they
+/// do not, since patches of grain would repeat. `None` where too little ground can be copied.
+fn continued(raster: &Raster<'_>) -> Option<Vec<[f32; 3]>> {
+    let examples = examples_of(raster)?;
+    if is_foretold(raster, &examples) {
+        return Some(filled(raster, &examples));
+    }
+    let (values, known) = with_pieces(raster);
+    Some(filled(&Raster { values: &values, known: &known, ..*raster }, &examples))
 }
 
 /// Logarithm of the light per cell of the ground, smoothed, and whether it is even there.
@@ -112,8 +123,9 @@ fn light(hole: &Hole, seen: &Seen) -> (Vec<Vec3>, Vec<bool>) {
     };
     let logs: Vec<[f32; 4]> = (0..grid.cells()).map(of).collect();
     let mean = |[r, g, b, n]: [f32; 4]| Vec3::new(r, g, b) / n.max(1.0);
-    let near: Vec<Vec3> = boxed(grid, &logs, LIGHT_WINDOW).into_iter().map(mean).collect();
-    let wider: Vec<Vec3> = boxed(grid, &logs, 3 * LIGHT_WINDOW).into_iter().map(mean).collect();
+    let near: Vec<Vec3> = boxed(grid.size, &logs, LIGHT_WINDOW).into_iter().map(mean).collect();
+    let wider: Vec<Vec3> =
+        boxed(grid.size, &logs, 3 * LIGHT_WINDOW).into_iter().map(mean).collect();
     let even = (0..grid.cells())
         .map(|c| seen.is_known(c) && (near[c] - wider[c]).abs().max_element() < EVEN_LIGHT)
         .collect();
@@ -127,7 +139,7 @@ fn has_texture(grid: &Grid, values: &[[f32; 3]], examples: &[bool], radius: usiz
     let own: Vec<[f32; 2]> =
         own.map(|(v, example)| if *example { [mean(v), 1.0] } else { [0.0; 2] }).collect();
     let (mut squares, mut count) = (0.0f64, 0usize);
-    for ([value, known], [sum, near]) in own.iter().zip(boxed(grid, &own, radius)) {
+    for ([value, known], [sum, near]) in own.iter().zip(boxed(grid.size, &own, radius)) {
         if *known > 0.0 {
             squares += f64::from(value - sum / near).powi(2);
             count += 1;
