@@ -6,6 +6,7 @@ use std::path::Path;
 use std::process::Output;
 
 use decompose::pipeline::STEPS;
+use glam::Vec3;
 
 use motes_formats::decomposition::read_decomposition;
 use motes_formats::environment::{read_environment, write_environment};
@@ -16,11 +17,16 @@ use motes_scene::ScaleAnchor;
 use motes_scene::{ImageF32, ImageU8, Materials, Residual, Surface};
 use motes_testkit::toy_capture::{ToyCapture, assert_code, run, stderr, toy_capture};
 
-/// A sheet through the middle of the toy's Gaussians, and a bright even light.
+/// A sheet through the middle of the toy's Gaussians that faces the cameras, and a bright even light.
 fn prepared() -> ToyCapture {
     let toy = toy_capture();
     let forward = toy.capture.views[0].camera_from_world.inverse().rotation_matrix().z_axis;
-    let normal = -forward.as_vec3();
+    write_surface(&toy.path("sheet.ply"), &sheet(-forward.as_vec3())).unwrap();
+    write_environment(&toy.path("light.exr"), &ImageF32::filled(16, 8, 3, 1.0), &[]).unwrap();
+    toy
+}
+
+fn sheet(normal: Vec3) -> Surface {
     let side = normal.any_orthonormal_vector();
     let across = normal.cross(side);
     let (n, size) = (20u32, 6.0);
@@ -38,9 +44,7 @@ fn prepared() -> ToyCapture {
             surface.triangles.extend([[a, a + 1, a + n + 2], [a, a + n + 2, a + n + 1]]);
         }
     }
-    write_surface(&toy.path("sheet.ply"), &surface).unwrap();
-    write_environment(&toy.path("light.exr"), &ImageF32::filled(16, 8, 3, 1.0), &[]).unwrap();
-    toy
+    surface
 }
 
 fn decompose(toy: &ToyCapture, arguments: &[&str]) -> Output {
@@ -87,8 +91,11 @@ fn a_scene_folder_is_written_whole_and_kept() {
 }
 
 #[test]
-fn a_known_light_stands_upright_on_the_surface_that_is_found() {
+fn a_known_light_stands_upright_on_the_ground_that_is_found() {
     let toy = prepared();
+    let (sin, cos) = 20.0f32.to_radians().sin_cos();
+    let ground = Vec3::new(0.6 * sin, -0.8 * sin, cos);
+    write_surface(&toy.path("sheet.ply"), &sheet(ground)).unwrap();
     let mut sky = ImageF32::filled(16, 8, 3, 0.1);
     sky.data[..16 * 4 * 3].fill(1.0);
     write_environment(&toy.path("sky.exr"), &sky, &[]).unwrap();
@@ -99,7 +106,7 @@ fn a_known_light_stands_upright_on_the_surface_that_is_found() {
         assert_code(&decompose(&toy, &[&light[..], &off[..]].concat()), 0);
         let scene = read_decomposition(&toy.path(folder)).unwrap();
         let up = glam::DVec3::from_array(scene.document.up_in_world);
-        assert!(up.abs().max_element() < 0.98, "the up of this surface is no axis: {up}");
+        assert!(up.distance(ground.as_dvec3()) < 1e-4, "{up}");
         // The map of the folder has its zenith where the surface has its up, whatever the light was.
         let zenith = scene.document.environment_up_in_world.unwrap();
         assert!(up.distance(zenith.into()) < 1e-6);

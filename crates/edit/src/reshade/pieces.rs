@@ -6,12 +6,12 @@
 //!
 //! ```text
 //! a(p) = a(p + s) + m(p)       m: mean of d(p) = a(p) - a(p + s) over patches of the seam, continued into the hole
-//! s    = argmin (<|d|²> + 4 <|d̄|²>) / (g + g_seam) + (ln(g_piece / g_own) / 2)² + 2 (1 - cover)
+//! s    = argmin (<|d|²> + 4 <|d̄|²>) / (g + g_seam) + (ln(g_piece / g) / 2)² + 2 (1 - cover)
 //! ```
 //!
-//! `<>` are means over the seam, `d̄` is the mean of `d` in squares of a patch, `g` the mean square of what a pattern varies by within patches:
-//! at the seam (`own`), at the seam moved (`seam`), and in the piece. Without the quotient and the second term, even ground would fit best, since it is
-//! more like a pattern than another part of the pattern is. `cover` is the share of the open cells that the piece has.
+//! `<>` are means over the seam, `d̄` are means over squares of a patch, `g` is the mean square deviation within patches at the seam,
+//! `g_seam` at the seam moved, `g_piece` in the piece. Without the quotient and the second term even ground would fit best, since it
+//! is nearer to any pattern than another part of the pattern is. `cover` is the share of the open cells that the piece covers.
 
 use rayon::prelude::*;
 
@@ -26,6 +26,8 @@ const LEAST_COVER: f32 = 0.25;
 const LEAST_SEAM: f32 = 0.25;
 /// Slow changes of color across the seam count so much more than grain.
 const SLOW: f32 = 4.0;
+/// A coarse search tries about so many shifts at most.
+const COARSE: f32 = 65_536.0;
 /// Open cells and cells of the seam that a coarse search looks at, at most.
 const SAMPLED: [usize; 2] = [512, 2048];
 /// Mean squares below are even ground, log units.
@@ -87,8 +89,9 @@ impl Work<'_> {
         if open.is_empty() || seam.is_empty() {
             return None;
         }
-        let step = r.radius.div_ceil(2).max(1);
         let [width, height] = r.size.map(|n| n as isize);
+        let area = 4.0 * (width * height) as f32;
+        let step = r.radius.div_ceil(2).max((area / COARSE).sqrt().ceil() as usize);
         let steps = |length: isize| (1 - length..length).step_by(step);
         // A shift next to one before would only stretch its piece.
         let side = self.side() as isize;
