@@ -6,13 +6,14 @@ use rayon::prelude::*;
 use relight::RelightScene;
 
 use super::around::points_around;
+use super::bordered::split_by_border;
 use super::colors::Projection;
 use super::cover::Cover;
 use super::grid::Grid;
 use super::height_field::{LEVEL, LOOSE, Oriented, raise};
 use super::images::Images;
 use super::plane_picture::plane_picture;
-use super::support::{LEAST_SHARE, support_plane};
+use super::support::{LEAST_SHARE, Say, support_plane};
 use crate::Fill;
 
 /// Cells around what was hidden that were hardly seen either.
@@ -28,6 +29,8 @@ const REFIT_RIM: f32 = 0.08;
 /// Cells of the ground are no wider than this share of the object's size, however coarse the mesh: the rings around a hole are
 /// counted in cells.
 const FINE: f32 = 0.01;
+/// Ground borders an opening that is so near, share of the object's size.
+const NEAR: f32 = 0.05;
 /// In cells.
 const MAX_RIM: usize = 32;
 /// Gaps of up to twice as many cells between openings are open, too.
@@ -62,7 +65,9 @@ pub(super) struct Hole {
     pub(super) grid: Grid,
     /// Cells that were hidden or have no surface.
     pub(super) open: Vec<bool>,
-    /// Those and the cells around, which hold what was seen at the foot of the object: its colors and its contact shadow.
+    /// Cells that would be open if ground bordered them.
+    pub(super) floating: usize,
+    /// The open cells and those around, which hold what was seen at the foot of the object: its colors and its contact shadow.
     pub(super) blurred: Vec<bool>,
     /// Cells whose surface stayed.
     pub(super) covered: Vec<bool>,
@@ -124,9 +129,21 @@ pub(super) fn find_hole(
         .collect();
     // Where matter met the plane, cameras saw next to nothing; what lies between such places is no better known.
     let open = grid.shrunk(&grid.grown(&open, CONTACT + CLOSING), CLOSING);
+    let near_ground = grid.grown(&covered, (NEAR * size / grid.pitch) as usize);
+    let (open, floating) = split_by_border(&grid, &open, &near_ground);
     let rim = ((RIM * size / grid.pitch).ceil() as usize).min(MAX_RIM);
     let blurred = grid.grown(&open, rim);
-    Some(Hole { grid, open, blurred, covered, occupied, tolerance, reach, object_size: size })
+    Some(Hole {
+        grid,
+        open,
+        floating,
+        blurred,
+        covered,
+        occupied,
+        tolerance,
+        reach,
+        object_size: size,
+    })
 }
 
 /// The ground that an object stood on as cells, and how far off it its points may be: a plane if one holds the surface around,
@@ -147,7 +164,8 @@ fn ground(
         TOLERANCE_EDGES.into_iter().filter(allowed).map(|edges| edges * edge)
     };
     let even = tolerances().find_map(|tolerance| {
-        let plane = support_plane(&points, object, 0.5 * tolerance, LEAST_SHARE, seed)?;
+        let plane =
+            support_plane(&points, object, 0.5 * tolerance, (LEAST_SHARE, Say::Beside), seed)?;
         Some((plane, tolerance))
     });
     if let Some((plane, tolerance)) = even {
@@ -164,14 +182,15 @@ fn ground(
     let points: Vec<Vec3> = level.iter().map(|o| o.point).collect();
     // Most of what is around may stand on a plane rather than be of it: leaves, legs, a slab beside.
     let cleared = tolerances().find_map(|tolerance| {
-        let plane = support_plane(&points, object, 0.5 * tolerance, CLEARED_SHARE, seed)?;
+        let plane =
+            support_plane(&points, object, 0.5 * tolerance, (CLEARED_SHARE, Say::Alike), seed)?;
         (plane.normal.dot(up) >= ALIGNED).then_some((plane, tolerance))
     });
     if let Some((plane, tolerance)) = cleared {
         return Some((over(plane)?, tolerance, tolerance));
     }
     LOOSE.into_iter().find_map(|share| {
-        let plane = support_plane(&points, object, share * size, LEAST_SHARE, seed)?;
+        let plane = support_plane(&points, object, share * size, (LEAST_SHARE, Say::Alike), seed)?;
         if !(plane.normal.dot(up) >= ALIGNED) {
             return None;
         }

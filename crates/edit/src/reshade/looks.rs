@@ -203,6 +203,7 @@ pub(super) fn hole_in(grid: Grid, open: Vec<bool>) -> Hole {
     Hole {
         covered: vec![true; grid.cells()],
         occupied: vec![false; grid.cells()],
+        floating: 0,
         blurred: open.clone(),
         open,
         tolerance: 0.02,

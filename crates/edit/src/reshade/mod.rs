@@ -18,6 +18,7 @@
 
 mod absorption;
 mod around;
+mod bordered;
 mod calibrate;
 mod closing;
 mod colors;

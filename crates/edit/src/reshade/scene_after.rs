@@ -127,6 +127,11 @@ impl Matter {
             match found {
                 Some(hole) => {
                     report.uneven += usize::from(hole.grid.is_uneven());
+                    if hole.floating > 0 {
+                        report.unfilled.push(
+                            "a place that was left reaches beyond the ground around it: it stays open there".to_owned(),
+                        );
+                    }
                     holes.push((hole, *fill));
                 }
                 None => report.unfilled.push(

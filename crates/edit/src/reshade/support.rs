@@ -21,9 +21,19 @@ const SUNK: f64 = 0.03;
 pub(super) const LEAST_SHARE: f64 = 0.3;
 /// Points farther from the object than this share of its size count less than half.
 const BESIDE: f64 = 0.1;
-/// A plane farther below nine tenths of the object by this share of its size counts `1 / e` as much.
+/// A plane farther below nine tenths of the object by this share of its size counts `1 / e` as much: what stands on a slab does
+/// not stand on the lawn around.
 const STANDING: f64 = 0.1;
 const PURPOSE: u64 = 0x5355_5050;
+
+/// What points around an object say of the plane it stands on.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Say {
+    /// Those near it say more, and planes far below it are less likely.
+    Beside,
+    /// All the same.
+    Alike,
+}
 
 /// A plane `n · x = offset`; `n` points to the side of the object.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,12 +68,12 @@ impl Plane {
 }
 
 /// The plane that most of `around` lie on within `tolerance`, world units, of those that have nine tenths of `object` on
-/// one side: its front. Planes farther below the object count less. None when no plane has `least_share` of them.
+/// one side: its front. None when no plane has `least_share` of them.
 pub(super) fn support_plane(
     around: &[Vec3],
     object: &[Vec3],
     tolerance: f32,
-    least_share: f64,
+    (least_share, say): (f64, Say),
     seed: u64,
 ) -> Option<Plane> {
     let step = around.len().div_ceil(MAX_VOTERS).max(1);
@@ -81,7 +91,10 @@ pub(super) fn support_plane(
     // What an object stands on is beside it; the floor under a table is farther off.
     let weight = |p: &DVec3| {
         let square = object.iter().map(|o| o.distance_squared(*p)).fold(f64::INFINITY, f64::min);
-        1.0 / (1.0 + square / (BESIDE * extent).powi(2))
+        match say {
+            Say::Beside => 1.0 / (1.0 + square / (BESIDE * extent).powi(2)),
+            Say::Alike => 1.0,
+        }
     };
     let weights: Vec<f64> = points.par_iter().map(weight).collect();
     let least = least_share * weights.iter().sum::<f64>();
@@ -96,7 +109,10 @@ pub(super) fn support_plane(
         }
         // What stands on a table is over the floor as well.
         let Some(gap) = gap(&object, (n, a), tolerance, SUNK * extent) else { continue };
-        let score = votes * (-gap / (STANDING * extent)).exp();
+        let score = match say {
+            Say::Beside => votes * (-gap / (STANDING * extent)).exp(),
+            Say::Alike => votes,
+        };
         if best.is_none_or(|(most, ..)| score > most) {
             best = Some((score, n, a));
         }
@@ -167,7 +183,8 @@ mod tests {
             (0..600).map(|_| tilted(random(), random(), 0.002 * random())).collect();
         around.extend((0..400).map(|_| tilted(random(), random(), 0.5 + 0.4 * random())));
         let object: Vec<Vec3> = (1..=50).map(|k| tilted(0.0, 0.0, 0.02 * k as f32)).collect();
-        let plane = support_plane(&around, &object, 0.01, LEAST_SHARE, 0).expect("a plane");
+        let plane =
+            support_plane(&around, &object, 0.01, (LEAST_SHARE, Say::Beside), 0).expect("a plane");
         let truth = Vec3::new(-0.2, 0.0, 1.0).normalize();
         assert!(plane.normal.dot(truth) > 0.999_95, "{plane:?}");
         assert!(plane.height(object[49]) > 0.9, "{plane:?}");
@@ -175,13 +192,16 @@ mod tests {
         assert!((plane.point(plane.flat(x)) - x).length() < 3e-3);
         // A larger floor below the table is not what the object stands on.
         around.extend((0..1200).map(|_| tilted(2.0 * random(), 2.0 * random(), -2.0)));
-        let plane = support_plane(&around, &object, 0.01, 0.2, 0).expect("a plane");
+        let plane = support_plane(&around, &object, 0.01, (0.2, Say::Beside), 0).expect("a plane");
         assert!(plane.height(tilted(0.0, 0.0, 0.0)).abs() < 0.01, "{plane:?}");
         // Nor is a blanket beside it that its feet are below.
         around.extend((0..2400).map(|_| tilted(random(), random(), 0.12)));
-        let plane = support_plane(&around, &object, 0.01, 0.1, 0).expect("a plane");
+        let plane = support_plane(&around, &object, 0.01, (0.1, Say::Beside), 0).expect("a plane");
         assert!(plane.height(tilted(0.0, 0.0, 0.0)).abs() < 0.01, "{plane:?}");
-        assert_eq!(support_plane(&around[..2], &object, 0.01, LEAST_SHARE, 0), None);
-        assert_eq!(support_plane(&[Vec3::ONE; 50], &object, 0.01, LEAST_SHARE, 0), None);
+        assert_eq!(support_plane(&around[..2], &object, 0.01, (LEAST_SHARE, Say::Beside), 0), None);
+        assert_eq!(
+            support_plane(&[Vec3::ONE; 50], &object, 0.01, (LEAST_SHARE, Say::Beside), 0),
+            None
+        );
     }
 }
