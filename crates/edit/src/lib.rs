@@ -12,6 +12,7 @@
 pub mod changes;
 pub mod compose;
 pub mod files;
+mod grown;
 mod mass;
 pub mod ops;
 pub mod photo;

@@ -1,6 +1,7 @@
 //! Triangle meshes while they are worked on.
 
 use glam::Vec3;
+use motes_math::disjoint_sets::DisjointSets;
 use motes_math::median::upper_median;
 use motes_scene::Surface;
 use rayon::prelude::*;
@@ -92,22 +93,12 @@ impl Mesh {
 
     /// A number per triangle, equal for triangles that are connected.
     pub(crate) fn components(&self) -> Vec<u32> {
-        let mut parent: Vec<u32> = (0..self.vertices.len() as u32).collect();
-        fn root(parent: &mut [u32], mut v: u32) -> u32 {
-            while parent[v as usize] != v {
-                parent[v as usize] = parent[parent[v as usize] as usize];
-                v = parent[v as usize];
-            }
-            v
-        }
+        let mut pieces = DisjointSets::new(self.vertices.len());
         for &[a, b, c] in &self.triangles {
-            for other in [b, c] {
-                let (p, q) = (root(&mut parent, a), root(&mut parent, other));
-                // The smaller index wins: the result does not depend on the order.
-                parent[p.max(q) as usize] = p.min(q);
-            }
+            pieces.join(a, b);
+            pieces.join(a, c);
         }
-        self.triangles.iter().map(|t| root(&mut parent, t[0])).collect()
+        self.triangles.iter().map(|t| pieces.root(t[0])).collect()
     }
 
     /// Drops connected pieces smaller than `area`, in squares of the grain at each triangle. Returns how many.

@@ -1,6 +1,7 @@
 //! Flat pieces of the surface: tables, floors and walls, which have meshes of their own.
 
 use glam::Vec3;
+use motes_math::disjoint_sets::DisjointSets;
 use motes_scene::camera_path::mean_up;
 use motes_scene::{Pose, Surface};
 
@@ -8,15 +9,11 @@ use super::photo::Photo;
 
 /// Per triangle: 0 for things, else a number that names its flat piece.
 pub(crate) fn sheet_of_triangles(surface: &Surface) -> Vec<u32> {
-    let vertices = surface.vertices.len() as u32;
-    let mut parent: Vec<u32> = (0..vertices).collect();
+    let mut pieces = DisjointSets::new(surface.vertices.len());
     for t in &surface.triangles {
-        for k in 1..3 {
-            let (a, b) = (root(&mut parent, t[0]), root(&mut parent, t[k]));
-            parent[a.max(b) as usize] = a.min(b);
-        }
+        t[1..].iter().for_each(|v| pieces.join(t[0], *v));
     }
-    let roots: Vec<u32> = (0..vertices).map(|v| root(&mut parent, v)).collect();
+    let roots = pieces.labels();
     let mut flat = vec![true; surface.vertices.len()];
     for (v, &r) in roots.iter().enumerate() {
         let (n, m) = (Vec3::from(surface.normals[v]), Vec3::from(surface.normals[r as usize]));
@@ -24,14 +21,6 @@ pub(crate) fn sheet_of_triangles(surface: &Surface) -> Vec<u32> {
     }
     let of = |t: &[u32; 3]| roots[t[0] as usize];
     surface.triangles.iter().map(|t| if flat[of(t) as usize] { of(t) + 1 } else { 0 }).collect()
-}
-
-fn root(parent: &mut [u32], mut v: u32) -> u32 {
-    while parent[v as usize] != v {
-        parent[v as usize] = parent[parent[v as usize] as usize];
-        v = parent[v as usize];
-    }
-    v
 }
 
 /// A flat piece faces up where its normal is within about 25 degrees of up as the cameras have it.

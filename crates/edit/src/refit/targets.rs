@@ -10,6 +10,7 @@ use train_splat::TrainingImage;
 
 use super::{Fills, marks};
 use crate::EditState;
+use crate::grown::grown;
 
 /// Pictures are cut out around what is fitted, and no larger than this: a filling is not as fine as photos can be.
 const MOST_PIXELS: usize = 640;
@@ -104,7 +105,8 @@ impl<'a> Sights<'a> {
         let size = [camera.width, camera.height];
         let outline = (OUTLINE * camera.width.max(camera.height) as f32).ceil() as usize;
         let in_the_way = |p: usize| gone.data[3 * p].max(arrived[p]) > IN_THE_WAY;
-        let hidden = grown(size, (0..fitted.len()).map(in_the_way).collect(), outline.max(2));
+        let hidden: Vec<bool> = (0..fitted.len()).map(in_the_way).collect();
+        let hidden = grown(size, &hidden, outline.max(2));
         let clear = |p: usize| is_known[p] && !hidden[p];
         let gain = gain(&seen, &before, &after, |p| clear(p) && filled[p] < LEAST_SHARE);
         let seen: Vec<Vec3> = seen.iter().map(|c| *c * gain).collect();
@@ -244,28 +246,6 @@ fn gain(seen: &[Vec3], before: &[Vec3], after: &[Vec3], is_clear: impl Fn(usize)
     gain.clamp(Vec3::splat(0.25), Vec3::splat(4.0))
 }
 
-/// Marked pixels and those within squares of `2 radius + 1` around.
-fn grown([width, height]: [usize; 2], marks: Vec<bool>, radius: usize) -> Vec<bool> {
-    let along = |marks: &[bool], steps: usize, length: usize, stride: usize, step: usize| {
-        let mut out = vec![false; marks.len()];
-        for line in 0..steps {
-            // How far back the last mark was, and how far ahead the next one is.
-            let at = |i: usize| line * stride + i * step;
-            for reverse in [false, true] {
-                let mut since = usize::MAX;
-                for i in 0..length {
-                    let i = if reverse { length - 1 - i } else { i };
-                    since = if marks[at(i)] { 0 } else { since.saturating_add(1) };
-                    out[at(i)] |= since <= radius;
-                }
-            }
-        }
-        out
-    };
-    let rows = along(&marks, height, width, width, 1);
-    along(&rows, width, height, 1, width)
-}
-
 /// Means over squares, twice; black where nothing has weight.
 fn blurred(
     [width, height]: [usize; 2],
@@ -307,7 +287,7 @@ mod tests {
         let size = [7, 5];
         let mut one = vec![false; 35];
         one[2 * 7 + 3] = true;
-        let marks = grown(size, one, 1);
+        let marks = grown(size, &one, 1);
         let expected = |p: usize| (2..=4).contains(&(p % 7)) && (1..=3).contains(&(p / 7));
         assert!((0..35).all(|p| marks[p] == expected(p)), "{marks:?}");
         let values: Vec<Vec3> =

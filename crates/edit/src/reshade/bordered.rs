@@ -1,5 +1,9 @@
 //! Openings that ground borders.
 
+use std::collections::BTreeSet;
+
+use motes_math::disjoint_sets::DisjointSets;
+
 use super::grid::Grid;
 
 /// An opening needs ground along this share of its border: else it lies beyond the end of the ground, as below what hung over an edge,
@@ -8,36 +12,27 @@ const LEAST_BORDER: f32 = 1.0 / 3.0;
 
 /// The open cells of the pieces that enough ground borders, and the number of the others.
 pub(super) fn split_by_border(grid: &Grid, open: &[bool], ground: &[bool]) -> (Vec<bool>, usize) {
-    let mut kept = vec![false; open.len()];
-    let mut seen = vec![false; open.len()];
-    let mut floating = 0;
-    for first in (0..open.len()).filter(|c| open[*c]) {
-        if seen[first] {
-            continue;
-        }
-        seen[first] = true;
-        let (mut piece, mut border) = (vec![first], Vec::new());
-        let mut next = 0;
-        while let Some(&c) = piece.get(next) {
-            next += 1;
-            for n in grid.around(c) {
-                if !open[n] {
-                    border.push(n);
-                } else if !seen[n] {
-                    seen[n] = true;
-                    piece.push(n);
-                }
-            }
-        }
-        border.sort_unstable();
-        border.dedup();
-        let along = border.iter().filter(|c| ground[**c]).count();
-        if along as f32 >= LEAST_BORDER * border.len() as f32 {
-            piece.into_iter().for_each(|c| kept[c] = true);
-        } else {
-            floating += piece.len();
+    let mut pieces = DisjointSets::new(open.len());
+    for c in (0..open.len()).filter(|c| open[*c]) {
+        grid.around(c).filter(|n| open[*n]).for_each(|n| pieces.join(c as u32, n as u32));
+    }
+    let piece_of = pieces.labels();
+    // Cells along the border of each piece, and those of them that are ground.
+    let mut border = vec![[0u32; 2]; open.len()];
+    for c in (0..open.len()).filter(|c| !open[*c]) {
+        let beside: BTreeSet<u32> =
+            grid.around(c).filter(|n| open[*n]).map(|n| piece_of[n]).collect();
+        for piece in beside {
+            border[piece as usize][0] += 1;
+            border[piece as usize][1] += u32::from(ground[c]);
         }
     }
+    let is_bordered = |c: usize| {
+        let [all, along] = border[piece_of[c] as usize];
+        along as f32 >= LEAST_BORDER * all as f32
+    };
+    let kept: Vec<bool> = (0..open.len()).map(|c| open[c] && is_bordered(c)).collect();
+    let floating = (0..open.len()).filter(|c| open[*c] && !kept[*c]).count();
     (kept, floating)
 }
 

@@ -19,7 +19,7 @@ pub(super) fn examples_of(raster: &Raster<'_>) -> Option<Vec<(usize, f32)>> {
 /// Examples with the weight of their mismatch, `w(q)`: the farther from the hole, the better they have to fit. So the
 /// ground that borders the hole goes on, and other ground comes in where it fits far better.
 fn weighted(raster: &Raster<'_>, middles: &[usize]) -> Vec<(usize, f32)> {
-    let side = (2 * raster.radius + 1) as f32;
+    let side = raster.side() as f32;
     let steps = steps_from(raster.size, raster.hole);
     middles.iter().map(|&c| (c, (1.0 + (steps[c] as f32 / side).powi(2)).min(FARTHEST))).collect()
 }
@@ -53,7 +53,7 @@ fn steps_from([width, height]: [usize; 2], marked: &[bool]) -> Vec<u32> {
 /// Middles of the patches that may be copied whole.
 fn middles_of_examples(raster: &Raster<'_>) -> Vec<usize> {
     let [width, height] = raster.size;
-    let side = 2 * raster.radius + 1;
+    let side = raster.side();
     if width < side || height < side {
         return Vec::new();
     }

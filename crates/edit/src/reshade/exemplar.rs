@@ -30,6 +30,18 @@ pub(super) struct Raster<'a> {
     pub(super) radius: usize,
 }
 
+impl Raster<'_> {
+    /// Cells along a patch.
+    pub(super) fn side(&self) -> usize {
+        2 * self.radius + 1
+    }
+}
+
+/// Squared difference of two values.
+pub(super) fn square(a: [f32; 3], b: [f32; 3]) -> f32 {
+    (0..3).map(|k| (a[k] - b[k]).powi(2)).sum()
+}
+
 /// The values with the hole filled by these examples.
 pub(super) fn filled(raster: &Raster<'_>, examples: &[(usize, f32)]) -> Vec<[f32; 3]> {
     let mut work = Work::new(raster);
@@ -182,7 +194,7 @@ pub(super) fn nearest(
         let mut sum = 0.0f32;
         for &(shift, value) in wanted {
             let there = values[(example as isize + shift) as usize];
-            sum += weight * (0..3).map(|k| (value[k] - there[k]).powi(2)).sum::<f32>();
+            sum += weight * square(value, there);
             if sum > least {
                 break;
             }

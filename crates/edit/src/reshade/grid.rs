@@ -1,8 +1,10 @@
 //! Cells of a plane: which are covered, which are open, and values that go on smoothly into the open ones.
 
 use glam::Vec3;
+use motes_scene::Surface;
 
 use super::support::Plane;
+use crate::grown::grown;
 
 /// No more cells than this; larger places get larger cells.
 const MAX_CELLS: f32 = 1e6;
@@ -105,14 +107,26 @@ impl Grid {
         }
     }
 
-    /// The cells of `marks` and all cells that touch them, `rounds` times.
-    pub(super) fn grown(&self, marks: &[bool], rounds: usize) -> Vec<bool> {
-        let mut marks = marks.to_vec();
-        for _ in 0..rounds {
-            marks =
-                (0..marks.len()).map(|c| marks[c] || self.around(c).any(|n| marks[n])).collect();
+    /// Cells under triangles of vertices that stay, by the heights of their corners over the ground.
+    pub(super) fn under_triangles(
+        &self,
+        surface: &Surface,
+        stays: &impl Fn(u32) -> bool,
+        is_meant: impl Fn([f32; 3]) -> bool,
+    ) -> Vec<bool> {
+        let mut marks = vec![false; self.cells()];
+        for corners in surface.triangles.iter().filter(|t| t.iter().all(|v| stays(*v))) {
+            let triangle = corners.map(|v| Vec3::from(surface.vertices[v as usize]));
+            if is_meant(triangle.map(|p| self.height(p))) {
+                self.mark(&mut marks, triangle);
+            }
         }
         marks
+    }
+
+    /// The cells of `marks` and all cells that touch them, `rounds` times.
+    pub(super) fn grown(&self, marks: &[bool], rounds: usize) -> Vec<bool> {
+        grown(self.size, marks, rounds)
     }
 
     /// The cells of `marks` without those that touch others, `rounds` times. What is beyond the edge counts as marked.

@@ -229,14 +229,8 @@ pub(super) fn covered(
     tolerance: f32,
     stays: &impl Fn(u32) -> bool,
 ) -> Vec<bool> {
-    let mut covered = vec![false; grid.cells()];
-    for corners in surface.triangles.iter().filter(|corners| corners.iter().all(|v| stays(*v))) {
-        let triangle = corners.map(|v| Vec3::from(surface.vertices[v as usize]));
-        if triangle.iter().all(|p| grid.height(*p).abs() <= tolerance) {
-            grid.mark(&mut covered, triangle);
-        }
-    }
-    covered
+    let lies = |heights: [f32; 3]| heights.iter().all(|h| h.abs() <= tolerance);
+    grid.under_triangles(surface, stays, lies)
 }
 
 /// Cells under triangles that stayed and leave the plane where Gaussians still count as of it, and those beside.
@@ -246,16 +240,11 @@ fn occupied(
     tolerance: f32,
     stays: &impl Fn(u32) -> bool,
 ) -> Vec<bool> {
-    let mut occupied = vec![false; grid.cells()];
-    for corners in surface.triangles.iter().filter(|corners| corners.iter().all(|v| stays(*v))) {
-        let triangle = corners.map(|v| Vec3::from(surface.vertices[v as usize]));
-        let heights = triangle.map(|p| grid.height(p));
-        let low = heights.iter().any(|h| *h <= HELD * tolerance);
-        if low && heights.iter().any(|h| *h > tolerance) {
-            grid.mark(&mut occupied, triangle);
-        }
-    }
-    grid.grown(&occupied, CONTACT)
+    let leaves = |heights: [f32; 3]| {
+        let is_low = |h: &f32| *h <= HELD * tolerance;
+        heights.iter().any(is_low) && heights.iter().any(|h| *h > tolerance)
+    };
+    grid.grown(&grid.under_triangles(surface, stays, leaves), CONTACT)
 }
 
 /// Width of a cell of the ground under an object of this size, where edges of the mesh are so long.

@@ -15,8 +15,9 @@
 
 use rayon::prelude::*;
 
-use super::exemplar::Raster;
+use super::exemplar::{Raster, square};
 use super::grid::{boxed, pull_push};
+use crate::grown::grown;
 
 /// Pieces that are laid at most; what is still open then is completed patch by patch.
 const PIECES: usize = 6;
@@ -94,7 +95,7 @@ impl Work<'_> {
         let step = r.radius.div_ceil(2).max((area / COARSE).sqrt().ceil() as usize);
         let steps = |length: isize| (1 - length..length).step_by(step);
         // A shift next to one before would only stretch its piece.
-        let side = self.side() as isize;
+        let side = r.side() as isize;
         let is_new = |s: &[isize; 2]| {
             !self.shifts.iter().any(|t| (s[0] - t[0]).abs().max((s[1] - t[1]).abs()) < side)
         };
@@ -111,17 +112,12 @@ impl Work<'_> {
         Some(Piece { shift, seam, open })
     }
 
-    /// Cells along a patch.
-    fn side(&self) -> usize {
-        2 * self.raster.radius + 1
-    }
-
     /// Known cells within a patch around the open ones.
     fn seam(&self, open: &[usize]) -> Vec<usize> {
-        let mut marks = vec![[0.0f32; 1]; self.values.len()];
-        open.iter().for_each(|c| marks[*c] = [1.0]);
-        let near = boxed(self.raster.size, &marks, self.raster.radius);
-        (0..near.len()).filter(|c| near[*c][0] > 0.0 && self.known[*c]).collect()
+        let mut marks = vec![false; self.values.len()];
+        open.iter().for_each(|c| marks[*c] = true);
+        let near = grown(self.raster.size, &marks, self.raster.radius);
+        (0..near.len()).filter(|c| near[*c] && self.known[*c]).collect()
     }
 
     /// The cell at a shift from another if it may be copied.
@@ -148,12 +144,10 @@ impl Work<'_> {
             from.fold((0.0f32, 0.0f32), |(sum, n), c| (sum + self.grain[c], n + 1.0));
         let cover = covered / open.len() as f32;
         (cover >= LEAST_COVER).then_some(())?;
-        let columns = self.raster.size[0].div_ceil(self.side());
-        let square_of = |c: usize| {
-            let (x, y) = (c % self.raster.size[0], c / self.raster.size[0]);
-            y / self.side() * columns + x / self.side()
-        };
-        let mut slow = vec![[0.0f32; 4]; columns * self.raster.size[1].div_ceil(self.side())];
+        let ([width, height], side) = (self.raster.size, self.raster.side());
+        let columns = width.div_ceil(side);
+        let square_of = |c: usize| (c / width) / side * columns + (c % width) / side;
+        let mut slow = vec![[0.0f32; 4]; columns * height.div_ceil(side)];
         let (mut sum, mut moved, mut count) = (0.0f32, 0.0f32, 0.0f32);
         for &c in seam {
             let Some(there) = self.example(c, shift) else { continue };
@@ -187,7 +181,7 @@ impl Work<'_> {
 
     /// `m` of every cell. Weights that make up 1 in a patch average over patches.
     fn offset(&self, piece: &Piece) -> Vec<[f32; 3]> {
-        let each = (self.side() as f32).powi(-2);
+        let each = (self.raster.side() as f32).powi(-2);
         let mut weight = vec![0.0f32; self.values.len()];
         let mut difference = vec![[0.0f32; 3]; self.values.len()];
         for &c in &piece.seam {
@@ -198,10 +192,6 @@ impl Work<'_> {
         }
         pull_push(self.raster.size, difference, weight)
     }
-}
-
-fn square(a: [f32; 3], b: [f32; 3]) -> f32 {
-    (0..3).map(|k| (a[k] - b[k]).powi(2)).sum()
 }
 
 #[cfg(test)]

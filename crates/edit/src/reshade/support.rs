@@ -89,12 +89,13 @@ pub(super) fn support_plane(
     let object: Vec<DVec3> = object.iter().step_by(step).map(|p| p.as_dvec3()).collect();
     let extent = extent(&object).max(tolerance);
     // What an object stands on is beside it; the floor under a table is farther off.
-    let weight = |p: &DVec3| {
+    let beside = |p: &DVec3| {
         let square = object.iter().map(|o| o.distance_squared(*p)).fold(f64::INFINITY, f64::min);
-        match say {
-            Say::Beside => 1.0 / (1.0 + square / (BESIDE * extent).powi(2)),
-            Say::Alike => 1.0,
-        }
+        1.0 / (1.0 + square / (BESIDE * extent).powi(2))
+    };
+    let weight = |p: &DVec3| match say {
+        Say::Beside => beside(p),
+        Say::Alike => 1.0,
     };
     let weights: Vec<f64> = points.par_iter().map(weight).collect();
     let least = least_share * weights.iter().sum::<f64>();
