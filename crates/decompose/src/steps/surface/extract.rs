@@ -260,6 +260,7 @@ fn put_on_walls(
         walls::walls(&regions, views, &scene, &witnesses, options.wall_share)
     };
     walls::flatten(&found, &regions, views, maps, voxel);
+    walls::spread(&found, &regions, views, maps, voxel);
     let sheet = |w: walls::Wall| {
         let sheet = Sheet::new(w.plane, views, maps, tolerance, voxel, SHEET_CELL * voxel)?;
         Some(sheet.with_openings())

@@ -276,5 +276,9 @@ pub(super) fn flatten(
     }
 }
 
+mod spread;
+
+pub(super) use spread::spread;
+
 #[cfg(test)]
 mod tests;
