@@ -1,5 +1,8 @@
 //! Lamps of a scene: whether they shine, and how much of its own light is theirs.
 
+use std::num::NonZero;
+
+use motes_math::knn::of_nearest;
 use motes_math::luminance::luminance;
 use motes_scene::Switch;
 use motes_shading::emitters::Emitters;
@@ -13,6 +16,8 @@ use crate::surface_point::white_vertex;
 const FIRST_ITEM: u64 = 1 << 54;
 /// Vertices that light is compared at.
 const PLACES: usize = 512;
+/// A Gaussian shows what lies within this many of its largest standard deviations, and of the ray bias.
+const EXTENT: f32 = 3.0;
 /// A light this like that of the photos is that of the photos.
 const OWN: f32 = 0.999;
 
@@ -35,6 +40,26 @@ pub(crate) fn shining(
         Switch::Auto => likeness.is_none_or(|likeness| likeness > OWN),
     };
     scene.lamps.as_ref().filter(|_| shine)
+}
+
+/// Whether each Gaussian shows a lamp that does not shine under a light: its captured color is light that is switched off. Empty where
+/// there is none.
+pub(crate) fn switched_off(scene: &RelightScene, light: &Lights<'_>) -> Vec<bool> {
+    if scene.lamps.is_none() || light.lamps.is_some() {
+        return Vec::new();
+    }
+    let (gaussians, surface) = (&scene.gaussians, &scene.surface);
+    let shows = |i: u32, nearest: &[(u32, f32)]| {
+        let scales = gaussians.log_scales[i as usize];
+        let largest = scales.into_iter().fold(f32::NEG_INFINITY, f32::max).exp();
+        let reach = EXTENT * largest.max(scene.ray_bias);
+        let is_lamp = |&(v, squared): &(u32, f32)| {
+            squared <= reach * reach && surface.emission(v as usize).is_some()
+        };
+        nearest.iter().any(is_lamp)
+    };
+    let found = of_nearest(&gaussians.means, &surface.vertices, NonZero::<usize>::MIN, shows);
+    found.into_iter().map(|shows| shows.unwrap_or(false)).collect()
 }
 
 /// Share of the light on the scene's vertices that its lamps give in the photos, 0 to 1.

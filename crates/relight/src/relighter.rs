@@ -11,8 +11,8 @@ use rayon::prelude::*;
 use crate::compose::{Background, Composition, Picture, compose};
 use crate::deferred::{Lit, Parts, Samples, Shading};
 use crate::denoise::{Grid, denoise, luminances};
-use crate::g_buffer::{GBuffer, LEAST_ALPHA, Layers};
-use crate::lamps::{Lights, share_of_lamps, shining};
+use crate::g_buffer::{GBuffer, LEAST_ALPHA, Layers, Sight};
+use crate::lamps::{Lights, share_of_lamps, shining, switched_off};
 use crate::log_layer;
 use crate::options::{QualityOptions, ViewTransform};
 use crate::radiance_cache::RadianceCache;
@@ -31,6 +31,8 @@ pub struct Relighter<'a> {
     pub(crate) light: &'a Environment,
     /// Lamps that shine.
     pub(crate) lamps: Option<&'a Emitters>,
+    /// Whether each Gaussian shows a lamp that shines in the photos and not now; empty without any.
+    pub(crate) off: Vec<bool>,
     pub(crate) cache: RadianceCache,
     pub(crate) options: QualityOptions,
     pub(crate) seed: u64,
@@ -66,14 +68,16 @@ impl<'a> Relighter<'a> {
         let residual_share = share_under(scene, alike, options.residual);
         let local_share = alike.map_or(0.0, likeness_share);
         let ratio = alike.filter(|_| !options.shows_model_alone());
-        let ratio =
-            ratio.and_then(|alike| Ratio::new(scene, &lit, alike, options.caution, samples, seed));
+        let off = switched_off(scene, &lit);
+        let ratio = ratio
+            .and_then(|alike| Ratio::new(scene, &lit, &off, alike, options.caution, samples, seed));
         let land = Land::of(scene, 1.0 - of_environment.map_or(0.0, likeness_share));
         let (view, options) = (ViewTransform::default(), options.clone());
         Self {
             scene,
             light,
             lamps,
+            off,
             cache,
             options,
             seed,
@@ -143,7 +147,8 @@ impl<'a> Relighter<'a> {
             add_emission(&buffer, &mut lit);
         }
         self.apply_local_light(&buffer, &mut lit);
-        apply_residual(&buffer, self.residual_share, &mut lit);
+        let off = |sight: &Sight| self.is_off(sight);
+        apply_residual(&buffer, self.residual_share, off, &mut lit);
         self.apply_ratio(&buffer, &mut lit);
         let (scene, light) = (self.scene, self.light);
         let view = self.view.view(self.scene.tone_curve);
@@ -179,11 +184,21 @@ impl<'a> Relighter<'a> {
             let (captured, log_ratio) = (at(&drawn.captured), at(&drawn.log_ratio));
             let shown = ratio.pixel(captured, log_ratio, alpha, buffer.coverage[i]);
             let share = at(&drawn.model_share).x / alpha.max(LEAST_ALPHA);
-            // Where no surface was met the model stands on nothing.
-            let share = if sight.on_surface { share.clamp(0.0, 1.0) } else { 0.0 };
+            let share = match sight {
+                // Where no surface was met the model stands on nothing.
+                sight if !sight.on_surface => 0.0,
+                // What was captured of a lamp is its light, which no ratio takes away.
+                sight if self.is_off(sight) => ratio.most_of_model,
+                _ => share.clamp(0.0, 1.0),
+            };
             let share = ratio.believed(share, lit.parts.total(), shown);
             lit.parts = lit.parts.toward(shown, 1.0 - share);
         });
+    }
+
+    /// Whether a lamp is seen that shines in the photos and not now.
+    fn is_off(&self, sight: &Sight) -> bool {
+        self.lamps.is_none() && sight.emitted != Vec3::ZERO
     }
 
     fn samples(&self) -> Samples {

@@ -21,7 +21,7 @@ use rayon::prelude::*;
 use serde::{Serialize, Serializer};
 
 use crate::deferred::Lit;
-use crate::g_buffer::GBuffer;
+use crate::g_buffer::{GBuffer, Sight};
 use crate::scene::RelightScene;
 
 /// Share of the mean light in the correlation: two lights without direction are alike.
@@ -108,10 +108,18 @@ pub(crate) fn share_under(
     }
 }
 
-/// Puts the share of the residual on the light of a view's pixels.
-pub(crate) fn apply_residual(buffer: &GBuffer, share: f32, lit: &mut [Lit]) {
+/// Puts the share of the residual on the light of a view's pixels, but for lamps that are `off`: what it says there is about their light.
+pub(crate) fn apply_residual(
+    buffer: &GBuffer,
+    share: f32,
+    off: impl Fn(&Sight) -> bool + Sync,
+    lit: &mut [Lit],
+) {
     let Some(drawn) = &buffer.residual else { return };
     lit.par_iter_mut().enumerate().with_min_len(1024).for_each(|(i, lit)| {
+        if buffer.sight[i].as_ref().is_some_and(&off) {
+            return;
+        }
         let alpha = drawn.alpha.data[i];
         let factor = Vec3::from_slice(&drawn.color.data[3 * i..3 * i + 3])
             .map(|v| (share * Residual::log_ratio(v, alpha)).exp());

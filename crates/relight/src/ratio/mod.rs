@@ -11,7 +11,7 @@
 //! w_i       = (1 - a⁸) v_i / (1 + (k / (1 - k) (1 - c_i) / c_i (1 - 0.7 metallic))⁴)    k: caution; a: likeness of the two lights
 //! ```
 //!
-//! Where the model is brighter, a low `w` gets lower (`believed`).
+//! Of a lamp that is switched off, the model alone is shown: `w_i = 1 - a⁸`. Where the model is brighter, a low `w` gets lower (`believed`).
 //!
 //! The ratio of two lights is smooth where texture, wrong normals and wrong materials are not, and it is 1 under the scene's
 //! own light: there the picture is the splat itself (Liu, Shan & Zhang 2001; the quotient image of Riklin-Raviv & Shashua 2001).
@@ -62,15 +62,19 @@ pub(crate) struct Ratio {
     log_ratio: Vec<Vec3>,
     /// Colors that stand for it.
     pub(crate) splats: Gaussians,
-    /// Share of the model in what is shown, of every Gaussian.
+    /// Share of the model in what is shown, of every Gaussian,
     pub(crate) model_share: Vec<f32>,
+    /// and of what is sure.
+    pub(crate) most_of_model: f32,
 }
 
 impl Ratio {
-    /// Of `scene` between its own light and `light`; none where that light or the confidence is not known.
+    /// Of `scene` between its own light and `light`, with which lamps of the Gaussians `off` went out; none where that light or the
+    /// confidence is not known.
     pub(crate) fn new(
         scene: &RelightScene,
         light: &Lights<'_>,
+        off: &[bool],
         likeness: f32,
         caution: f32,
         samples: u32,
@@ -111,11 +115,11 @@ impl Ratio {
         });
         let log_ratio: Vec<Vec3> = limited.collect();
         let splats = log_layer::drawn(&log_ratio, &scene.gaussians);
-        let model_share = model_share(scene, &graph, &trust.area, &received.agreed, caution)
-            .into_iter()
-            .map(|share| share * different)
-            .collect();
-        Some(Self { common, log_ratio, splats, model_share })
+        let mut model_share = model_share(scene, &graph, &trust.area, &received.agreed, caution);
+        // What was captured of a lamp is its light, which no ratio takes away.
+        model_share.iter_mut().zip(off).filter(|(_, off)| **off).for_each(|(s, _)| *s = 1.0);
+        model_share.iter_mut().for_each(|share| *share *= different);
+        Some(Self { common, log_ratio, splats, model_share, most_of_model: different })
     }
 
     /// Linear color of a pixel of which `coverage` is scene, from what the captured colors, the ratio and the alpha show

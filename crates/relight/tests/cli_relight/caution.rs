@@ -10,9 +10,9 @@ use motes_testkit::write_broken_gaussians;
 
 use super::{VIEW, assert_code, at, picture, pixel_of, run_program};
 
-const SUN: [&str; 4] = ["--sun", "azimuth=20,elevation=50", "--env-exposure", "ground"];
+pub(super) const SUN: [&str; 4] = ["--sun", "azimuth=20,elevation=50", "--env-exposure", "ground"];
 
-fn put_confidence(toy: &ToyScene, confidence: f32) {
+pub(super) fn put_confidence(toy: &ToyScene, confidence: f32) {
     let path = toy.path("scene/gaussians.ply");
     let mut gaussians = read_gaussians(&path).unwrap();
     let values = vec![confidence; gaussians.len()];
@@ -21,7 +21,7 @@ fn put_confidence(toy: &ToyScene, confidence: f32) {
 }
 
 /// Turns the normals of the surface to and fro, as those of a torn mesh are.
-fn tear(toy: &ToyScene) {
+pub(super) fn tear(toy: &ToyScene) {
     let path = toy.path("scene/surface.ply");
     let mut surface = read_surface(&path).unwrap();
     for (i, normal) in surface.normals.iter_mut().enumerate() {

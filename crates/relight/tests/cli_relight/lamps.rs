@@ -1,8 +1,11 @@
 //! Lamps of a scene: when they shine, and what they light.
 
+use glam::Vec3;
 use motes_formats::ply::{read_surface, write_surface};
+use motes_scene::ImageU8;
 use motes_testkit::toy_scene::{FLOOR, ToyScene, toy_scene};
 
+use super::caution::{SUN, put_confidence, tear};
 use super::{assert_near, at, picture};
 
 /// Makes the sides of the box that face away from the floor send `radiance`.
@@ -18,6 +21,7 @@ fn light_the_box(toy: &ToyScene, radiance: f32) {
 const MODEL: [&str; 4] = ["--caution", "0", "--residual", "off"];
 /// On the floor, beside the box and far from it.
 const NEAR: [f64; 3] = [-1.2, 0.7, 0.0];
+const FAR: [f64; 3] = [-1.8, 1.7, 0.0];
 
 #[test]
 fn lamps_shine_under_the_light_of_the_photos_and_when_they_are_asked_to() {
@@ -31,7 +35,7 @@ fn lamps_shine_under_the_light_of_the_photos_and_when_they_are_asked_to() {
     let dark = picture(&toy, "dark", &dim);
     assert!(dark.data == before.data, "another light: lamps are dark");
     let lit = picture(&toy, "lit", &[&dim[..], &["--lamps", "on"]].concat());
-    let (floor, away) = (at(&toy, &lit, NEAR), at(&toy, &lit, [-1.8, 1.7, 0.0]));
+    let (floor, away) = (at(&toy, &lit, NEAR), at(&toy, &lit, FAR));
     assert!(floor[1] > away[1] && away[1] > 0.0, "{floor:?} {away:?}");
     // The floor's own color, by light without color.
     let light = motes_math::srgb::decode(floor[1] / 255.0) / FLOOR[1];
@@ -40,6 +44,26 @@ fn lamps_shine_under_the_light_of_the_photos_and_when_they_are_asked_to() {
     assert!(at(&toy, &own, NEAR)[1] > at(&toy, &own_before, NEAR)[1], "its own light: they shine");
     let off = picture(&toy, "off", &[&MODEL[..], &["--lamps", "off"]].concat());
     assert!(off.data == own_before.data, "lamps are off");
+}
+
+#[test]
+fn the_glow_of_a_lamp_goes_out_with_it_though_nothing_is_sure() {
+    let toy = toy_scene();
+    tear(&toy);
+    put_confidence(&toy, 0.0);
+    let relit = |folder: &str, more: &[&str]| picture(&toy, folder, &[&SUN[..], more].concat());
+    let (captured, model) = (relit("captured", &[]), relit("model", &["--caution", "0"]));
+    let side = [0.3, 0.0, 0.3];
+    let apart = |a: &ImageU8, b: &ImageU8, point| {
+        let [a, b] = [a, b].map(|image| Vec3::from(at(&toy, image, point)));
+        (a - b).abs().max_element()
+    };
+    assert!(apart(&captured, &model, side) > 10.0);
+    light_the_box(&toy, 1.0);
+    let off = relit("off", &[]);
+    assert!(apart(&off, &model, side) < 2.0, "{}", apart(&off, &model, side));
+    let floor = [apart(&off, &captured, FAR), apart(&off, &model, FAR)];
+    assert!(floor[0] < 0.5 * floor[1], "the floor is no lamp: {floor:?}");
 }
 
 #[test]

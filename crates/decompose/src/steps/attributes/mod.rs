@@ -12,15 +12,26 @@ use crate::observation::TracedSurface;
 use crate::state::State;
 use crate::steps::base_color::{colors_of, nearest_vertices};
 
+/// Base color of lamps. What they send hides it; shades and panes are white for the most part.
+const LAMP: [f32; 3] = [0.8; 3];
+
 /// Gives every Gaussian its material.
 pub fn run(state: &mut State<'_>) {
+    let emission = state.illumination.emission();
+    let is_lamp = |v: usize| emission.get(v).is_some_and(|e| *e != Vec3::ZERO);
+    let base_colors = state.observed.scene.surface.base_color_linear.iter_mut().enumerate();
+    base_colors.filter(|(v, _)| is_lamp(*v)).for_each(|(_, color)| *color = LAMP);
     let (scene, surface) = (&state.observed.scene, state.surface());
     let nearest = nearest_vertices(surface, state.gaussians());
     let visibility = vertex_visibility(scene, state.ray_bias(), state.inputs.seed);
     let colors = colors_of(&state.base_colored.gaussians);
+    let colors = colors.iter().zip(&nearest).map(|(color, nearest)| match nearest {
+        Some(v) if is_lamp(*v) => LAMP,
+        _ => color.map(decode).to_array(),
+    });
     state.attributes = Materials {
         normals: per_gaussian(&nearest, |v| surface.normals[v], [0.0, 0.0, 1.0]),
-        base_color_linear: colors.iter().map(|c| c.map(decode).to_array()).collect(),
+        base_color_linear: colors.collect(),
         roughness: per_gaussian(&nearest, |v| surface.roughness[v], 1.0),
         metallic: per_gaussian(&nearest, |v| surface.metallic[v], 0.0),
         visibility: per_gaussian(&nearest, |v| visibility[v], 1.0),
