@@ -65,7 +65,7 @@ fn a_lamp_that_the_photos_clip_is_found_by_what_it_lights() {
     assert!((0.6..1.7).contains(&ratio), "{ratio}");
     assert!(spread(&with) < 0.7 * spread(&without));
     assert!(without.term("lamps").is_none() && without.lights[0].lamps.is_empty());
-    // Its own light hides what color a lamp has when it is off.
+    // What a lamp sends hides what color it has when it is off.
     let whites = |d: &Found| {
         let white = |c: &&[f32; 3]| **c == [0.8; 3];
         d.surface.base_color_linear.iter().filter(white).count()

@@ -53,6 +53,29 @@ fn pictures(torn: f32) -> (Vec<View>, Vec<DepthMap>) {
     (photos.iter().map(|p| View::new(p, &UnitWorld::IDENTITY)).collect(), maps)
 }
 
+/// Of the pixels beside the disk that count, how many lie on a plane, and of those of the disk, how many have kept their depth.
+fn counted(
+    plane: &Plane,
+    views: &[View],
+    [before, maps]: [&[DepthMap]; 2],
+    counts: impl Fn(&View, [usize; 2], f32) -> bool,
+) -> [usize; 4] {
+    let [mut floor, mut put, mut disk, mut kept] = [0; 4];
+    for ((view, map), before) in views.iter().zip(maps).zip(before) {
+        for (k, (&z, &was)) in map.depth.iter().zip(&before.depth).enumerate() {
+            let at = [k % view.width, k / view.width];
+            if on_disk(view, at) {
+                disk += 1;
+                kept += usize::from(z == was);
+            } else if counts(view, at, was) {
+                floor += 1;
+                put += usize::from(plane.height(view.place(at, z)).abs() < 1e-4);
+            }
+        }
+    }
+    [floor, put, disk, kept]
+}
+
 /// The walls of pictures whose pixels count where `counts` says, and their regions.
 fn found(
     views: &[View],
@@ -85,19 +108,7 @@ fn a_bare_floor_is_found_in_torn_depth_and_the_thing_on_it_stays() {
 
     let before = maps.clone();
     flatten(&walls, &regions, &views, &mut maps, VOXEL);
-    let (mut floor, mut put, mut disk, mut kept) = (0, 0, 0, 0);
-    for ((view, map), before) in views.iter().zip(&maps).zip(&before) {
-        for (k, (&z, &was)) in map.depth.iter().zip(&before.depth).enumerate() {
-            let at = [k % view.width, k / view.width];
-            if on_disk(view, at) {
-                disk += 1;
-                kept += usize::from(z == was);
-            } else {
-                floor += 1;
-                put += usize::from(plane.height(view.place(at, z)).abs() < 1e-4);
-            }
-        }
-    }
+    let [floor, put, disk, kept] = counted(&plane, &views, [&before, &maps], |_, _, _| true);
     println!("{put} of {floor} put, {kept} of {disk} kept");
     assert!(put * 10 > floor * 8, "{put} of {floor}");
     assert!(kept * 100 > disk * 99, "{kept} of {disk}");
@@ -223,19 +234,8 @@ fn what_hangs_before_a_wall_in_every_photo_is_put_onto_it_and_a_thing_of_nearly_
     let walls = [Wall { plane: FLOOR, regions: (0..regions.len()).filter(straight).collect() }];
     let before = maps.clone();
     spread(&walls, &regions, &views, &mut maps, VOXEL);
-    let (mut hanging, mut put, mut disk, mut kept) = (0, 0, 0, 0);
-    for ((view, map), before) in views.iter().zip(&maps).zip(&before) {
-        for (k, (&z, &was)) in map.depth.iter().zip(&before.depth).enumerate() {
-            let at = [k % view.width, k / view.width];
-            if on_disk(view, at) {
-                disk += 1;
-                kept += usize::from(z == was);
-            } else if was < 0.95 * crossed(view, at, 0.0).0 {
-                hanging += 1;
-                put += usize::from(FLOOR.height(view.place(at, z)).abs() < 1e-4);
-            }
-        }
-    }
+    let hung = |view: &View, at, was| was < 0.95 * crossed(view, at, 0.0).0;
+    let [hanging, put, disk, kept] = counted(&FLOOR, &views, [&before, &maps], hung);
     println!("{put} of {hanging} put, {kept} of {disk} kept");
     assert!(hanging > 10_000 && put * 10 > hanging * 9, "{put} of {hanging}");
     assert!(kept * 100 > disk * 97, "{kept} of {disk}");
