@@ -92,7 +92,7 @@ pub(crate) struct DrawnRatio {
 impl DrawnRatio {
     fn of(ratio: &Ratio, captured: &Gaussians, painter: &mut Painter) -> Self {
         Self {
-            captured: painter.paint_as(captured),
+            captured: painter.paint_as(&ratio.captured(captured)),
             log_ratio: painter.paint_as(&ratio.splats),
             model_share: painter.paint(|i| [ratio.model_share[i]; 3]),
         }

@@ -184,13 +184,8 @@ impl<'a> Relighter<'a> {
             let (captured, log_ratio) = (at(&drawn.captured), at(&drawn.log_ratio));
             let shown = ratio.pixel(captured, log_ratio, alpha, buffer.coverage[i]);
             let share = at(&drawn.model_share).x / alpha.max(LEAST_ALPHA);
-            let share = match sight {
-                // Where no surface was met the model stands on nothing.
-                sight if !sight.on_surface => 0.0,
-                // What was captured of a lamp is its light, which no ratio takes away.
-                sight if self.is_off(sight) => ratio.most_of_model,
-                _ => share.clamp(0.0, 1.0),
-            };
+            // Where no surface was met the model stands on nothing.
+            let share = if sight.on_surface { share.clamp(0.0, 1.0) } else { 0.0 };
             let share = ratio.believed(share, lit.parts.total(), shown);
             lit.parts = lit.parts.toward(shown, 1.0 - share);
         });

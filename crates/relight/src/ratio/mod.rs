@@ -11,7 +11,8 @@
 //! w_i       = (1 - a⁸) v_i / (1 + (k / (1 - k) (1 - c_i) / c_i (1 - 0.7 metallic))⁴)    k: caution; a: likeness of the two lights
 //! ```
 //!
-//! Of a lamp that is switched off, the model alone is shown: `w_i = 1 - a⁸`. Where the model is brighter, a low `w` gets lower (`believed`).
+//! What was captured of a lamp is its light, not its color. Where it is switched off, white matte matter of [`LAMP`] under the new
+//! light takes its place. Where the model is brighter, a low `w` gets lower (`believed`).
 //!
 //! The ratio of two lights is smooth where texture, wrong normals and wrong materials are not, and it is 1 under the scene's
 //! own light: there the picture is the splat itself (Liu, Shan & Zhang 2001; the quotient image of Riklin-Raviv & Shashua 2001).
@@ -19,11 +20,13 @@
 mod graph;
 mod received;
 
+use std::borrow::Cow;
+
 use glam::Vec3;
 use motes_math::falloff::quartic_falloff;
 use motes_math::luminance::luminance;
 use motes_math::median::median;
-use motes_math::sh::{MAX_SH_DEGREE, sh_coefficients};
+use motes_math::sh::{MAX_SH_DEGREE, SH_C0, sh_coefficients};
 use motes_math::sigmoid::sigmoid;
 use motes_math::srgb;
 use motes_scene::Gaussians;
@@ -53,6 +56,10 @@ const LEAST_RADIANCE: f32 = 1e-4;
 /// of it is another light's picture.
 const METAL: f32 = 0.3;
 
+/// Color of a lamp that is off, as `decompose` has it, and how far the light on it is that of each of its Gaussians alone.
+const LAMP: f32 = 0.8;
+const LAMP_ANCHOR: f32 = 0.1;
+
 /// A scene's captured colors, and what they are multiplied with under a light.
 #[derive(Debug)]
 pub(crate) struct Ratio {
@@ -62,10 +69,10 @@ pub(crate) struct Ratio {
     log_ratio: Vec<Vec3>,
     /// Colors that stand for it.
     pub(crate) splats: Gaussians,
-    /// Share of the model in what is shown, of every Gaussian,
+    /// Share of the model in what is shown, of every Gaussian.
     pub(crate) model_share: Vec<f32>,
-    /// and of what is sure.
-    pub(crate) most_of_model: f32,
+    /// Gaussians of lamps that are off, ascending, and the linear colors that take the place of what was captured.
+    lamps: Vec<(u32, Vec3)>,
 }
 
 impl Ratio {
@@ -115,11 +122,36 @@ impl Ratio {
         });
         let log_ratio: Vec<Vec3> = limited.collect();
         let splats = log_layer::drawn(&log_ratio, &scene.gaussians);
-        let mut model_share = model_share(scene, &graph, &trust.area, &received.agreed, caution);
-        // What was captured of a lamp is its light, which no ratio takes away.
-        model_share.iter_mut().zip(off).filter(|(_, off)| **off).for_each(|(s, _)| *s = 1.0);
-        model_share.iter_mut().for_each(|share| *share *= different);
-        Some(Self { common, log_ratio, splats, model_share, most_of_model: different })
+        let model_share = model_share(scene, &graph, &trust.area, &received.agreed, caution)
+            .into_iter()
+            .map(|share| share * different)
+            .collect();
+        let lamps = if off.contains(&true) {
+            let lit =
+                graph.smoothed(&received.new, &|_| LAMP_ANCHOR, &|_, j| trust.area[j], ROUNDS);
+            let unlit = |i: usize| LAMP * lit[i] / (log_ratio[i] + common).map(f32::exp);
+            let off = (0..off.len()).filter(|&i| off[i]);
+            off.map(|i| (i as u32, unlit(i))).filter(|(_, color)| color.is_finite()).collect()
+        } else {
+            Vec::new()
+        };
+        Some(Self { common, log_ratio, splats, model_share, lamps })
+    }
+
+    /// The captured colors, those of lamps that are off replaced.
+    pub(crate) fn captured<'a>(&self, gaussians: &'a Gaussians) -> Cow<'a, Gaussians> {
+        if self.lamps.is_empty() {
+            return Cow::Borrowed(gaussians);
+        }
+        let mut unlit = gaussians.clone();
+        let row = 3 * sh_coefficients(gaussians.sh_degree);
+        for &(i, color) in &self.lamps {
+            let sh = &mut unlit.sh[row * i as usize..][..row];
+            sh.fill(0.0);
+            let encoded = color.map(|v| (srgb::encode(v.max(0.0)) - 0.5) / SH_C0 as f32);
+            sh[..3].copy_from_slice(&encoded.to_array());
+        }
+        Cow::Owned(unlit)
     }
 
     /// Linear color of a pixel of which `coverage` is scene, from what the captured colors, the ratio and the alpha show
@@ -145,8 +177,11 @@ impl Ratio {
         for (y, v) in basis.iter().zip(row.chunks_exact(3)) {
             color += *y * Vec3::from_slice(v);
         }
-        let ratio = self.log_ratio[i] + self.common;
-        color.map(|v| srgb::decode(v.max(0.0))) * ratio.map(f32::exp)
+        let ratio = (self.log_ratio[i] + self.common).map(f32::exp);
+        match self.lamps.binary_search_by_key(&(i as u32), |(i, _)| *i) {
+            Ok(lamp) => self.lamps[lamp].1 * ratio,
+            Err(_) => color.map(|v| srgb::decode(v.max(0.0))) * ratio,
+        }
     }
 }
 
