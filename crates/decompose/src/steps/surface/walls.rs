@@ -83,20 +83,28 @@ struct Place {
     reach: f32,
 }
 
+impl Place {
+    fn new(view: &View, map: &DepthMap, i: usize, voxel: f32) -> Self {
+        let z = map.depth[i];
+        let at = view.place([i % view.width, i / view.width], z);
+        Self { at, reach: reach(NEAR * voxel, z * view.footprint(), voxel) }
+    }
+
+    fn lies_on(&self, plane: &Plane) -> bool {
+        plane.height(self.at).abs() <= self.reach
+    }
+}
+
 impl Region {
     fn new(k: usize, pixels: Vec<u32>, view: &View, map: &DepthMap, voxel: f32) -> Self {
         let stride = pixels.len().div_ceil(SAMPLES).max(1);
-        let place = |&i: &u32| {
-            let z = map.depth[i as usize];
-            let at = view.place([i as usize % view.width, i as usize / view.width], z);
-            Place { at, reach: reach(NEAR * voxel, z * view.footprint(), voxel) }
-        };
+        let place = |&i: &u32| Place::new(view, map, i as usize, voxel);
         let samples = pixels.iter().skip(stride / 2).step_by(stride).map(place).collect();
         Self { view: k, pixels, samples }
     }
 
     fn held<'a>(&'a self, plane: &'a Plane) -> impl Iterator<Item = Vec3> + 'a {
-        self.samples.iter().filter(|s| plane.height(s.at).abs() <= s.reach).map(|s| s.at)
+        self.samples.iter().filter(|s| s.lies_on(plane)).map(|s| s.at)
     }
 
     /// Whether a good part of the region lies on the front of a plane.
@@ -256,11 +264,10 @@ pub(super) fn flatten(
         walls.iter().flat_map(|w| w.regions.iter().map(move |&i| (w, &regions[i])))
     {
         let (view, map) = (&views[region.view], &mut maps[region.view]);
-        let place = |i: usize| view.place([i % view.width, i / view.width], map.depth[i]);
-        let reach = |i: usize| reach(NEAR * voxel, map.depth[i] * view.footprint(), voxel);
+        let place = |i: usize| Place::new(view, map, i, voxel);
         let mut held = vec![f32::NAN; map.depth.len()];
         for i in region.pixels.iter().map(|&i| i as usize) {
-            held[i] = f32::from(wall.plane.height(place(i)).abs() <= reach(i));
+            held[i] = f32::from(place(i).lies_on(&wall.plane));
         }
         let side = (AROUND * view.width.max(view.height) as f32) as usize | 1;
         let agreed = blurred(&held, view.width, view.height, side);
@@ -268,7 +275,8 @@ pub(super) fn flatten(
             let i = i as usize;
             let ray = view.pixel_ray([i % view.width, i / view.width]);
             let z = wall.plane.depth(view, ray)?;
-            let is_near = wall.plane.height(place(i)) < FAR * reach(i);
+            let place = place(i);
+            let is_near = wall.plane.height(place.at) < FAR * place.reach;
             (agreed[i] >= AGREED && is_near).then_some((i, z))
         };
         let put: Vec<(usize, f32)> = region.pixels.iter().filter_map(flat).collect();

@@ -7,7 +7,7 @@
 
 use rayon::prelude::*;
 
-use super::{AROUND, NEAR, Region, Wall, reach};
+use super::{AROUND, Place, Region, Wall};
 use crate::steps::surface::planes::Plane;
 use crate::steps::surface::silhouettes::blurred;
 use crate::steps::surface::splat_depth::DepthMap;
@@ -45,7 +45,7 @@ pub(in crate::steps::surface) fn spread(
         for _ in 0..ROUNDS {
             let found: Vec<Vec<(usize, f32)>> = {
                 let photos = Photos { plane: &wall.plane, views, maps, voxel };
-                let on_wall = photos.on_wall(regions.iter().zip(&shows));
+                let on_wall = photos.on_wall(regions, &shows);
                 let hanging = |region: &Region| photos.hanging(region, &on_wall);
                 regions.par_iter().with_max_len(1).map(hanging).collect()
             };
@@ -80,16 +80,14 @@ struct Compared {
 
 impl Photos<'_> {
     fn lies_on_wall(&self, view: usize, i: usize) -> bool {
-        let (view, z) = (&self.views[view], self.maps[view].depth[i]);
-        let height = self.plane.height(view.place([i % view.width, i / view.width], z));
-        height.abs() <= reach(NEAR * self.voxel, z * view.footprint(), self.voxel)
+        Place::new(&self.views[view], &self.maps[view], i, self.voxel).lies_on(self.plane)
     }
 
     /// Per photo, the pixels of regions that show the wall and lie on it.
-    fn on_wall<'r>(&self, regions: impl Iterator<Item = (&'r Region, &'r bool)>) -> Vec<Vec<bool>> {
+    fn on_wall(&self, regions: &[Region], shows: &[bool]) -> Vec<Vec<bool>> {
         let none = |view: &View| vec![false; view.width * view.height];
         let mut on: Vec<Vec<bool>> = self.views.iter().map(none).collect();
-        for (region, _) in regions.filter(|(_, shows)| **shows) {
+        for (region, _) in regions.iter().zip(shows).filter(|(_, shows)| **shows) {
             for i in region.pixels.iter().map(|&i| i as usize) {
                 on[region.view][i] = self.lies_on_wall(region.view, i);
             }
@@ -144,17 +142,15 @@ impl Photos<'_> {
         let z = self.plane.depth(view, view.pixel_ray(at))?;
         let places = [z, self.maps[k].depth[i]].map(|z| view.place(at, z));
         let (mut sums, mut count) = ([0.0f32; 2], 0.0f32);
-        for (other, on) in
-            self.views.iter().zip(on_wall).enumerate().filter(|(j, _)| *j != k).map(|o| o.1)
-        {
-            let Some(q) = other.project(places[0]) else { continue };
-            if !other.pixel(q.x, q.y).is_some_and(|k| on[k]) {
+        for (j, (other, on)) in self.views.iter().zip(on_wall).enumerate() {
+            let Some(q) = other.project(places[0]).filter(|_| j != k) else { continue };
+            if !other.pixel(q.x, q.y).is_some_and(|pixel| on[pixel]) {
                 continue;
             }
-            let shown = places.map(|p| other.project(p).and_then(|q| other.luma_at(q.x, q.y)));
-            let Some((by_wall, _)) = shown[0] else { continue };
+            let Some((by_wall, _)) = other.luma_at(q.x, q.y) else { continue };
+            let at_depth = other.project(places[1]).and_then(|q| other.luma_at(q.x, q.y));
             // What the other photo would have to show outside of itself is not explained.
-            let by_depth = shown[1].map_or(1.0, |(luma, _)| luma);
+            let by_depth = at_depth.map_or(1.0, |(luma, _)| luma);
             sums[0] += (by_wall - view.luma[i]).abs();
             sums[1] += (by_depth - view.luma[i]).abs();
             count += 1.0;
