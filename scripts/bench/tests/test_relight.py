@@ -10,7 +10,7 @@ import unittest
 sys.dont_write_bytecode = True
 BENCH = pathlib.Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(BENCH))
-from truth import chain, page  # noqa: E402
+from truth import chain, made, page  # noqa: E402
 
 # A program that notes that it ran and writes whatever its -o names.
 PROGRAM = """#!/bin/sh
@@ -21,6 +21,17 @@ case "$0" in
 *decompose) mkdir -p "$out"; echo '{{"terms": [{{"name": "specular", "kept": false}}]}}' > "$out/decomposition.json";;
 *) mkdir -p "$(dirname "$out")"; echo made > "$out";;
 esac
+"""
+# Lists its scenes as clap does in a narrow terminal, and makes an empty one.
+SCENES = """#!/bin/sh
+echo "$0" >> "{log}"
+if [ "$1" = -h ]; then
+    echo "  <SCENE>  Which scene [possible values: matte, hall,"
+    echo "           figure]"
+    exit
+fi
+while [ $# -gt 0 ]; do [ "$1" = -o ] && out="$2"; shift; done
+mkdir -p "$out"; echo '{{}}' > "$out/scene.json"
 """
 STEPS = ["import-colmap", "train-splat", "render", "decompose", "relight", "score-relight"]
 
@@ -73,6 +84,28 @@ class Benchmark(unittest.TestCase):
         (scene / "surface.ply").write_text("two")
         self.chain.run(self.truth, {})
         self.assertEqual(self.ran(), ["relight", "relight", "score-relight"])
+
+    def test_poses_by_colmap_take_the_place_of_the_import(self):
+        script = self.bin / "truth-sfm"
+        script.write_text(PROGRAM.format(log=self.log))
+        self.chain.sfm = ["/bin/sh", script]
+        self.chain.run(self.truth, {})
+        self.assertEqual(self.ran()[:2], ["truth-sfm", "train-splat"])
+        self.chain.run(self.truth, {"name": "again"})
+        self.assertEqual(self.ran(), [])
+
+    def test_scenes_are_made_once(self):
+        program = self.bin / "truth-scene"
+        program.write_text(SCENES.format(log=self.log))
+        program.chmod(0o755)
+        self.assertEqual(made.names(program), ["matte", "hall", "figure"])
+        self.ran()
+        for runs in (["truth-scene"] * 4, ["truth-scene"]):
+            pairs = [*made.scenes(["all"], self.bin, self.work, 1, lambda text: None)]
+            self.assertEqual([name for name, _ in pairs], ["matte", "hall", "figure"])
+            self.assertTrue(all((folder / "scene.json").exists() for _, folder in pairs))
+            self.assertEqual(self.ran(), runs)
+        self.assertEqual([*made.scenes([], self.bin / "none", self.work, 1, print)], [])
 
     def test_a_step_that_fails_leaves_no_product(self):
         (self.bin / "decompose").write_text("#!/bin/sh\necho no light >&2\nexit 3\n")

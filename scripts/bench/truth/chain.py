@@ -34,15 +34,20 @@ class Truth:
 
 
 class Chain:
-    def __init__(self, bin_dir, work, threads, seed, quality, say):
+    def __init__(self, bin_dir, work, threads, seed, quality, say, sfm=None):
         self.bin_dir, self.work, self.say = bin_dir, work, say
         self.threads, self.seed, self.quality = str(threads), str(seed), quality
+        # Where COLMAP gives poses and points: the script that asks it, after its interpreter.
+        self.sfm = sfm
         self.programs = {}
         self.started = 0
 
+    def command(self, program):
+        return self.sfm if program == "truth-sfm" else [self.bin_dir / program]
+
     def program_hash(self, program):
         if program not in self.programs:
-            self.programs[program] = captures.file_hash(self.bin_dir / program)
+            self.programs[program] = captures.file_hash(self.command(program)[-1])
         return self.programs[program]
 
     def step(self, truth, program, words, inputs, label, allowed=(0,)):
@@ -56,7 +61,7 @@ class Chain:
             partial = folder.with_name(folder.name + ".partial")
             shutil.rmtree(partial, ignore_errors=True)
             partial.mkdir(parents=True)
-            command = [self.bin_dir / program, *(w.replace("{out}", str(partial)) for w in words)]
+            command = [*self.command(program), *(w.replace("{out}", str(partial)) for w in words)]
             cost = runner.measured(command, timeout=7200, log=partial / "stderr.txt", allowed=allowed)
             cost["command"] = " ".join([program, *words])
             (partial / "cost.json").write_text(json.dumps(cost, indent=1) + "\n")
@@ -79,6 +84,10 @@ class Chain:
         if found := self.given(truth, "capture"):
             return found
         words = [str(truth.folder), "-o", "{out}/capture", "--threads", self.threads]
+        if self.sfm:
+            folder, key, costs["truth-sfm"] = self.step(
+                truth, "truth-sfm", [*words, "--bin", str(self.bin_dir)], [truth.key], "sfm")
+            return folder / "capture/capture.json", key
         words += truth.fill(setting.get("import", []))
         folder, key, costs["import-colmap"] = self.step(
             truth, "import-colmap", words, [truth.key], "import")

@@ -22,11 +22,13 @@ pub enum Fault {
     Defocus,
     /// More contrast than the sRGB curve, as cameras' own pictures have
     ToneCurve,
+    /// A hand that moves: up to 3 pixels in one direction
+    MotionBlur,
 }
 
 impl Fault {
-    /// Everything at once.
-    pub const ALL: [Self; 8] = [
+    /// What a phone does that is held still.
+    pub const PHONE: [Self; 8] = [
         Self::PoseNoise,
         Self::SensorNoise,
         Self::Jpeg,
@@ -35,5 +37,18 @@ impl Fault {
         Self::WhiteBalanceDrift,
         Self::Defocus,
         Self::ToneCurve,
+    ];
+
+    /// Everything at once.
+    pub const ALL: [Self; 9] = [
+        Self::PoseNoise,
+        Self::SensorNoise,
+        Self::Jpeg,
+        Self::Vignetting,
+        Self::ExposureDrift,
+        Self::WhiteBalanceDrift,
+        Self::Defocus,
+        Self::ToneCurve,
+        Self::MotionBlur,
     ];
 }

@@ -27,6 +27,7 @@ pub struct Folder {
     root: PathBuf,
     exposure: f64,
     camera: Camera,
+    is_masked: bool,
 }
 
 fn half_rgb(image: &ImageF32) -> Vec<AovChannel> {
@@ -47,12 +48,28 @@ impl Folder {
             let path = root.join(part);
             std::fs::create_dir_all(&path).with_context(|| path.display().to_string())?;
         }
-        Ok(Self { root: root.to_path_buf(), exposure, camera: Camera::default() })
+        Ok(Self { root: root.to_path_buf(), exposure, camera: Camera::default(), is_masked: false })
     }
 
     /// Pictures are developed as this camera does; [`Self::light`]'s previews, too.
     pub fn taken_with(self, camera: Camera) -> Self {
         Self { camera, ..self }
+    }
+
+    /// Pictures have an alpha channel: what they show of the scene.
+    pub fn with_masks(self, is_masked: bool) -> Self {
+        Self { is_masked, ..self }
+    }
+
+    /// A picture with its mask, where the scene wants one.
+    pub fn masked(&self, image: ImageU8, buffers: &Buffers) -> ImageU8 {
+        if !self.is_masked {
+            return image;
+        }
+        let alpha = buffers.coverage.data.iter().map(|c| (255.0 * c.min(1.0)).round() as u8);
+        let pixels = image.data.chunks_exact(3).zip(alpha);
+        let data = pixels.flat_map(|(rgb, alpha)| [rgb[0], rgb[1], rgb[2], alpha]).collect();
+        ImageU8::from_data(image.width, image.height, 4, data)
     }
 
     fn exr(&self, name: &str, image: &ImageF32, channels: &[AovChannel]) -> anyhow::Result<()> {
@@ -85,7 +102,11 @@ impl Folder {
     /// # Errors
     /// When it cannot be written.
     pub fn photo(&self, name: &str, radiance: &ImageF32) -> anyhow::Result<()> {
-        self.png(name, &self.camera.developed(&radiance.clone().scaled(self.exposure as f32)))
+        self.png(name, &self.developed(radiance))
+    }
+
+    fn developed(&self, radiance: &ImageF32) -> ImageU8 {
+        self.camera.developed(&radiance.clone().scaled(self.exposure as f32))
     }
 
     /// A picture as it is.
@@ -96,14 +117,21 @@ impl Folder {
         Ok(write_png(&self.root.join(name), image)?)
     }
 
-    /// Radiance of the test views, as photos and as EXR without exposure.
+    /// Radiance of the test views, as photos with masks where the scene has them and as EXR without exposure.
     ///
     /// # Errors
     /// When a file cannot be written.
-    pub fn frames(&self, folder: &str, shots: &[Shot], frames: &[ImageF32]) -> anyhow::Result<()> {
+    pub fn frames(
+        &self,
+        folder: &str,
+        shots: &[Shot],
+        frames: &[ImageF32],
+        buffers: &[Buffers],
+    ) -> anyhow::Result<()> {
         std::fs::create_dir_all(self.root.join(folder))?;
-        for (shot, frame) in shots.iter().zip(frames) {
-            self.photo(&format!("{folder}/{}.png", shot.name), frame)?;
+        for ((shot, frame), buffers) in shots.iter().zip(frames).zip(buffers) {
+            let picture = self.masked(self.developed(frame), buffers);
+            self.png(&format!("{folder}/{}.png", shot.name), &picture)?;
             self.exr(&format!("{folder}/{}.exr", shot.name), frame, &half_rgb(frame))?;
         }
         Ok(())
@@ -229,6 +257,7 @@ impl Folder {
         let objects: Vec<Value> = (1..)
             .zip(named)
             .zip(&world.bounds)
+            .skip(usize::from(!recipe.has_ground))
             .map(|((id, (name, paint)), (low, high))| {
                 let lambert = recipe.lambert;
                 json!({
@@ -250,7 +279,7 @@ impl Folder {
             "capture_light": recipe.capture_light.0, "relight_lights": relights, "bsdf": bsdf,
             "objects": objects, "lights": lights.iter().map(of_light).collect::<serde_json::Map<_, _>>(),
             "lamps": recipe.lamps.iter().map(|l| l.name).collect::<Vec<_>>(), "faults": self.camera.faults,
-            "samples": options.samples, "bounces": options.bounces, "seed": options.seed,
+            "masked": recipe.is_masked, "samples": options.samples, "bounces": options.bounces, "seed": options.seed,
         });
         self.text("scene.json", &serde_json::to_string_pretty(&scene)?)?;
         let note = format!(

@@ -8,9 +8,11 @@
 
 pub mod asset;
 pub mod cameras;
+pub mod changed;
 mod denoise;
 pub mod faults;
 pub mod folder;
+pub mod glass;
 pub mod lamps;
 pub mod lights;
 mod made;
@@ -21,7 +23,6 @@ pub mod photos;
 mod points;
 pub mod predictions;
 pub mod probe;
-mod removed;
 pub mod render;
 pub mod repainted;
 pub mod scenes;
@@ -48,7 +49,7 @@ use crate::render::{Buffers, buffers, radiance};
 use crate::scenes::SceneName;
 use crate::world::World;
 
-pub use removed::make_removed;
+pub use changed::make_removed;
 
 /// How a scene is made.
 #[derive(Clone, Debug)]
@@ -134,22 +135,25 @@ pub fn make(
     let (capture, light) = &recipe.capture_light;
     say(&format!("{}: {train} photos under {capture}", recipe.name));
     let (picture, photos) = take(light, 0..train, options.samples, 0)?;
-    let exposure = options.exposure.unwrap_or_else(|| exposure_of(&photos));
+    let exposure =
+        options.exposure.unwrap_or_else(|| exposure_of(&photos, &guides, recipe.is_masked));
     let out = Folder::create(folder, exposure).context("the folder of the scene")?;
-    let out = out.taken_with(camera.clone());
+    let out = out.taken_with(camera.clone()).with_masks(recipe.is_masked);
     out.light(capture, &picture)?;
     for (view, (shot, frame)) in (0..).zip(shots.iter().zip(&photos)) {
         let photo = camera.photo(&frame.clone().scaled(exposure as f32), shot.focal, view);
+        let photo = out.masked(photo, &guides[view as usize]);
         out.png(&format!("images/{}.png", shot.name), &photo)?;
     }
     let (_, frames) = take(light, train..shots.len(), options.samples, 0)?;
-    out.frames("test/capture", &shots[train..], &frames)?;
+    out.frames("test/capture", &shots[train..], &frames, &guides[train..])?;
     let mut lights = vec![(*capture, picture)];
     for (k, (name, light)) in recipe.relights.iter().enumerate() {
         say(&format!("{}: {} views under {name}", recipe.name, options.test_views));
         let (picture, frames) = take(light, train..shots.len(), options.samples, k as u64 + 1)?;
         out.light(name, &picture)?;
-        out.frames(&format!("test/relight_{name}"), &shots[train..], &frames)?;
+        let place = format!("test/relight_{name}");
+        out.frames(&place, &shots[train..], &frames, &guides[train..])?;
         lights.push((name, picture));
     }
     for (i, (shot, guide)) in shots.iter().zip(&guides).enumerate() {
@@ -180,14 +184,16 @@ fn expose<'a>(
 }
 
 /// The exposure that leaves [`CLIPPED`] of the pixels too bright, to three digits.
-fn exposure_of(photos: &[ImageF32]) -> f64 {
-    let mut brightest: Vec<f32> = photos
-        .iter()
-        .flat_map(|p| p.data.chunks_exact(3))
-        .map(|c| c[0].max(c[1]).max(c[2]))
-        .collect();
+fn exposure_of(photos: &[ImageF32], guides: &[Buffers], is_masked: bool) -> f64 {
+    let of_photo = |(photo, guide): (&ImageF32, &Buffers)| -> Vec<f32> {
+        let pixels = photo.data.chunks_exact(3).zip(&guide.coverage.data);
+        let counted = pixels.filter(|(_, coverage)| !is_masked || **coverage > 0.0);
+        counted.map(|(c, _)| c[0].max(c[1]).max(c[2])).collect()
+    };
+    let mut brightest: Vec<f32> = photos.iter().zip(guides).flat_map(of_photo).collect();
     brightest.sort_unstable_by(f32::total_cmp);
-    let white = brightest[((brightest.len() - 1) as f64 * (1.0 - CLIPPED)) as usize];
+    let last = brightest.len().saturating_sub(1) as f64;
+    let white = brightest.get((last * (1.0 - CLIPPED)) as usize).copied().unwrap_or(1.0);
     let exposure = 1.0 / f64::from(white.max(1e-6));
     let digits = 10f64.powi(2 - exposure.log10().floor() as i32);
     (exposure * digits).round() / digits

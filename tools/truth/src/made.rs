@@ -82,8 +82,9 @@ impl Made {
     ///
     /// # Errors
     /// When it cannot be written.
-    pub(crate) fn reopen(&self, folder: &Path) -> anyhow::Result<Folder> {
-        Ok(Folder::create(folder, self.exposure)?.taken_with(self.camera.clone()))
+    pub(crate) fn reopen(&self, folder: &Path, recipe: &SceneRecipe) -> anyhow::Result<Folder> {
+        let out = Folder::create(folder, self.exposure)?.taken_with(self.camera.clone());
+        Ok(out.with_masks(recipe.is_masked))
     }
 }
 

@@ -8,8 +8,9 @@ use motes_shading::integrate::{LightPool, SurfacePoint};
 use motes_shading::sampling::{PointSet, unit_f32};
 use motes_shading::tracing::{Ray, offset_origin};
 
+use crate::glass::{MOST_PANES, pane_reflectance};
 use crate::lamps::{Lamp, SHORT};
-use crate::world::World;
+use crate::world::{Seen, World};
 
 /// Directions from the light at the first surface; one at each later one.
 const FIRST_LIGHT_SAMPLES: u32 = 4;
@@ -45,14 +46,20 @@ impl<'a> PathTracer<'a> {
         // Density and number of light samples of the last surface; none for the camera.
         let mut last: Option<(f32, f32)> = None;
         for depth in 0..=self.surfaces {
-            let Some(seen) = self.world.see(&ray) else {
+            let numbers = |number| {
+                let key = PointSet::new(self.seed, item, 16 * (depth + 1) + 8 + number, samples);
+                unit_f32(key.point(sample)[0])
+            };
+            let met = self.past_glass(&mut ray, &mut throughput, &mut last, numbers);
+            let Some(seen) = met else {
                 let (radiance, p_l) = self.light.radiance_pdf(ray.direction);
                 let weight = last.map_or(1.0, |(p_b, n)| p_b / (p_b + n * p_l));
                 return sum + throughput * radiance * weight;
             };
-            // Of later surfaces every lamp was asked already.
-            if let (0, Some(lamp)) = (depth, seen.lamp.and_then(|k| self.lamps.get(k as usize))) {
-                return throughput * lamp.radiance;
+            // Of later surfaces every lamp was asked already, but not through what mirrors.
+            let lamp = seen.lamp.and_then(|k| self.lamps.get(k as usize));
+            if let (None, Some(lamp)) = (last, lamp) {
+                return sum + throughput * lamp.radiance;
             }
             if depth == self.surfaces {
                 return sum;
@@ -72,9 +79,9 @@ impl<'a> PathTracer<'a> {
             for light in self.pool.block(u64::from(key), n).iter().flatten() {
                 let (f, p_b) = brdf.eval_pdf(light.to_light);
                 let scale = 1.0 / (n as f32 * light.pdf + p_b);
-                let open = |ray: Ray| !self.world.occluded(&ray);
-                if p_b > 0.0 && leave(light.to_light).is_some_and(open) {
-                    sum += throughput * f.total() * light.radiance * scale;
+                if let Some(ray) = leave(light.to_light).filter(|_| p_b > 0.0) {
+                    let arrives = self.world.transmittance(&ray);
+                    sum += throughput * arrives * f.total() * light.radiance * scale;
                 }
             }
             for (lamp, k) in self.lamps.iter().zip(0u32..) {
@@ -104,6 +111,35 @@ impl<'a> PathTracer<'a> {
         sum
     }
 
+    /// What a path meets beyond the glass in its way, each pane of which it passes or leaves by reflection, by one of `numbers`.
+    fn past_glass(
+        &self,
+        ray: &mut Ray,
+        throughput: &mut Vec3,
+        last: &mut Option<(f32, f32)>,
+        numbers: impl Fn(u32) -> f32,
+    ) -> Option<Seen> {
+        for pane in 0..MOST_PANES {
+            let seen = self.world.see(ray)?;
+            if !seen.is_glass {
+                return Some(seen);
+            }
+            let point = &seen.point;
+            let (n, to_viewer) = (point.shading_normal, point.to_viewer);
+            let cosine = n.dot(to_viewer);
+            let direction = if numbers(pane) < pane_reflectance(cosine) {
+                *last = None;
+                2.0 * cosine * n - to_viewer
+            } else {
+                // The surface before it asked the light through this pane: its weight stays.
+                *throughput *= point.material.base_color_linear;
+                ray.direction
+            };
+            *ray = seen.behind(direction);
+        }
+        self.world.see(ray)
+    }
+
     /// What a point of a lamp sends over a surface to its viewer, over the density of that point.
     fn sent_by(&self, lamp: &Lamp, u: [f32; 2], point: &SurfacePoint, brdf: &Brdf) -> Vec3 {
         let at = lamp.point(u);
@@ -116,11 +152,12 @@ impl<'a> PathTracer<'a> {
         }
         let origin = offset_origin(point.position, n, to_light, 0.0);
         let ray = Ray { t_max: (1.0 - SHORT) * distance, ..Ray::new(origin, to_light) };
-        if self.world.occluded(&ray) {
+        let arrives = self.world.transmittance(&ray);
+        if arrives == Vec3::ZERO {
             return Vec3::ZERO;
         }
         // `f` holds the cosine at the surface.
         let (f, _) = brdf.eval_pdf(to_light);
-        f.total() * lamp.radiance * (cosine * at.area / (distance * distance))
+        arrives * f.total() * lamp.radiance * (cosine * at.area / (distance * distance))
     }
 }

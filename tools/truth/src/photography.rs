@@ -1,8 +1,10 @@
 //! What a phone does to a picture: from radiance to the bytes of a photo, and the poses that are told of it.
 //!
 //! ```text
-//! radiance x exposure -> defocus -> vignetting -> exposure and white balance -> noise -> sRGB -> tone curve -> 8 bits -> JPEG
+//! radiance x exposure -> motion -> defocus -> vignetting -> exposure and white balance -> noise -> sRGB -> tone curve -> 8 bits -> JPEG
 //! ```
+
+use std::f64::consts::PI;
 
 use glam::{DQuat, DVec3};
 use motes_formats::images::{encode_jpeg, read_image_from};
@@ -21,6 +23,9 @@ const CENTER_SHARE: f64 = 1e-3;
 const EXPOSURE_STOPS: f64 = 0.25;
 const WHITE_BALANCE: f64 = 0.04;
 const BLUR_PX: f32 = 0.6;
+/// Longest way of a point of the picture while the shutter is open, pixels, and points along it that are averaged.
+const MOTION_PX: f64 = 3.0;
+const MOTION_STEPS: u32 = 13;
 /// Electrons at white, a phone's small pixel, and of reading it.
 const FULL_WELL: f32 = 3000.0;
 const READ_NOISE: f32 = 4.0;
@@ -28,6 +33,8 @@ const READ_NOISE: f32 = 4.0;
 const CONTRAST: f32 = 0.5;
 const JPEG_QUALITY: u8 = 88;
 const STREAM: u64 = 0xca3e;
+/// Of its own, so that the numbers of the other faults stay as they are.
+const MOTION_STREAM: u64 = 0xca3f;
 
 /// A camera with its faults.
 #[derive(Clone, Debug, Default)]
@@ -47,6 +54,11 @@ impl Camera {
     pub fn photo(&self, linear: &ImageF32, focal: f64, view: u64) -> ImageU8 {
         let mut rng = keyed_rng(self.seed, STREAM, 2 * view);
         let mut image = linear.clone();
+        if self.has(Fault::MotionBlur) {
+            let mut rng = keyed_rng(self.seed, MOTION_STREAM, view);
+            let (length, angle) = (MOTION_PX * rng.random::<f64>(), PI * rng.random::<f64>());
+            image = moved(&image, [length * angle.cos(), length * angle.sin()]);
+        }
         if self.has(Fault::Defocus) {
             image = blurred(&image);
         }
@@ -123,6 +135,29 @@ fn vignette(image: &mut ImageF32, focal: f32) {
     }
 }
 
+/// The mean of a picture along a way, which goes through every pixel by half. What is beyond the border is as the border.
+fn moved(image: &ImageF32, way: [f64; 2]) -> ImageF32 {
+    let (w, h, n) = (image.width, image.height, image.channels);
+    let mut out = ImageF32::filled(w, h, n, 0.0);
+    let at = |x: isize, y: isize, c: usize| {
+        let (x, y) = (x.clamp(0, w as isize - 1) as usize, y.clamp(0, h as isize - 1) as usize);
+        image.data[(y * w + x) * n + c]
+    };
+    for (i, value) in out.data.iter_mut().enumerate() {
+        let (x, y, c) = (i / n % w, i / n / w, i % n);
+        let tap = |step: u32| {
+            let t = f64::from(step) / f64::from(MOTION_STEPS - 1) - 0.5;
+            let (px, py) = (x as f64 + t * way[0], y as f64 + t * way[1]);
+            let (left, top) = (px.floor() as isize, py.floor() as isize);
+            let (fx, fy) = ((px - px.floor()) as f32, (py - py.floor()) as f32);
+            let row = |y: isize| at(left, y, c) * (1.0 - fx) + at(left + 1, y, c) * fx;
+            row(top) * (1.0 - fy) + row(top + 1) * fy
+        };
+        *value = (0..MOTION_STEPS).map(tap).sum::<f32>() / MOTION_STEPS as f32;
+    }
+    out
+}
+
 /// Gaussian blur, one axis after the other.
 fn blurred(image: &ImageF32) -> ImageF32 {
     let weight = |d: i32| (-0.5 * (d as f32 / BLUR_PX).powi(2)).exp();
@@ -182,6 +217,43 @@ mod tests {
         assert!(high - low > 8.0, "{means:?}");
         let both = drift(&[Fault::ExposureDrift, Fault::Jpeg], 2);
         assert!((both - means[2]).abs() < 1.0, "{both} {}", means[2]);
+    }
+
+    #[test]
+    fn a_point_that_moves_is_a_line_of_the_same_light_about_its_place() {
+        let mut point = gray(0.0);
+        let middle = (18 * 48 + 24) * 3;
+        point.data[middle..middle + 3].fill(1.0);
+        let (mut sum, mut first, mut second) = (0.0, [0.0; 2], [0.0; 2]);
+        for (i, v) in moved(&point, [3.0, 0.0]).data.iter().step_by(3).enumerate() {
+            let off = [(i % 48) as f64 - 24.0, (i / 48) as f64 - 18.0];
+            sum += f64::from(*v);
+            for k in 0..2 {
+                first[k] += f64::from(*v) * off[k];
+                second[k] += f64::from(*v) * off[k] * off[k];
+            }
+        }
+        assert!(
+            (sum - 1.0).abs() < 1e-5 && first.iter().all(|f| f.abs() < 1e-5),
+            "{sum} {first:?}"
+        );
+        // Even over three pixels: 3² / 12, and what linear interpolation adds.
+        assert!(second[0] > 0.75 && second[0] < 1.2 && second[1] == 0.0, "{second:?}");
+        let lengths: Vec<f64> = (0..40).map(|view| spread_of_motion(&point, view)).collect();
+        assert!(lengths.iter().any(|l| *l < 0.3) && lengths.iter().any(|l| *l > 0.7));
+    }
+
+    /// Root of the second moments of a moved point of a photo, pixels.
+    fn spread_of_motion(point: &ImageF32, view: u64) -> f64 {
+        let photo = camera(&[Fault::MotionBlur]).photo(point, 40.0, view);
+        let (mut sum, mut second) = (0.0, 0.0);
+        for (i, v) in photo.data.iter().step_by(3).enumerate() {
+            let light = f64::from(srgb::decode(f32::from(*v) / 255.0));
+            let off = [(i % 48) as f64 - 24.0, (i / 48) as f64 - 18.0];
+            sum += light;
+            second += light * (off[0] * off[0] + off[1] * off[1]);
+        }
+        (second / sum).sqrt()
     }
 
     #[test]

@@ -10,7 +10,7 @@ use crate::denoise::{Noisy, denoise};
 use crate::path::PathTracer;
 use crate::world::World;
 
-/// What every pixel sees.
+/// What every pixel sees; through glass, but for the object.
 #[derive(Clone, Debug)]
 pub struct Buffers {
     /// Base color, mean over the pixel; linear.
@@ -25,7 +25,9 @@ pub struct Buffers {
     pub depth: ImageF32,
     /// Position at the center, world.
     pub position: ImageF32,
-    /// Object at the center; 0 for nothing.
+    /// Share of the pixel that shows anything.
+    pub coverage: ImageF32,
+    /// Object at the center, glass before what is behind it; 0 for nothing.
     pub ids: Vec<u8>,
 }
 
@@ -41,11 +43,11 @@ fn jitter(seed: u64, item: u64, sample: u32, samples: u32) -> (f64, f64) {
 /// The buffers of a view.
 pub fn buffers(world: &World, shot: &Shot) -> Buffers {
     let (w, h) = shot.size;
-    let rows: Vec<Vec<([f32; 12], u8)>> = (0..h)
+    let rows: Vec<Vec<([f32; 13], u8)>> = (0..h)
         .into_par_iter()
         .map(|y| (0..w).map(|x| buffer_pixel(world, shot, x, y)).collect())
         .collect();
-    let pixels: Vec<&([f32; 12], u8)> = rows.iter().flatten().collect();
+    let pixels: Vec<&([f32; 13], u8)> = rows.iter().flatten().collect();
     let image = |first: usize, n: usize| {
         let data = pixels.iter().flat_map(|p| p.0[first..first + n].to_vec()).collect();
         ImageF32::from_data(w, h, n, data)
@@ -57,23 +59,24 @@ pub fn buffers(world: &World, shot: &Shot) -> Buffers {
         normal: image(5, 3),
         depth: image(8, 1),
         position: image(9, 3),
+        coverage: image(12, 1),
         ids: pixels.iter().map(|p| p.1).collect(),
     }
 }
 
-fn buffer_pixel(world: &World, shot: &Shot, x: usize, y: usize) -> ([f32; 12], u8) {
-    let mut out = [0.0; 12];
+fn buffer_pixel(world: &World, shot: &Shot, x: usize, y: usize) -> ([f32; 13], u8) {
+    let mut out = [0.0; 13];
     for i in 0..BUFFER_SAMPLES {
         let (dx, dy) = (f64::from(i % 3) + 0.5, f64::from(i / 3) + 0.5);
-        let Some(seen) = world.see(&shot.ray(x as f64 + dx / 3.0, y as f64 + dy / 3.0).0) else {
-            continue;
-        };
+        let ray = shot.ray(x as f64 + dx / 3.0, y as f64 + dy / 3.0).0;
+        let Some(seen) = world.see_through_glass(&ray) else { continue };
+        out[12] += 1.0 / BUFFER_SAMPLES as f32;
         let m = seen.point.material;
         let values = m.base_color_linear.to_array().into_iter().chain([m.roughness, m.metallic]);
         out.iter_mut().zip(values).for_each(|(o, v)| *o += v / BUFFER_SAMPLES as f32);
     }
     let (ray, length) = shot.ray(x as f64 + 0.5, y as f64 + 0.5);
-    let Some(seen) = world.see(&ray) else {
+    let Some(seen) = world.see_through_glass(&ray) else {
         out[8] = f32::INFINITY;
         return (out, 0);
     };

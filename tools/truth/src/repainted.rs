@@ -94,7 +94,7 @@ pub fn make_repainted(
     let made = Made::read(folder, &recipe)?;
     let world = World::new(&recipe, made.lobes)?;
     let guides: Vec<Buffers> = made.shots.iter().map(|shot| buffers(&world, shot)).collect();
-    let out = made.reopen(folder)?;
+    let out = made.reopen(folder, &recipe)?;
     for (salt, (light, file)) in (FIRST_SALT..).zip(lights) {
         let map = read_environment(file).with_context(|| file.display().to_string())?;
         let radiance = environment(&map.scaled(1.0 / made.exposure as f32))?;
@@ -102,7 +102,7 @@ pub fn make_repainted(
         let tracer = PathTracer::new(&world, &radiance, made.bounces, seed);
         let views = made.shots.iter().zip(&guides).zip(made.first..);
         let frames = expose(&tracer, views, made.samples, seed);
-        out.frames(&format!("test/relight_{light}"), &made.shots, &frames)?;
+        out.frames(&format!("test/relight_{light}"), &made.shots, &frames, &guides)?;
     }
     Ok(())
 }

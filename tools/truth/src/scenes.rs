@@ -1,8 +1,13 @@
 //! The scenes: objects, paints and lights as numbers.
 
 mod bedroom;
+mod figure;
 mod garden;
+mod hall;
+mod hillside;
 mod kitchen;
+mod matte;
+mod studio;
 
 use glam::{DVec3, EulerRot, Mat3, Vec2, Vec3};
 use motes_math::srgb;
@@ -29,6 +34,10 @@ pub enum SceneName {
     Garden,
     /// Cabinets with doors and handles along a wall, a counter with a few things, under an overcast sky.
     Kitchen,
+    /// A polished floor, a mirror on the wall, a glass vase and a glazed picture, a thin coat stand; photographed by a phone that moves.
+    Hall,
+    /// A figure that hangs in the air, masked in the photos, seen from all sides and from below.
+    Figure,
 }
 
 /// A thing on the ground.
@@ -48,6 +57,8 @@ pub struct Thing {
     pub turned: Vec3,
     /// How far its lowest point is above the ground, in units of the scene.
     pub lift: f32,
+    /// Thin glass, tinted by the first color of the paint.
+    pub is_glass: bool,
 }
 
 impl Thing {
@@ -108,6 +119,8 @@ pub struct SceneRecipe {
     pub lambert: bool,
     /// Height of the ground's waves.
     pub waves: f32,
+    /// Whether there is a ground; else things hang in the air.
+    pub has_ground: bool,
     /// Paint of the ground, in units of the scene.
     pub ground: Paint,
     /// What stands on it.
@@ -118,6 +131,8 @@ pub struct SceneRecipe {
     pub lamps: Vec<Lamp>,
     /// Where the cameras are.
     pub views: Views,
+    /// Photos show its things alone: what is around them is transparent.
+    pub is_masked: bool,
     /// What is wrong with the camera when nothing else is asked for.
     pub faults: Vec<Fault>,
     /// Focal length over the width of a picture.
@@ -145,7 +160,16 @@ fn thing(
     place: (f32, f32),
     turned: (f32, f32, f32),
 ) -> Thing {
-    Thing { name, shape, paint, size, place: place.into(), turned: turned.into(), lift: 0.0 }
+    Thing {
+        name,
+        shape,
+        paint,
+        size,
+        place: place.into(),
+        turned: turned.into(),
+        lift: 0.0,
+        is_glass: false,
+    }
 }
 
 fn sky(azimuth_deg: f64, elevation_deg: f64, turbidity: f64, irradiance: f32) -> Light {
@@ -179,199 +203,14 @@ impl SceneName {
     /// The numbers of the scene.
     pub fn recipe(self) -> SceneRecipe {
         match self {
-            Self::Matte => matte(),
-            Self::Studio => studio(),
-            Self::Hillside => hillside(),
+            Self::Matte => matte::recipe(),
+            Self::Studio => studio::recipe(),
+            Self::Hillside => hillside::recipe(),
             Self::Bedroom => bedroom::recipe(),
             Self::Garden => garden::recipe(),
             Self::Kitchen => kitchen::recipe(),
+            Self::Hall => hall::recipe(),
+            Self::Figure => figure::recipe(),
         }
-    }
-}
-
-fn matte() -> SceneRecipe {
-    use Pattern::{Boards, Clouds, Patches, Speckles, Stripes};
-    let p = |pattern, palette: &[u32], cell| paint(pattern, palette, cell, 1.0, 0.0);
-    let lumpy = Shape::Lumpy { radius: 0.5, amplitude: 0.09, waves: 5.0 };
-    let (clay, slate) = ([0xb5653f, 0xd9a066, 0x8c4a35], [0x5d6d7e, 0x85929e, 0xaeb6bf]);
-    SceneRecipe {
-        name: "matte",
-        unit: 1.0,
-        origin: Vec3::ZERO,
-        lambert: true,
-        waves: 0.0,
-        ground: p(Boards, &[0xa67c52, 0x8d6742, 0xbf9a6f, 0x7a5a3c], 0.16),
-        things: vec![
-            thing("boulder", lumpy, p(Clouds, &slate, 0.3), 0.55, (-0.36, 0.22), (0.3, 0.1, 0.0)),
-            thing(
-                "brick",
-                block(0.5, 0.3, 0.22, 0.18),
-                p(Patches, &clay, 0.16),
-                0.5,
-                (0.32, 0.34),
-                (0.0, 0.0, 0.5),
-            ),
-            thing(
-                "ring",
-                Shape::Torus { ring: 0.36, tube: 0.13 },
-                p(Stripes, &[0x2e6f6b, 0xe8d9b5, 0xc8553d], 0.12),
-                0.52,
-                (0.36, -0.2),
-                (0.0, 0.0, 0.0),
-            ),
-            thing(
-                "jar",
-                Shape::Vase { radius: 0.34, half_height: 0.5 },
-                p(Speckles, &[0xe9dcc3, 0x6b4f3a, 0xa44a3f], 0.11),
-                0.5,
-                (-0.16, -0.34),
-                (0.0, 0.0, 0.0),
-            ),
-        ],
-        walls: Vec::new(),
-        lamps: Vec::new(),
-        views: Views::around(1.75, 27.0, 56.0),
-        faults: Vec::new(),
-        focal: 1.08,
-        capture_light: ("noon", sky(-35.0, 52.0, 3.0, 3.2)),
-        relights: vec![
-            ("morning", sky(150.0, 14.0, 3.5, 1.3)),
-            ("overcast", overcast()),
-            ("boxes", soft_boxes()),
-        ],
-    }
-}
-
-fn studio() -> SceneRecipe {
-    use Pattern::{Clouds, Patches, Speckles, Stripes};
-    let vase = Shape::Vase { radius: 0.36, half_height: 0.55 };
-    let glaze = paint(Patches, &[0x1f4e79, 0xe8e4d8, 0xc27c2c, 0x7ba05b], 0.15, 0.22, 0.0);
-    let enamel = paint(Stripes, &[0x9b2335, 0xf2ead7, 0x2a3d45], 0.13, 0.3, 0.0);
-    let steel = paint(Clouds, &[0xb9bcc0, 0xcfd0d1, 0xa7a9ac], 0.5, 0.3, 1.0);
-    let bronze = paint(Clouds, &[0xc58b4b, 0xd9a566, 0xb77a3c], 0.4, 0.38, 1.0);
-    let stone = paint(Speckles, &[0x8f8a82, 0x3f3c38, 0xc9c2b5], 0.07, 0.75, 0.0);
-    SceneRecipe {
-        name: "studio",
-        unit: 60.0,
-        origin: Vec3::new(20.0, -35.0, 4.0),
-        lambert: false,
-        waves: 0.0,
-        ground: paint(Speckles, &[0x5a5d63, 0x8a8d90, 0x33363b, 0xb0a89a], 0.075, 0.5, 0.0),
-        things: vec![
-            thing("vase", vase, glaze, 0.55, (-0.3, 0.3), (0.0, 0.0, 0.7)),
-            thing(
-                "knot",
-                Shape::Knot { size: 0.5, tube: 0.105 },
-                enamel,
-                0.62,
-                (0.37, 0.27),
-                (0.0, 0.0, 0.4),
-            ),
-            thing(
-                "pill",
-                Shape::Capsule { radius: 0.26, half_length: 0.34 },
-                steel,
-                0.5,
-                (0.3, -0.33),
-                (1.571, 0.0, 0.6),
-            ),
-            thing(
-                "bowl",
-                block(0.46, 0.46, 0.33, 0.85),
-                bronze,
-                0.46,
-                (-0.37, -0.26),
-                (0.0, 0.0, 0.0),
-            ),
-            thing("cube", block(0.4, 0.4, 0.4, 0.16), stone, 0.36, (0.0, -0.02), (0.0, 0.0, 0.35)),
-        ],
-        walls: Vec::new(),
-        lamps: Vec::new(),
-        views: Views::around(1.9, 26.0, 60.0),
-        faults: Vec::new(),
-        focal: 1.12,
-        capture_light: ("boxes", soft_boxes()),
-        relights: vec![
-            ("noon", sky(70.0, 50.0, 3.0, 2.8)),
-            ("evening", sky(-110.0, 16.0, 4.0, 1.6)),
-            ("overcast", overcast()),
-        ],
-    }
-}
-
-fn hillside() -> SceneRecipe {
-    use Pattern::{Boards, Clouds, Patches, Speckles, Stripes};
-    let brass = paint(Clouds, &[0xd6b65a, 0xe3c66f, 0xc9a548], 0.5, 0.22, 1.0);
-    let gold = paint(Clouds, &[0xf0c05a, 0xf5cf78, 0xe2ab44], 0.6, 0.36, 1.0);
-    let lumpy = Shape::Lumpy { radius: 0.5, amplitude: 0.13, waves: 4.2 };
-    let waxed = paint(Boards, &[0x7a4b2a, 0x9c6b3f, 0x5f3a22], 0.12, 0.12, 0.0);
-    SceneRecipe {
-        name: "hillside",
-        unit: 7.3,
-        origin: Vec3::new(-3.1, 5.2, -1.4),
-        lambert: false,
-        waves: 0.035,
-        ground: paint(Clouds, &[0x4d5a2c, 0x6f7a3c, 0x8c7a52, 0x5a4a35], 0.12, 0.9, 0.0),
-        things: vec![
-            thing(
-                "rock",
-                lumpy,
-                paint(Speckles, &[0x9a8f80, 0x5b5349, 0xc7bfae], 0.1, 0.85, 0.0),
-                0.62,
-                (-0.34, 0.3),
-                (0.4, 0.2, 0.0),
-            ),
-            thing(
-                "hoop",
-                Shape::Torus { ring: 0.38, tube: 0.12 },
-                brass,
-                0.55,
-                (0.38, 0.26),
-                (1.05, 0.0, 0.5),
-            ),
-            thing(
-                "pod",
-                Shape::Capsule { radius: 0.24, half_length: 0.3 },
-                paint(Stripes, &[0xd1495b, 0xedae49, 0x00798c, 0xf3ead3], 0.11, 0.4, 0.0),
-                0.55,
-                (-0.36, -0.3),
-                (0.0, 0.0, 0.0),
-            ),
-            thing(
-                "nugget",
-                block(0.36, 0.42, 0.3, 1.35),
-                gold,
-                0.52,
-                (0.06, -0.42),
-                (0.0, 0.0, 0.2),
-            ),
-            thing(
-                "crate",
-                block(0.38, 0.38, 0.34, 0.22),
-                waxed,
-                0.44,
-                (0.42, -0.2),
-                (0.0, 0.0, 0.9),
-            ),
-            thing(
-                "gourd",
-                Shape::Vase { radius: 0.34, half_height: 0.46 },
-                paint(Patches, &[0xe07a5f, 0x81b29a, 0xf4f1de, 0x3d405b], 0.14, 0.6, 0.0),
-                0.46,
-                (0.02, 0.06),
-                (0.15, 0.1, 0.0),
-            ),
-        ],
-        walls: Vec::new(),
-        lamps: Vec::new(),
-        views: Views::around(1.85, 25.0, 58.0),
-        faults: Vec::new(),
-        focal: 1.05,
-        capture_light: ("evening", sky(-60.0, 27.0, 3.5, 2.2)),
-        relights: vec![
-            ("dawn", sky(110.0, 12.0, 2.5, 1.1)),
-            ("noon", sky(20.0, 61.0, 3.0, 3.0)),
-            ("boxes", soft_boxes()),
-        ],
     }
 }

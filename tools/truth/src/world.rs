@@ -3,8 +3,11 @@
 use glam::{Mat3, Vec3};
 use motes_shading::brdf::{Lobes, Material};
 use motes_shading::integrate::SurfacePoint;
-use motes_shading::tracing::{BuildQuality, MeshError, MeshTracer, Ray, Tracer, TriangleMesh};
+use motes_shading::tracing::{
+    BuildQuality, MeshError, MeshTracer, Ray, Tracer, TriangleMesh, offset_origin,
+};
 
+use crate::glass::{MOST_PANES, pane_transmittance};
 use crate::lamps::{Lamp, parallelogram};
 use crate::scenes::SceneRecipe;
 use crate::shapes::{SmoothMesh, vertex_normals};
@@ -27,6 +30,8 @@ struct Object {
     id: u8,
     /// Number among the lamps.
     lamp: Option<u8>,
+    /// Of thin glass, tinted by the first color of its paint.
+    is_glass: bool,
 }
 
 /// A scene, ready for rays. Object ids start at 1, the ground's.
@@ -39,6 +44,7 @@ pub struct World {
     owners: Vec<u16>,
     lobes: Lobes,
     lamps: Vec<Lamp>,
+    has_glass: bool,
     /// Lowest and highest corner of every object, world.
     pub bounds: Vec<(Vec3, Vec3)>,
 }
@@ -48,12 +54,22 @@ pub struct World {
 pub struct Seen {
     /// What the integrator takes.
     pub point: SurfacePoint,
-    /// Distance along the ray.
+    /// Distance along the ray, over all panes.
     pub distance: f32,
     /// Id of the object.
     pub object: u8,
     /// Number among the lamps, on their bright side.
     pub lamp: Option<u8>,
+    /// Thin glass; its base color is what it lets pass.
+    pub is_glass: bool,
+}
+
+impl Seen {
+    /// The ray that goes on behind a pane.
+    pub fn behind(&self, direction: Vec3) -> Ray {
+        let (position, n) = (self.point.position, self.point.geometric_normal);
+        Ray::new(offset_origin(position, n, direction, 0.0), direction)
+    }
 }
 
 impl World {
@@ -79,12 +95,19 @@ impl World {
             owners: Vec::new(),
             lobes: if recipe.lambert { Lobes::Lambert } else { lobes },
             lamps: Vec::new(),
+            has_glass: recipe.things.iter().any(|thing| thing.is_glass),
             bounds: Vec::new(),
         };
-        let ground = ground(recipe);
+        let ground = if recipe.has_ground { ground(recipe) } else { TriangleMesh::default() };
         let normals = vertex_normals(&ground);
         let to_paint = (Mat3::IDENTITY, recipe.origin, unit);
-        let still = |paint: &Paint, id| Object { paint: paint.clone(), to_paint, id, lamp: None };
+        let still = |paint: &Paint, id| Object {
+            paint: paint.clone(),
+            to_paint,
+            id,
+            lamp: None,
+            is_glass: false,
+        };
         world.add(ground, normals, still(&recipe.ground, 1));
         for thing in &recipe.things {
             let smooth = thing.shape.mesh(steps);
@@ -102,7 +125,7 @@ impl World {
             let mesh = TriangleMesh { vertices, triangles: smooth.mesh.triangles };
             let to_paint = (rotation.transpose(), origin, scale);
             let id = world.objects.len() as u8 + 1;
-            let object = Object { paint: thing.paint.clone(), to_paint, id, lamp: None };
+            let object = Object { to_paint, is_glass: thing.is_glass, ..still(&thing.paint, id) };
             world.add(mesh, normals, object);
         }
         for (lamp, number) in recipe.lamps.iter().zip(0u8..) {
@@ -161,13 +184,33 @@ impl World {
         };
         let object = &self.objects[owner as usize];
         let lamp = object.lamp.filter(|_| geometric.dot(to_viewer) > 0.0);
-        Some(Seen { point, distance: hit.distance, object: object.id, lamp })
+        let (object, is_glass) = (object.id, object.is_glass);
+        Some(Seen { point, distance: hit.distance, object, lamp, is_glass })
+    }
+
+    /// What a ray meets behind all glass: the object is that of the first pane, everything else what is seen through it.
+    pub fn see_through_glass(&self, ray: &Ray) -> Option<Seen> {
+        let (mut from, mut way, mut first) = (*ray, 0.0, None);
+        for _ in 0..MOST_PANES {
+            let seen = self.see(&from)?;
+            way += seen.distance;
+            let object = *first.get_or_insert(seen.object);
+            if !seen.is_glass {
+                return Some(Seen { distance: way, object, ..seen });
+            }
+            from = seen.behind(ray.direction);
+        }
+        None
     }
 
     fn material(&self, owner: u16, position: Vec3) -> Material {
         let object = &self.objects[owner as usize];
         let (rotation, origin, scale) = object.to_paint;
-        let base = object.paint.base_color(rotation * (position - origin) / scale);
+        let base = if object.is_glass {
+            object.paint.palette[0]
+        } else {
+            object.paint.base_color(rotation * (position - origin) / scale)
+        };
         match self.lobes {
             Lobes::Lambert => Material::lambert(base),
             lobes => Material {
@@ -206,9 +249,29 @@ impl World {
         &self.lamps
     }
 
-    /// Whether anything is in the way.
+    /// Whether anything is in the way, glass as well.
     pub fn occluded(&self, ray: &Ray) -> bool {
         self.tracer.occluded(ray)
+    }
+
+    /// Share of light that arrives along a ray: glass lets some of it pass, everything else none.
+    pub fn transmittance(&self, ray: &Ray) -> Vec3 {
+        if !self.has_glass {
+            return if self.occluded(ray) { Vec3::ZERO } else { Vec3::ONE };
+        }
+        let (mut from, mut left, mut passed) = (*ray, ray.t_max, Vec3::ONE);
+        for _ in 0..MOST_PANES {
+            let Some(seen) = self.see(&Ray { t_max: left, ..from }) else { return passed };
+            if !seen.is_glass {
+                return Vec3::ZERO;
+            }
+            let point = &seen.point;
+            let cosine = point.shading_normal.dot(point.to_viewer);
+            passed *= pane_transmittance(cosine, point.material.base_color_linear);
+            left -= seen.distance;
+            from = seen.behind(ray.direction);
+        }
+        Vec3::ZERO
     }
 }
 

@@ -9,6 +9,7 @@ use clap::{Parser, ValueEnum};
 use glam::Vec3;
 use motes_shading::brdf::Lobes;
 use motes_truth::asset::write_asset;
+use motes_truth::changed::{Move, make_moved};
 use motes_truth::faults::Fault;
 use motes_truth::oracle::write_oracle;
 use motes_truth::probe::make_probe;
@@ -35,17 +36,20 @@ struct Args {
     /// Write the test views without an object, test/removed_OBJECT, into the folder OUTPUT of this scene instead
     #[arg(long, value_name = "OBJECT", conflicts_with = "oracle")]
     without: Option<String>,
+    /// Write the test views with an object in another place (world units), test/moved_OBJECT, into the folder OUTPUT of this scene instead
+    #[arg(long, value_name = "OBJECT=DX,DY,DZ", conflicts_with_all = ["oracle", "without"])]
+    moved: Option<Move>,
     /// Write the true light at a point, units of the scene from its middle, into the folder OUTPUT of this scene instead
-    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true, conflicts_with_all = ["oracle", "without"])]
+    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true, conflicts_with_all = ["oracle", "without", "moved"])]
     probe: Option<Vec3>,
     /// Write an object as a mesh OUTPUT (PLY), with a JSON document that says where it stands, instead
-    #[arg(long, value_name = "OBJECT", conflicts_with_all = ["oracle", "without", "probe"])]
+    #[arg(long, value_name = "OBJECT", conflicts_with_all = ["oracle", "without", "moved", "probe"])]
     asset: Option<String>,
     /// Steps of the mesh of --asset from pole to pole; its colors are as fine as its vertices
     #[arg(long, value_name = "COUNT", default_value_t = STEPS, requires = "asset")]
     asset_steps: u32,
     /// Write the test views under a map in Blender's axes, in photo values, into the folder OUTPUT of this scene instead; repeatable
-    #[arg(long, value_name = "LIGHT=FILE", value_parser = light, conflicts_with_all = ["oracle", "without", "probe", "asset"])]
+    #[arg(long, value_name = "LIGHT=FILE", value_parser = light, conflicts_with_all = ["oracle", "without", "moved", "probe", "asset"])]
     relit: Vec<(String, PathBuf)>,
     /// Paint of objects for --relit: `handle` means `handle_1`, too; repeatable
     #[arg(long, value_name = "OBJECT=R,G,B,ROUGHNESS,METALLIC", requires = "relit")]
@@ -144,6 +148,9 @@ fn main() -> anyhow::Result<()> {
         }
         if let Some(object) = &args.without {
             return make_removed(args.scene, object, &args.output);
+        }
+        if let Some(moved) = &args.moved {
+            return make_moved(args.scene, moved, &args.output);
         }
         if !args.relit.is_empty() {
             return make_repainted(args.scene, &args.repaint, &args.relit, &args.output);

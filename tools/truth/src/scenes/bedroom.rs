@@ -22,6 +22,7 @@ pub(super) fn recipe() -> SceneRecipe {
         origin: Vec3::new(1.7, -0.8, 0.6),
         lambert: false,
         waves: 0.0,
+        has_ground: true,
         ground: carpet,
         things: things(),
         walls: walls(),
@@ -34,7 +35,8 @@ pub(super) fn recipe() -> SceneRecipe {
             unsteady: 3.0,
         },
         focal: 0.95,
-        faults: Fault::ALL.to_vec(),
+        is_masked: false,
+        faults: Fault::PHONE.to_vec(),
         // What comes in at the open side of the room.
         capture_light: ("dim", Light::Boxes { room: Vec3::splat(0.12), boxes: Vec::new() }),
         relights: vec![

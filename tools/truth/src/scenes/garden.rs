@@ -15,6 +15,7 @@ pub(super) fn recipe() -> SceneRecipe {
         origin: Vec3::new(-6.0, 2.0, 0.9),
         lambert: false,
         waves: 0.05,
+        has_ground: true,
         ground: paint(Pattern::Speckles, &lawn, 0.06, 0.95, 0.0),
         things: things(),
         walls: Vec::new(),
@@ -27,7 +28,8 @@ pub(super) fn recipe() -> SceneRecipe {
             unsteady: 3.0,
         },
         focal: 0.9,
-        faults: Fault::ALL.to_vec(),
+        is_masked: false,
+        faults: Fault::PHONE.to_vec(),
         capture_light: ("afternoon", sky(-70.0, 38.0, 3.0, 2.4)),
         relights: vec![
             ("sunrise", sky(95.0, 9.0, 2.5, 0.9)),

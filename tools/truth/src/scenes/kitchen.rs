@@ -21,6 +21,7 @@ pub(super) fn recipe() -> SceneRecipe {
         origin: Vec3::new(0.7, 0.4, -0.3),
         lambert: false,
         waves: 0.0,
+        has_ground: true,
         ground: paint(Pattern::Boards, &[0x9a7650, 0x84623f, 0xb08a62], 0.14, 0.6, 0.0),
         things: things(),
         walls: vec![Wall {
@@ -37,6 +38,7 @@ pub(super) fn recipe() -> SceneRecipe {
             target: DVec3::new(0.0, 0.1, 0.85),
             unsteady: 1.0,
         },
+        is_masked: false,
         faults: Vec::new(),
         focal: 1.0,
         // The kitchen is open where the cameras are.

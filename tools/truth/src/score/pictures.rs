@@ -73,23 +73,24 @@ pub fn score(truth: &TruthFolder, what: &str, folder: &Path) -> anyhow::Result<P
     let mut fit = FactorFit::default();
     for view in &truth.views {
         let real = truth.picture(&truth.root.join(what), view)?;
+        let mut ours = ours(truth, folder, view)?;
+        let (real, counted) = masked(truth, view, real, &mut ours)?;
         let linear = decoded(&real);
-        let ours = ours(truth, folder, view)?;
         for (o, t) in ours.data.chunks_exact(3).zip(linear.chunks_exact(3)) {
             // Clipped values are no proportion of anything.
             if o.iter().chain(t).all(|v| *v < 0.99) {
                 fit.add([o[0], o[1], o[2]], [t[0], t[1], t[2]]);
             }
         }
-        pairs.push((view, real, ours));
+        pairs.push((view, real, ours, counted));
     }
     let mut scores = PictureScores::default();
     for align in Align::ALL {
         let factors = fit.factors(align);
         let mut row = AlignedPictures { factors, ..AlignedPictures::default() };
-        for (view, real, ours) in &pairs {
+        for (view, real, ours, counted) in &pairs {
             let scaled = scaled(&ours.data, factors);
-            let (psnr, similarity) = compare(real, &scaled);
+            let (psnr, similarity) = compare(real, &scaled, *counted);
             row.views_psnr_db.insert((*view).clone(), psnr);
             row.psnr_db += psnr / pairs.len() as f64;
             row.ssim += similarity / pairs.len() as f64;
@@ -99,17 +100,39 @@ pub fn score(truth: &TruthFolder, what: &str, folder: &Path) -> anyhow::Result<P
     Ok(scores)
 }
 
+/// The true picture and how many pixels of it count; where masked photos show no object it is black, and so is ours.
+fn masked(
+    truth: &TruthFolder,
+    view: &str,
+    mut real: ImageU8,
+    ours: &mut Linear,
+) -> anyhow::Result<(ImageU8, usize)> {
+    if !truth.is_masked {
+        let counted = real.width * real.height;
+        return Ok((real, counted));
+    }
+    let ids = truth.ids(view)?;
+    let pixels = real.data.chunks_exact_mut(3).zip(ours.data.chunks_exact_mut(3)).zip(&ids.data);
+    for ((real, ours), _) in pixels.filter(|(_, id)| **id == 0) {
+        real.fill(0);
+        ours.fill(0.0);
+    }
+    let counted = ids.data.iter().filter(|id| **id != 0).count();
+    Ok((real, counted))
+}
+
 /// Linear values times factors, clipped and encoded to 8 bits.
 pub fn scaled(linear: &[f32], factors: [f64; 3]) -> Vec<u8> {
     let f = factors.map(|f| f as f32);
     linear.iter().enumerate().map(|(i, v)| encode(v * f[i % 3])).collect()
 }
 
-fn compare(real: &ImageU8, ours: &[u8]) -> (f64, f64) {
+/// PSNR over the pixels that count and SSIM over all; the others are the same in both.
+fn compare(real: &ImageU8, ours: &[u8], counted: usize) -> (f64, f64) {
     let unit = |v: &[u8]| -> Vec<f32> { v.iter().map(|&v| f32::from(v) / 255.0).collect() };
     let (a, b) = (unit(&real.data), unit(ours));
     let mse = a.iter().zip(&b).map(|(a, b)| f64::from(a - b).powi(2)).sum::<f64>()
-        / a.len().max(1) as f64;
+        / (3 * counted).max(1) as f64;
     let similarity = ssim(&a, &b, real.width, real.height, 3, SsimBorder::Valid);
     (psnr_from_mse(mse).min(PSNR_CAP_DB), similarity)
 }

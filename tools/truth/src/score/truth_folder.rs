@@ -31,6 +31,8 @@ struct SceneDocument {
     exposure: f64,
     relight_lights: Vec<String>,
     objects: Vec<TruthObject>,
+    #[serde(default)]
+    masked: bool,
 }
 
 #[derive(Deserialize)]
@@ -58,6 +60,8 @@ pub struct TruthFolder {
     pub lights: Vec<String>,
     /// What is in the scene.
     pub objects: Vec<TruthObject>,
+    /// Whether its pictures show things alone: the rest counts for nothing.
+    pub is_masked: bool,
     /// Names of the test views, without suffix.
     pub views: Vec<String>,
 }
@@ -120,6 +124,7 @@ impl TruthFolder {
             exposure: scene.exposure,
             lights: scene.relight_lights,
             objects: scene.objects,
+            is_masked: scene.masked,
             views: test.frames.iter().map(|frame| frame_name(&frame.file_path)).collect(),
         })
     }
