@@ -34,7 +34,7 @@ pub use exposure_response::{ExposureResponse, MAX_EXPOSURE_STOPS};
 pub use gaussians::{ColumnValues, ExtraColumn, Gaussians};
 pub use image::{Image, ImageF32, ImageU8};
 pub use local_light::{LOCAL_LIGHT_COLUMNS, attach_local_light, local_light_of};
-pub use materials::{Lobes, MATERIAL_COLUMNS, Materials};
+pub use materials::{LAMP_BASE_COLOR, Lobes, MATERIAL_COLUMNS, Materials};
 pub use names::told_apart;
 pub use pose::Pose;
 pub use residual::{LARGEST_LOG_RATIO, Residual};

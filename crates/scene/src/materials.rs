@@ -45,6 +45,9 @@ pub struct Materials {
     pub observations: Vec<u16>,
 }
 
+/// Base color (linear, all channels) of lamps. What they send hides it; shades and panes are white for the most part.
+pub const LAMP_BASE_COLOR: f32 = 0.8;
+
 /// Columns of [`Materials`], in the order of the file.
 pub const MATERIAL_COLUMNS: [&str; 10] = [
     "nx",

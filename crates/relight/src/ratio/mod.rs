@@ -11,7 +11,7 @@
 //! w_i       = (1 - a⁸) v_i / (1 + (k / (1 - k) (1 - c_i) / c_i (1 - 0.7 metallic))⁴)    k: caution; a: likeness of the two lights
 //! ```
 //!
-//! What was captured of a lamp is its light, not its color. Where it is switched off, white matte matter of [`LAMP`] under the new
+//! What was captured of a lamp is its light, not its color. Where it is switched off, matte matter of [`LAMP_BASE_COLOR`] under the new
 //! light takes its place. Where the model is brighter, a low `w` gets lower (`believed`).
 //!
 //! The ratio of two lights is smooth where texture, wrong normals and wrong materials are not, and it is 1 under the scene's
@@ -29,7 +29,7 @@ use motes_math::median::median;
 use motes_math::sh::{MAX_SH_DEGREE, SH_C0, sh_coefficients};
 use motes_math::sigmoid::sigmoid;
 use motes_math::srgb;
-use motes_scene::Gaussians;
+use motes_scene::{Gaussians, LAMP_BASE_COLOR};
 use motes_shading::environment::irradiance;
 use rayon::prelude::*;
 
@@ -56,8 +56,7 @@ const LEAST_RADIANCE: f32 = 1e-4;
 /// of it is another light's picture.
 const METAL: f32 = 0.3;
 
-/// Color of a lamp that is off, as `decompose` has it, and how far the light on it is that of each of its Gaussians alone.
-const LAMP: f32 = 0.8;
+/// How far the light on a lamp that is off is that of each of its Gaussians alone.
 const LAMP_ANCHOR: f32 = 0.1;
 
 /// A scene's captured colors, and what they are multiplied with under a light.
@@ -129,7 +128,7 @@ impl Ratio {
         let lamps = if off.contains(&true) {
             let lit =
                 graph.smoothed(&received.new, &|_| LAMP_ANCHOR, &|_, j| trust.area[j], ROUNDS);
-            let unlit = |i: usize| LAMP * lit[i] / (log_ratio[i] + common).map(f32::exp);
+            let unlit = |i: usize| LAMP_BASE_COLOR * lit[i] / (log_ratio[i] + common).map(f32::exp);
             let off = (0..off.len()).filter(|&i| off[i]);
             off.map(|i| (i as u32, unlit(i))).filter(|(_, color)| color.is_finite()).collect()
         } else {

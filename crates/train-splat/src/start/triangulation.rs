@@ -1,6 +1,7 @@
 //! Points from keypoints that match over several photos.
 
 use glam::{DMat3, DVec2, DVec3};
+use motes_math::disjoint_sets::DisjointSets;
 use motes_scene::SparsePoints;
 use rayon::prelude::*;
 
@@ -64,34 +65,21 @@ fn tracks(
         first.push(count);
         count += view.keypoints.len();
     }
-    let mut parent: Vec<u32> = (0..count as u32).collect();
+    let mut sets = DisjointSets::new(count);
     for (&(a, b), matches) in pairs.iter().zip(matches) {
         for &(i, j) in matches {
-            let (x, y) = (
-                root(&mut parent, first[a] + i as usize),
-                root(&mut parent, first[b] + j as usize),
-            );
-            // The smaller number leads: the result does not depend on the order of the joins.
-            parent[x.max(y)] = x.min(y) as u32;
+            sets.join(first[a] as u32 + i, first[b] as u32 + j);
         }
     }
-    let mut sets: Vec<Vec<Sighting>> = vec![Vec::new(); count];
+    let leader = sets.labels();
+    let mut tracks: Vec<Vec<Sighting>> = vec![Vec::new(); count];
     for (v, view) in views.iter().enumerate() {
         for k in 0..view.keypoints.len() {
-            let leader = root(&mut parent, first[v] + k);
-            sets[leader].push((v as u32, k as u32));
+            tracks[leader[first[v] + k] as usize].push((v as u32, k as u32));
         }
     }
-    sets.retain(|set| set.len() > 1);
-    sets
-}
-
-fn root(parent: &mut [u32], mut i: usize) -> usize {
-    while parent[i] as usize != i {
-        parent[i] = parent[parent[i] as usize];
-        i = parent[i] as usize;
-    }
-    i
+    tracks.retain(|track| track.len() > 1);
+    tracks
 }
 
 /// A ray through a keypoint.

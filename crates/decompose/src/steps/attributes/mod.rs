@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 use motes_math::srgb::decode;
-use motes_scene::Materials;
+use motes_scene::{LAMP_BASE_COLOR, Materials};
 use motes_shading::frame::Frame;
 use motes_shading::sampling::{PointSet, unit_f32};
 use motes_shading::tracing::{Ray, Tracer, offset_origin};
@@ -12,8 +12,7 @@ use crate::observation::TracedSurface;
 use crate::state::State;
 use crate::steps::base_color::{colors_of, nearest_vertices};
 
-/// Base color of lamps. What they send hides it; shades and panes are white for the most part.
-const LAMP: [f32; 3] = [0.8; 3];
+const LAMP: [f32; 3] = [LAMP_BASE_COLOR; 3];
 
 /// Gives every Gaussian its material.
 pub fn run(state: &mut State<'_>) {

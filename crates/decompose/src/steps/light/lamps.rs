@@ -8,6 +8,7 @@
 use std::collections::HashMap;
 
 use glam::Vec3;
+use motes_math::disjoint_sets::DisjointSets;
 use motes_math::luminance::luminance;
 use motes_math::median::median;
 use motes_shading::emitters::Emitters;
@@ -238,24 +239,15 @@ fn around(
 /// Connected pieces of triangles with three clipped corners, from 1, the largest first; small ones and what is beyond
 /// [`MOST`] are 0. Empty where there is none.
 fn pieces(triangles: &[[u32; 3]], clipped: &[Option<Vec3>]) -> Vec<u32> {
-    let mut parent: Vec<u32> = (0..clipped.len() as u32).collect();
-    fn root(parent: &mut [u32], mut v: u32) -> u32 {
-        while parent[v as usize] != v {
-            parent[v as usize] = parent[parent[v as usize] as usize];
-            v = parent[v as usize];
-        }
-        v
-    }
+    let mut sets = DisjointSets::new(clipped.len());
     let whole = || triangles.iter().filter(|t| t.iter().all(|&v| clipped[v as usize].is_some()));
     for &[a, b, c] in whole() {
-        for v in [b, c] {
-            let (one, other) = (root(&mut parent, a), root(&mut parent, v));
-            parent[one.max(other) as usize] = one.min(other);
-        }
+        sets.join(a, b);
+        sets.join(a, c);
     }
     let mut sizes: HashMap<u32, usize> = HashMap::new();
     for &[a, ..] in whole() {
-        *sizes.entry(root(&mut parent, a)).or_default() += 1;
+        *sizes.entry(sets.root(a)).or_default() += 1;
     }
     let mut roots: Vec<(u32, usize)> =
         sizes.into_iter().filter(|(_, size)| *size >= LEAST_TRIANGLES).collect();
@@ -268,7 +260,7 @@ fn pieces(triangles: &[[u32; 3]], clipped: &[Option<Vec3>]) -> Vec<u32> {
         roots.iter().zip(1..).map(|((root, _), k)| (*root, k)).collect();
     let mut of_vertex = vec![0; clipped.len()];
     for triangle in whole() {
-        let piece = number.get(&root(&mut parent, triangle[0])).copied().unwrap_or(0);
+        let piece = number.get(&sets.root(triangle[0])).copied().unwrap_or(0);
         triangle.iter().for_each(|&v| of_vertex[v as usize] = piece);
     }
     of_vertex

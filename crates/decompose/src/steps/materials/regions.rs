@@ -5,6 +5,7 @@
 
 use glam::Vec3;
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
+use motes_math::disjoint_sets::DisjointSets;
 use std::collections::{BTreeMap, BTreeSet};
 use std::num::NonZero;
 
@@ -98,7 +99,7 @@ pub(super) fn find_regions(
         all.fold(f32::INFINITY, f32::min)
     };
     let mut edges = adjacency(samples, claims, &piece);
-    let mut parent: Vec<usize> = (0..n).collect();
+    let mut sets = DisjointSets::new(n);
     loop {
         // What merging saves: a price, minus what a common label loses.
         let gain = |a: usize, b: usize| {
@@ -117,7 +118,7 @@ pub(super) fn find_regions(
         }
         let moved = std::mem::take(&mut costs[b]);
         costs[a].iter_mut().zip(&moved).for_each(|(x, y)| *x += y);
-        parent[b] = a;
+        sets.join(a as u32, b as u32);
         claim[a] = joint(claim[a], claim[b]);
         edges = edges
             .iter()
@@ -128,21 +129,15 @@ pub(super) fn find_regions(
             .filter(|(x, y)| x != y)
             .collect();
     }
-    let root = |mut k: usize| {
-        while parent[k] != k {
-            k = parent[k];
-        }
-        k
-    };
-    let roots: Vec<usize> = (0..n).filter(|&k| parent[k] == k).collect();
-    let number: BTreeMap<usize, u32> =
-        roots.iter().enumerate().map(|(i, &r)| (r, i as u32)).collect();
+    let root = sets.labels();
+    let roots: Vec<usize> = (0..n).filter(|&k| root[k] == k as u32).collect();
+    let number: BTreeMap<u32, u32> = roots.iter().zip(0..).map(|(&r, i)| (r as u32, i)).collect();
     let argmin = |r: usize| {
         let priced = |label: usize| costs[r][label] + price(label, claim[r]);
         (0..count).min_by(|&x, &y| priced(x).total_cmp(&priced(y))).unwrap_or(0)
     };
     Regions {
-        of_sample: piece.iter().map(|&k| number[&root(k as usize)]).collect(),
+        of_sample: piece.iter().map(|&k| number[&root[k as usize]]).collect(),
         label: roots.iter().map(|&r| argmin(r)).collect(),
         costs: roots.iter().map(|&r| costs[r].clone()).collect(),
     }

@@ -1,5 +1,7 @@
 //! Regions of one brightness in a photo: graph-based segmentation (Felzenszwalb & Huttenlocher 2004).
 
+use motes_math::disjoint_sets::DisjointSets;
+
 use super::silhouettes::blurred;
 use super::view::View;
 
@@ -23,13 +25,13 @@ pub(super) fn regions(view: &View, counts: &[bool], least: usize) -> Vec<Vec<u32
         }
     }
     edges.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
-    let mut sets = Sets::new(shade.len());
+    let mut areas = Areas::new(shade.len());
     for (difference, a, b) in edges {
-        sets.join(a, b, difference);
+        areas.join(a, b, difference);
     }
     let mut members: Vec<Vec<u32>> = vec![Vec::new(); shade.len()];
     for k in (0..shade.len() as u32).filter(|&k| counts[k as usize]) {
-        members[sets.root(k) as usize].push(k);
+        members[areas.sets.root(k) as usize].push(k);
     }
     let mut regions: Vec<Vec<u32>> =
         members.into_iter().filter(|m| m.len() >= least.max(1)).collect();
@@ -38,36 +40,28 @@ pub(super) fn regions(view: &View, counts: &[bool], least: usize) -> Vec<Vec<u32
 }
 
 /// Disjoint sets, with what each differs by inside.
-struct Sets {
-    parent: Vec<u32>,
+struct Areas {
+    sets: DisjointSets,
     size: Vec<u32>,
     most: Vec<f32>,
 }
 
-impl Sets {
+impl Areas {
     fn new(count: usize) -> Self {
-        Self { parent: (0..count as u32).collect(), size: vec![1; count], most: vec![SCALE; count] }
-    }
-
-    fn root(&mut self, mut k: u32) -> u32 {
-        while self.parent[k as usize] != k {
-            let above = self.parent[self.parent[k as usize] as usize];
-            self.parent[k as usize] = above;
-            k = above;
-        }
-        k
+        Self { sets: DisjointSets::new(count), size: vec![1; count], most: vec![SCALE; count] }
     }
 
     /// Joins the sets of two pixels that differ by no more than either allows. Differences come in ascending order.
     fn join(&mut self, a: u32, b: u32, difference: f32) {
-        let (a, b) = (self.root(a), self.root(b));
+        let (a, b) = (self.sets.root(a), self.sets.root(b));
         if a == b || difference > self.most[a as usize].min(self.most[b as usize]) {
             return;
         }
-        let (a, b) = if self.size[a as usize] >= self.size[b as usize] { (a, b) } else { (b, a) };
-        self.parent[b as usize] = a;
-        self.size[a as usize] += self.size[b as usize];
-        self.most[a as usize] = difference + SCALE / self.size[a as usize] as f32;
+        self.sets.join(a, b);
+        let size = self.size[a as usize] + self.size[b as usize];
+        let joint = self.sets.root(a) as usize;
+        self.size[joint] = size;
+        self.most[joint] = difference + SCALE / size as f32;
     }
 }
 
