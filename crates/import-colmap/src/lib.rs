@@ -19,6 +19,7 @@ mod progress;
 mod report;
 mod undistort;
 mod video;
+mod vignetting;
 mod warp;
 
 pub use error::{IngestError, Result};

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use motes_scene::Switch;
 use serde::{Deserialize, Serialize};
 
 /// How photos, masks, points and the split are made.
@@ -41,6 +42,11 @@ pub struct ImportOptions {
     /// Masks are white where pixels are ignored
     #[arg(long)]
     pub invert_masks: bool,
+
+    /// What the lens takes from the corners of the photos: auto divides photos by it where points that several photos show tell it; on
+    /// also where they tell it badly
+    #[arg(long, value_enum, default_value_t = Switch::Auto, value_name = "SWITCH")]
+    pub vignetting: Switch,
 
     /// Keep the whole field of view of distorted photos and mask out pixels without content
     /// [default: crop to the largest rectangle without such pixels]

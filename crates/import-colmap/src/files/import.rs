@@ -18,6 +18,7 @@ use crate::files::sfm::{self, SfmOptions};
 use crate::files::source::Source;
 use crate::files::start_points::{find_points, start_points};
 use crate::files::video::{VideoOptions, take_photos};
+use crate::files::vignetting::{Shown, correct};
 use crate::files::{from_colmap, from_transforms, split};
 use crate::gathered::Gathered;
 use crate::options::ImportOptions;
@@ -165,9 +166,21 @@ pub(crate) fn write(
     let draft = FolderDraft::new(output, "capture.json")?;
     let done = run(&jobs, draft.path(), options.invert_masks, progress)?;
     let crops_of = |i: usize| crops(&plans.plans[plan_of[i]]);
-    let (kept, names, done) = without_broken(kept, names, done, crops_of, &mut splits, &mut broken);
+    let (kept, names, mut done) =
+        without_broken(kept, names, done, crops_of, &mut splits, &mut broken);
     some_train(&splits, &broken)?;
     gathered.warnings.extend(left_out(&broken));
+    let shown: Vec<Shown<'_>> = kept
+        .iter()
+        .map(|&i| Shown {
+            photo: &gathered.photos[i],
+            plan: &plans.plans[plan_of[i]],
+            split: splits[i],
+        })
+        .collect();
+    let (count, folder) = (gathered.points.len(), draft.path());
+    let note = correct(options.vignetting, &shown, &mut done, count, folder, progress)?;
+    gathered.notes.extend(note);
 
     let centers: Vec<DVec3> =
         kept.iter().map(|&i| gathered.photos[i].camera_from_world.center_in_world()).collect();

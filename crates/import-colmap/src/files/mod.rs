@@ -13,5 +13,6 @@ pub(crate) mod source;
 mod split;
 mod start_points;
 pub(crate) mod video;
+pub(crate) mod vignetting;
 
 pub use command::{Args, run};

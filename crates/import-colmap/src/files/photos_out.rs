@@ -4,6 +4,7 @@ use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use glam::DVec2;
 use motes_formats::FormatError;
 use motes_formats::images::{read_image, read_image_upright, read_mask, write_png};
 use motes_math::resample::Filter;
@@ -35,6 +36,8 @@ pub(crate) struct Done {
     pub(crate) masks: Vec<Option<PathBuf>>,
     /// Point and log brightness around it, where the photo shows one.
     pub(crate) brightness: Vec<(usize, f64)>,
+    /// Of the angles between these points and the optical axis.
+    pub(crate) log_cosines: Vec<f64>,
 }
 
 /// A photo that was processed, or why it could not be.
@@ -135,13 +138,13 @@ fn process(job: &Job<'_>, output: &Path, invert_masks: bool) -> Result<Done> {
     if invert_masks && let Some(mask) = &mut mask {
         mask.data.iter_mut().for_each(|v| *v = 255 - *v);
     }
-    let brightness = brightness_of(photo, &image);
+    let (brightness, log_cosines) = brightness_of(photo, &image).into_iter().unzip();
     let is_panorama = job.plan.kind == Kind::Panorama;
     if is_panorama {
         image = panorama::with_seam(&image);
         mask = mask.map(|mask| panorama::with_seam(&mask));
     }
-    let mut done = Done { images: Vec::new(), masks: Vec::new(), brightness };
+    let mut done = Done { images: Vec::new(), masks: Vec::new(), brightness, log_cosines };
     for (crop, stem) in job.stems.iter().enumerate() {
         let (pixels, content) = apply(job.plan, crop, &image, Filter::Lanczos3);
         let mut out_mask = mask.as_ref().map(|mask| {
@@ -173,15 +176,19 @@ fn process(job: &Job<'_>, output: &Path, invert_masks: bool) -> Result<Done> {
     Ok(done)
 }
 
-/// Brightness around the points that a photo shows; keypoints lie in the lens' own pixel grid.
-fn brightness_of(photo: &Photo, image: &ImageU8) -> Vec<(usize, f64)> {
+/// Brightness around the points that a photo shows, and the log cosines of their angles to the optical axis; keypoints lie in the lens'
+/// own pixel grid.
+fn brightness_of(photo: &Photo, image: &ImageU8) -> Vec<((usize, f64), f64)> {
     let lens = photo.lens.camera(image.width, image.height);
     let scale = [
         image.width as f64 / lens.width.max(1) as f64,
         image.height as f64 / lens.height.max(1) as f64,
     ];
     let sample = |&([x, y], point): &([f64; 2], usize)| {
-        Some((point, log_brightness(image, [x * scale[0], y * scale[1]])?))
+        let direction = lens.direction_from_pixel(DVec2::new(x, y))?;
+        let log_cosine = (direction.z / direction.length()).max(f64::MIN_POSITIVE).ln();
+        let brightness = log_brightness(image, [x * scale[0], y * scale[1]])?;
+        Some(((point, brightness), log_cosine))
     };
     photo.observations.iter().filter_map(sample).collect()
 }

@@ -126,7 +126,7 @@ impl Project {
         for (id, p) in self.points.iter().enumerate() {
             let track: Vec<String> =
                 (1..=self.images.len()).map(|image| format!("{image} {id}")).collect();
-            let color = 10 * id;
+            let color = 10 * id % 256;
             writeln!(
                 points,
                 "{} {:?} {:?} {:?} {color} 0 0 0.5 {}",

@@ -7,3 +7,4 @@ mod import;
 mod sfm;
 mod sources;
 mod undistortion;
+mod vignetting;
