@@ -58,7 +58,8 @@ pub fn ours(truth: &TruthFolder, folder: &Path, view: &str) -> anyhow::Result<Li
     if exr.exists() && !png.exists() {
         let image = open_exr(&exr)?;
         truth.check(&exr, (image.width, image.height))?;
-        let rgb = channels(&exr, &image, &[&["R"], &["G"], &["B"]])?;
+        let mut rgb = channels(&exr, &image, &[&["R"], &["G"], &["B"]])?;
+        truth.black_out(view, &mut rgb.data)?;
         return Ok(Linear { data: rgb.data });
     }
     Ok(Linear { data: decoded(&truth.picture(folder, view)?) })
@@ -73,9 +74,11 @@ pub fn score(truth: &TruthFolder, what: &str, folder: &Path) -> anyhow::Result<P
     let mut fit = FactorFit::default();
     for view in &truth.views {
         let real = truth.picture(&truth.root.join(what), view)?;
-        let mut ours = ours(truth, folder, view)?;
-        let (real, counted) = masked(truth, view, real, &mut ours)?;
         let linear = decoded(&real);
+        let ours = ours(truth, folder, view)?;
+        let counted = truth
+            .mask(view)?
+            .map_or(real.width * real.height, |mask| mask.iter().filter(|counts| **counts).count());
         for (o, t) in ours.data.chunks_exact(3).zip(linear.chunks_exact(3)) {
             // Clipped values are no proportion of anything.
             if o.iter().chain(t).all(|v| *v < 0.99) {
@@ -98,27 +101,6 @@ pub fn score(truth: &TruthFolder, what: &str, folder: &Path) -> anyhow::Result<P
         scores.aligned.insert(align, row);
     }
     Ok(scores)
-}
-
-/// The true picture and how many pixels of it count; where masked photos show no object it is black, and so is ours.
-fn masked(
-    truth: &TruthFolder,
-    view: &str,
-    mut real: ImageU8,
-    ours: &mut Linear,
-) -> anyhow::Result<(ImageU8, usize)> {
-    if !truth.is_masked {
-        let counted = real.width * real.height;
-        return Ok((real, counted));
-    }
-    let ids = truth.ids(view)?;
-    let pixels = real.data.chunks_exact_mut(3).zip(ours.data.chunks_exact_mut(3)).zip(&ids.data);
-    for ((real, ours), _) in pixels.filter(|(_, id)| **id == 0) {
-        real.fill(0);
-        ours.fill(0.0);
-    }
-    let counted = ids.data.iter().filter(|id| **id != 0).count();
-    Ok((real, counted))
 }
 
 /// Linear values times factors, clipped and encoded to 8 bits.

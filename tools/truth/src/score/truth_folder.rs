@@ -141,7 +141,37 @@ impl TruthFolder {
         Ok(())
     }
 
-    /// An 8-bit picture of a test view, 3 channels.
+    /// Which pixels of a view show the scene and nothing else; none where pictures are not masked.
+    ///
+    /// # Errors
+    /// When its picture is missing.
+    pub fn mask(&self, view: &str) -> anyhow::Result<Option<Vec<bool>>> {
+        if !self.is_masked {
+            return Ok(None);
+        }
+        let places = ["test/capture", "images"];
+        let mut paths =
+            places.map(|place| self.root.join(format!("{place}/{view}.png"))).into_iter();
+        let path = paths.find(|path| path.exists());
+        let path =
+            path.with_context(|| format!("no picture of {view}: {}", self.root.display()))?;
+        let image = read_image(&path)?;
+        anyhow::ensure!(image.channels == 4, "there is no alpha channel: {}", path.display());
+        Ok(Some(image.data.chunks_exact(4).map(|pixel| pixel[3] == u8::MAX).collect()))
+    }
+
+    /// Sets pixels of a test view, three values each, that do not count to 0.
+    ///
+    /// # Errors
+    /// As [`Self::mask`].
+    pub fn black_out<T: Copy + Default>(&self, view: &str, data: &mut [T]) -> anyhow::Result<()> {
+        let Some(mask) = self.mask(view)? else { return Ok(()) };
+        let pixels = data.chunks_exact_mut(3).zip(mask).filter(|(_, counts)| !counts);
+        pixels.for_each(|(pixel, _)| pixel.fill(T::default()));
+        Ok(())
+    }
+
+    /// An 8-bit picture of a test view, 3 channels; black where it does not count.
     ///
     /// # Errors
     /// When it is missing or has another size.
@@ -149,11 +179,9 @@ impl TruthFolder {
         let path = folder.join(format!("{view}.png"));
         let image = read_image(&path)?;
         self.check(&path, (image.width, image.height))?;
-        if image.channels == 3 {
-            return Ok(image);
-        }
-        let data =
-            image.data.chunks_exact(image.channels).flat_map(|p| [p[0], p[1], p[2]]).collect();
+        let rgb = |p: &[u8]| [p[0], p[1], p[2]];
+        let mut data = image.data.chunks_exact(image.channels).flat_map(rgb).collect::<Vec<u8>>();
+        self.black_out(view, &mut data)?;
         Ok(ImageU8::from_data(image.width, image.height, 3, data))
     }
 

@@ -222,7 +222,7 @@ fn collect(
 
 /// Index of the roughness that metal colors are read off with at most: a wide lobe would spread the sun over all views,
 /// where the cut cannot remove it.
-const NARROW: usize = 3;
+pub(super) const NARROW: usize = 3;
 
 /// `Σ (L - B) / Σ A` over all that is seen of a part, per channel, both cut at their 90th percentile: wrong normals
 /// move reflections about but keep their sum, and a sun that one of the two misses must not rule it.

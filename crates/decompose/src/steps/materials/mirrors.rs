@@ -9,7 +9,8 @@ use std::collections::BTreeMap;
 use motes_math::knn::nearest_neighbors;
 use motes_math::median::median;
 
-use super::find::metal_color;
+use super::coat::is_coated;
+use super::find::{NARROW, metal_color};
 use super::profile::Profile;
 use super::regions::Claim;
 use super::telling::Shown;
@@ -62,6 +63,7 @@ pub(super) fn claim(
         begins >= LEAST_POINTS
             && 2 * known < points.len()
             && luminance(color()) >= LEAST_REFLECTANCE
+            && !is_coated(samples, basis, points, NARROW.min(roughest))
     });
     things.values().flatten().for_each(|&p| claims[p] = Claim::Metal);
     !things.is_empty()

@@ -1,5 +1,6 @@
 //! What the surface is made of: parts of one kind and roughness, and the scale of light against base color.
 
+mod coat;
 mod contrast;
 mod find;
 mod mirrors;
