@@ -174,7 +174,7 @@ mod tests {
                 let log_brightness = -1.0 - (p % 17) as f64 / 9.0 + gain + exponent * log_cosine;
                 Sample { point: p, log_brightness: log_brightness + noise + odd(i, p), log_cosine }
             };
-            (0..300).filter(|p| (p + i) % 3 != 0).map(sample).collect()
+            (0..300).filter(|p| !(p + i).is_multiple_of(3)).map(sample).collect()
         };
         (0..count).map(of).collect()
     }
@@ -182,7 +182,8 @@ mod tests {
     #[test]
     fn a_falloff_is_found_under_gains_and_outliers() {
         for exponent in [1.0, 4.0, 6.0] {
-            let highlights = |i: usize, p: usize| if (i * 31 + p) % 11 == 0 { 0.7 } else { 0.0 };
+            let highlights =
+                |i: usize, p: usize| if (i * 31 + p).is_multiple_of(11) { 0.7 } else { 0.0 };
             let found = fit(&photos(12, exponent, highlights), 300, -0.18).unwrap();
             assert!((found.exponent - exponent).abs() < 0.25, "{found:?} for {exponent}");
             assert!(found.is_evident(), "{found:?}");
