@@ -28,6 +28,8 @@ const WORSE: f64 = 2.5;
 const LEAST_SHARE: [f32; 2] = [0.4, 0.25];
 /// Least correlation of changes side by side, the same.
 const LEAST_COHERENCE: [f64; 2] = [0.2, 0.1];
+/// Least correlation over all of a thing: some neighborhoods of leaves reach the first.
+const LEAST_COHERENCE_OF_ALL: f64 = 0.23;
 /// Least mean number of photos that show a point.
 const LEAST_VIEWS: f64 = 5.0;
 /// Points that a mirror begins at from which it is a thing.
@@ -55,6 +57,9 @@ pub(super) fn claim(
     for (p, &thing) in of_sample.iter().enumerate().filter(|(_, thing)| **thing != NO_THING) {
         things.entry(thing).or_default().push(p);
     }
+    let coherence = |points: &[usize]| {
+        shown.coherence(points.iter().flat_map(|&q| around(q, BESIDE).map(move |r| (q, r))))
+    };
     things.retain(|&thing, points| {
         let known = points.iter().filter(|&&p| is_metal(p)).count();
         let roughest = basis.roughness.len() - 1;
@@ -64,6 +69,7 @@ pub(super) fn claim(
             && 2 * known < points.len()
             && luminance(color()) >= LEAST_REFLECTANCE
             && !is_coated(samples, basis, points, NARROW.min(roughest))
+            && coherence(points) >= LEAST_COHERENCE_OF_ALL
     });
     things.values().flatten().for_each(|&p| claims[p] = Claim::Metal);
     !things.is_empty()
