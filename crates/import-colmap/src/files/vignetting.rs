@@ -19,6 +19,9 @@ use crate::vignetting::{Sample, Vignetting, fit};
 /// Most that a pixel is divided by, two stops: beyond it noise is all there is.
 const MOST: f64 = 4.0;
 
+/// Log cosine of 78 degrees, beyond which keypoints are not asked.
+const WIDEST: f64 = -1.6;
+
 /// A photo of the capture, before its views are made.
 pub(crate) struct Shown<'a> {
     pub(crate) photo: &'a Photo,
@@ -71,7 +74,8 @@ fn samples(done: &Done) -> Vec<Sample> {
         let log_brightness = srgb::decode_f64(log_encoded.exp()).ln();
         Sample { point, log_brightness, log_cosine }
     };
-    told.map(sample).collect()
+    // Beside or behind the lens of a wide fisheye there is no law of cosines.
+    told.map(sample).filter(|sample| sample.log_cosine > WIDEST).collect()
 }
 
 fn divide(
