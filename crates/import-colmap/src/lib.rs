@@ -24,7 +24,7 @@ mod warp;
 
 pub use error::{IngestError, Result};
 pub use files::import::{import, import_photos, import_video};
-pub use files::sfm::{CameraSharing, Matcher, SfmOptions, SfmReport, SfmTool};
+pub use files::sfm::{CameraSharing, Keypoints, Matcher, SfmOptions, SfmReport, SfmTool};
 pub use files::source::{ImportInput, Source};
 pub use files::video::{VideoOptions, VideoReport};
 pub use options::ImportOptions;

@@ -7,8 +7,8 @@ use std::os::unix::fs::PermissionsExt as _;
 use std::path::PathBuf;
 
 use import_colmap::{
-    ImportInput, ImportOptions, ImportReport, IngestError, Result, SfmOptions, Silent, Source,
-    import, import_photos,
+    ImportInput, ImportOptions, ImportReport, IngestError, Keypoints, Result, SfmOptions, Silent,
+    Source, import, import_photos,
 };
 use motes_formats::capture::read_capture;
 use motes_scene::{Camera, CameraModel, Switch};
@@ -31,7 +31,7 @@ fn project() -> Project {
 /// A result line: registered photos, error, focal prior, focal length.
 fn result(registered: usize, error: f64, prior: &str, focal: f64) -> String {
     format!(
-        r#"{{"event":"result","models":[{{"path":"'"$5"'/sparse/0","registered":{registered},"points":4,"mean_reprojection_error_px":{error},"median_triangulation_angle_deg":20.0,"cameras":[{{"width":64,"height":48,"photos":3}}]}}],"photos":3,"focal_prior_px":{prior},"focal_prior_source":"none","focal_px":{focal},"verified_pairs":3,"pycolmap":"0.0","seconds":1.0}}"#
+        r#"{{"event":"result","models":[{{"path":"'"$5"'/sparse/0","registered":{registered},"points":4,"mean_reprojection_error_px":{error},"median_triangulation_angle_deg":20.0,"cameras":[{{"width":64,"height":48,"photos":3}}]}}],"photos":3,"focal_prior_px":{prior},"focal_prior_source":"none","focal_px":{focal},"verified_pairs":3,"features":900,"pycolmap":"0.0","seconds":1.0}}"#
     )
 }
 
@@ -95,6 +95,62 @@ fn a_doubtful_solution_is_tried_again_with_a_prior_and_the_better_one_kept() {
     for part in ["2 of 3 photos have a pose", "1.30 px", "+50 %"] {
         assert!(warnings.contains(part), "{part}: {warnings}");
     }
+}
+
+/// Solves in a workspace that stays.
+fn solve_in(project: &Project, body: &str, keypoints: Keypoints) -> Result<ImportReport> {
+    let sfm = SfmOptions {
+        python: Some(python(project, body)),
+        sfm_workspace: Some(project.path().join("workspace")),
+        keypoints,
+        ..SfmOptions::default()
+    };
+    let output = project.output();
+    std::fs::create_dir_all(&output).unwrap();
+    import_photos(&project.path().join("images"), &output, &ImportOptions::default(), &sfm, &Silent)
+}
+
+/// Answers by whether faint keypoints are asked for, and leaves a mark of it in the model.
+fn clear_or_faint(clear: &str, faint: &str) -> String {
+    format!(
+        "case \"$*\" in *--guided-matching*) touch \"$5/sparse/0/faint\"; {faint};; *) {clear};; esac"
+    )
+}
+
+#[test]
+fn faint_keypoints_are_matched_where_photos_have_no_pose() {
+    let project = project();
+    let say = |registered, error| format!("echo '{}'", result(registered, error, "60.0", 60.5));
+    let body = clear_or_faint(&say(2, 0.4), &say(3, 0.9));
+    let report = solve_in(&project, &body, Keypoints::Auto).unwrap();
+    let told = report.notes.join("\n");
+    assert!(told.contains("faint keypoints: 3 of 3 photos"), "{told}");
+    assert!(told.contains("the second was kept"), "{told}");
+    let workspace = project.path().join("workspace");
+    assert!(workspace.join("sparse/0/faint").exists(), "the kept model lies where users look");
+    assert!(workspace.join("run-2/sparse/0").exists(), "and the other beside it");
+    assert!(!workspace.join("run-2/sparse/0/faint").exists());
+
+    std::fs::remove_dir_all(&workspace).unwrap();
+    let report = solve_in(&project, &body, Keypoints::Clear).unwrap();
+    assert!(!report.notes.join("\n").contains("faint") && report.sfm.unwrap().attempts.is_empty());
+    assert!(!workspace.join("sparse/0/faint").exists());
+    solve_in(&project, &body, Keypoints::Faint).unwrap();
+    assert!(workspace.join("sparse/0/faint").exists());
+}
+
+#[test]
+fn faint_keypoints_are_tried_where_clear_ones_come_to_nothing() {
+    let project = project();
+    let fails = r#"{ echo '{"event":"error","code":"no_model","message":"No model.","remedy":"R."}'; exit 1; }"#;
+    let good = format!("echo '{}'", result(3, 0.9, "60.0", 60.5));
+    let report = solve_in(&project, &clear_or_faint(fails, &good), Keypoints::Auto).unwrap();
+    let told = report.notes.join("\n");
+    assert!(told.contains("failed: No model.") && told.contains("3 of 3 photos"), "{told}");
+    // A program that breaks in the second run takes nothing away from the first.
+    let broken = clear_or_faint(&format!("echo '{}'", result(2, 0.4, "60.0", 60.5)), "exit 139");
+    let report = solve_in(&project, &broken, Keypoints::Auto).unwrap();
+    assert!(report.notes.join("\n").contains("the first was kept"), "{:?}", report.notes);
 }
 
 #[test]

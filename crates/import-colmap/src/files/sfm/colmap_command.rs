@@ -9,7 +9,7 @@ use motes_formats::images::image_dimensions;
 use motes_math::median::median;
 
 use super::colmap_step::Step;
-use super::options::{CameraSharing, Matcher};
+use super::options::{CameraSharing, FAINT_CONTRAST, Matcher};
 use super::{Request, SfmReport, Solution};
 use crate::error::{IngestError, Result};
 use crate::progress::Progress;
@@ -33,7 +33,8 @@ pub(super) fn solve(
         ));
     }
     let workspace = Workspace::make(request.workspace)?;
-    let exif_prior = extract(command, request, &workspace, &names, progress)?;
+    let Extracted { exif_prior, keypoints } =
+        extract(command, request, &workspace, &names, progress)?;
     let exhaustive = match request.options.matcher {
         Matcher::Auto => names.len() <= EXHAUSTIVE_UP_TO,
         Matcher::Exhaustive => true,
@@ -54,6 +55,7 @@ pub(super) fn solve(
         solution.report.focal_prior_px = exif_prior;
         solution.report.focal_prior_source = "exif".into();
     }
+    solution.keypoints = Some(keypoints);
     solution.report.seconds = started.elapsed().as_secs_f64();
     Ok(solution)
 }
@@ -106,13 +108,21 @@ fn photo_names(folder: &Path) -> Result<Vec<(String, (usize, usize))>> {
     Ok(sized.collect())
 }
 
+/// What the feature extractor says of the photos.
+struct Extracted {
+    /// Focal length from EXIF, pixels.
+    exif_prior: Option<f64>,
+    /// Keypoints per photo.
+    keypoints: f64,
+}
+
 fn extract(
     command: &Path,
     request: &Request<'_>,
     workspace: &Workspace,
     names: &[(String, (usize, usize))],
     progress: &dyn Progress,
-) -> Result<Option<f64>> {
+) -> Result<Extracted> {
     // COLMAP refuses one camera for photos of two sizes, so every size is a run of its own.
     let mut groups: Vec<((usize, usize), Vec<&str>)> = Vec::new();
     let one = request.options.share_camera == CameraSharing::One;
@@ -124,7 +134,7 @@ fn extract(
         }
     }
     progress.begin("features", names.len());
-    let (mut done, mut exif_focals) = (0, Vec::new());
+    let (mut done, mut exif_focals, mut keypoints) = (0, Vec::new(), 0.0);
     for (index, (size, members)) in groups.iter().enumerate() {
         let list = workspace.folder.join(format!("photos-{index}.txt"));
         std::fs::write(&list, members.join("\n") + "\n")
@@ -146,6 +156,9 @@ fn extract(
         if let Some(masks) = request.masks {
             step.set(&["ImageReader.mask_path"], masks.display());
         }
+        if request.faint {
+            step.set(&["SiftExtraction.peak_threshold"], FAINT_CONTRAST);
+        }
         step.set(&["SiftExtraction.num_threads", "FeatureExtraction.num_threads"], request.threads);
         step.set(&["SiftExtraction.use_gpu", "FeatureExtraction.use_gpu"], 0);
         step.run(progress, &mut |line| {
@@ -154,9 +167,16 @@ fn extract(
                 progress.advance_to(done);
             }
             exif_focals.extend(exif_focal(line));
+            keypoints += keypoint_count(line).unwrap_or(0.0);
         })?;
     }
-    Ok(median(exif_focals))
+    let keypoints = keypoints / names.len() as f64;
+    Ok(Extracted { exif_prior: median(exif_focals), keypoints })
+}
+
+/// Number of a line such as `  Features:        1234`.
+fn keypoint_count(line: &str) -> Option<f64> {
+    line.split_once(" Features:")?.1.split_whitespace().next()?.parse().ok()
 }
 
 /// Focal length of a line such as `Focal Length: 661.28px (Prior)`: COLMAP marks what it took
@@ -199,6 +219,9 @@ fn match_pairs(
     step.set(&["random_seed", "default_random_seed"], request.options.seed);
     step.set(&["SiftMatching.num_threads", "FeatureMatching.num_threads"], request.threads);
     step.set(&["SiftMatching.use_gpu", "FeatureMatching.use_gpu"], 0);
+    if request.faint {
+        step.set(&["SiftMatching.guided_matching", "FeatureMatching.guided_matching"], 1);
+    }
     let mut total = 0;
     progress.begin("matching", 0);
     step.run(progress, &mut |line| {
@@ -285,6 +308,8 @@ fn describe(
     Ok(Solution {
         registered: best.images.len(),
         photos,
+        faint: request.faint,
+        keypoints: None,
         long_side,
         median_parallax_degrees: parallax(&best),
         models,
@@ -328,5 +353,7 @@ mod tests {
         assert_eq!(counters("nothing", "Matching "), None);
         assert_eq!(exif_focal("  Focal Length:    661.28px (Prior)"), Some(661.28));
         assert_eq!(exif_focal("  Focal Length:    960.00px"), None);
+        assert_eq!(keypoint_count("I2026   Features:        1234"), Some(1234.0));
+        assert_eq!(keypoint_count("Features per photo: many"), None);
     }
 }

@@ -4,12 +4,12 @@
 //! bends the scene, and the reprojection error hardly shows it. What shows it is a focal length
 //! that left its prior, a mean error well above half a pixel, and few photos.
 
-use super::{FocalPrior, SfmOptions, SfmReport, Solution};
-use crate::error::{IngestError, Result};
+use super::{FocalPrior, SfmOptions, Solution};
 
-/// Mean reprojection error, pixels, above which poses are doubted: good photo sets end at 0.4 to
-/// 0.7.
+/// Mean reprojection error, pixels, above which poses are doubted: good photo sets end at 0.4 to 0.7, with faint keypoints, whose places
+/// are known less well, at 0.6 to 1.
 const HIGH_ERROR_PX: f64 = 0.8;
+const HIGH_ERROR_FAINT_PX: f64 = 1.2;
 /// Relative distance of the refined focal length from its prior above which one of the two is
 /// wrong; EXIF values are rounded by a few percent.
 const FOCAL_DRIFT: f64 = 0.10;
@@ -19,6 +19,10 @@ const THIN_PARALLAX_DEGREES: f64 = 3.0;
 const FEW_REGISTERED: f64 = 0.8;
 /// Share of photos with a pose below which most of what was photographed is not in the capture.
 const MOST_REGISTERED: f64 = 0.5;
+/// Keypoints per photo from which faint ones add little and cost much: matching grows with their square.
+const MANY_KEYPOINTS: f64 = 6000.0;
+/// Source of a focal length prior that nobody said.
+pub(super) const GUESSED: &str = "guess";
 /// Focal length over long side when nothing is known (COLMAP's factor; 43 mm equivalent).
 const FOCAL_GUESS: f64 = 1.2;
 
@@ -27,67 +31,60 @@ impl Solution {
         self.report.focal_prior_px.map(|prior| self.report.focal_px / prior - 1.0)
     }
 
+    fn high_error_px(&self) -> f64 {
+        if self.faint { HIGH_ERROR_FAINT_PX } else { HIGH_ERROR_PX }
+    }
+
     fn is_doubtful(&self) -> bool {
-        self.report.mean_reprojection_error_px.is_none_or(|error| error > HIGH_ERROR_PX)
+        self.report.mean_reprojection_error_px.is_none_or(|error| error > self.high_error_px())
             || (self.registered as f64) < FEW_REGISTERED * self.photos as f64
     }
 }
 
-/// The focal length prior, pixels, with which a second run may do better; `None` when the first
-/// one can be believed, or the user chose the focal length.
-pub(super) fn second_prior(first: &Solution, options: &SfmOptions) -> Option<f64> {
+/// The focal length prior with which a second run may do better; `None` when the first one can be believed, or the user chose the
+/// focal length.
+pub(super) fn second_prior(first: &Solution, options: &SfmOptions) -> Option<FocalPrior> {
     if options.focal.is_some() {
         return None;
     }
-    match first.focal_drift() {
+    match (first.focal_drift(), first.report.focal_prior_px) {
         // The photos' own focal length was left: hold on to it, for all photos.
-        Some(drift) => (drift.abs() > FOCAL_DRIFT).then_some(first.report.focal_prior_px)?,
-        None => first.is_doubtful().then_some(FOCAL_GUESS * first.long_side),
+        (Some(drift), Some(prior)) => {
+            (drift.abs() > FOCAL_DRIFT).then_some(FocalPrior::Pixels(prior))
+        }
+        _ => first.is_doubtful().then_some(FocalPrior::Guess(FOCAL_GUESS * first.long_side)),
     }
 }
 
-/// Keeps the better of two runs: the one with more photos, then the smaller error. The attempts
-/// of both are told.
-pub(super) fn better(first: Solution, second: Result<Solution>, prior: f64) -> Result<Solution> {
-    let mut attempts = vec![describe(&first.report, first.registered, first.photos)];
-    let mut kept = first;
-    match second {
-        Err(IngestError::Interrupted) => return Err(IngestError::Interrupted),
-        Err(error) => {
-            attempts.push(format!(
-                "a second run with a focal length prior of {prior:.0} px failed: {error}"
-            ));
-        }
-        Ok(mut second) => {
-            if kept.report.focal_prior_px.is_none() {
-                second.report.focal_prior_source = "guess".into();
-            }
-            attempts.push(describe(&second.report, second.registered, second.photos));
-            let error = |s: &Solution| s.report.mean_reprojection_error_px.unwrap_or(f64::INFINITY);
-            let more = second.registered > kept.registered;
-            let as_many = second.registered == kept.registered;
-            let second_wins = more || (as_many && error(&second) < error(&kept));
-            attempts.push(format!("the {} was kept", if second_wins { "second" } else { "first" }));
-            let seconds = kept.report.seconds + second.report.seconds;
-            if second_wins {
-                kept = second;
-            }
-            kept.report.seconds = seconds;
-        }
-    }
-    kept.report.attempts = attempts;
-    Ok(kept)
+/// Whether photos are left without a pose that faint keypoints may give one.
+pub(super) fn may_gain_photos(solution: &Solution) -> bool {
+    solution.registered < solution.photos && solution.keypoints.is_none_or(|k| k < MANY_KEYPOINTS)
 }
 
-fn describe(report: &SfmReport, registered: usize, photos: usize) -> String {
-    let prior = match report.focal_prior_px {
+/// Whether a solution is better than another: more photos, then a smaller error.
+pub(super) fn is_better(solution: &Solution, than: &Solution) -> bool {
+    let error = |s: &Solution| s.report.mean_reprojection_error_px.unwrap_or(f64::INFINITY);
+    let as_many = solution.registered == than.registered;
+    solution.registered > than.registered || (as_many && error(solution) < error(than))
+}
+
+/// What a run was told.
+pub(super) fn name(focal_prior_px: Option<f64>, faint: bool) -> String {
+    let prior = match focal_prior_px {
         Some(prior) => format!("focal length prior {prior:.0} px"),
         None => "no focal length prior".into(),
     };
+    format!("run with {prior}{}", if faint { " and faint keypoints" } else { "" })
+}
+
+/// What a run came to.
+pub(super) fn describe(solution: &Solution) -> String {
+    let Solution { report, registered, photos, faint, .. } = solution;
     let error =
         report.mean_reprojection_error_px.map_or("unknown".into(), |e| format!("{e:.2} px"));
     format!(
-        "run with {prior}: {registered} of {photos} photos, reprojection error {error}, focal length {:.0} px",
+        "{}: {registered} of {photos} photos, reprojection error {error}, focal length {:.0} px",
+        name(report.focal_prior_px, *faint),
         report.focal_px
     )
 }
@@ -114,13 +111,15 @@ pub(super) fn warnings(solution: &Solution) -> Vec<String> {
              would join the others, and blurred photos should go"
         ));
     }
-    if let Some(error) = solution.report.mean_reprojection_error_px.filter(|&e| e > HIGH_ERROR_PX) {
+    let high = solution.high_error_px();
+    if let Some(error) = solution.report.mean_reprojection_error_px.filter(|&e| e > high) {
         warnings.push(format!(
-            "the mean reprojection error is {error:.2} px (good sets end below {HIGH_ERROR_PX}): poses or focal length \
+            "the mean reprojection error is {error:.2} px (good sets end below {high}): poses or focal length \
              may be wrong; remove blurred photos and moving subjects, or give --focal"
         ));
     }
-    match solution.focal_drift() {
+    // A guess is no focal length that the photos say.
+    match solution.focal_drift().filter(|_| solution.report.focal_prior_source != GUESSED) {
         Some(drift) if drift.abs() > FOCAL_DRIFT => warnings.push(format!(
             "the focal length moved by {:+.0} % from its prior, to {:.0} px: one of the two is wrong; if you know it, \
              give --focal, and take photos from more places",
@@ -148,13 +147,14 @@ impl FocalPrior {
     pub(super) fn pixels(self) -> Option<f64> {
         match self {
             Self::Exif => None,
-            Self::Pixels(focal) => Some(focal),
+            Self::Pixels(focal) | Self::Guess(focal) => Some(focal),
         }
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::SfmReport;
     use super::*;
 
     fn solution(registered: usize, error: f64, prior: Option<f64>, focal: f64) -> Solution {
@@ -179,27 +179,36 @@ mod tests {
         let options = SfmOptions::default();
         let again = |s: &Solution| second_prior(s, &options);
         assert_eq!(again(&solution(20, 0.5, Some(800.0), 820.0)), None);
-        assert_eq!(again(&solution(20, 0.5, Some(800.0), 990.0)), Some(800.0));
+        assert_eq!(again(&solution(20, 0.5, Some(800.0), 990.0)), Some(FocalPrior::Pixels(800.0)));
         assert_eq!(again(&solution(20, 0.5, None, 990.0)), None);
-        assert_eq!(again(&solution(20, 1.1, None, 990.0)), Some(1200.0));
-        assert_eq!(again(&solution(9, 0.5, None, 990.0)), Some(1200.0));
+        assert_eq!(again(&solution(20, 1.1, None, 990.0)), Some(FocalPrior::Guess(1200.0)));
+        assert_eq!(again(&solution(9, 0.5, None, 990.0)), Some(FocalPrior::Guess(1200.0)));
         let chosen = SfmOptions { focal: Some(700.0), ..SfmOptions::default() };
         assert_eq!(second_prior(&solution(9, 2.0, Some(700.0), 990.0), &chosen), None);
     }
 
     #[test]
-    fn the_better_run_is_kept_and_both_are_told() {
-        let first = || solution(20, 1.1, None, 700.0);
-        let kept = better(first(), Ok(solution(20, 0.6, Some(1200.0), 1010.0)), 1200.0).unwrap();
-        assert_eq!((kept.report.focal_px, kept.report.seconds), (1010.0, 10.0));
-        assert_eq!(kept.report.focal_prior_source, "guess");
-        assert_eq!(kept.report.attempts.len(), 3);
-        let kept = better(first(), Ok(solution(12, 0.6, Some(1200.0), 1010.0)), 1200.0).unwrap();
-        assert_eq!(kept.report.focal_px, 700.0);
-        let failure = IngestError::bad_input("no", "no");
-        let kept = better(first(), Err(failure), 1200.0).unwrap();
-        assert!(kept.report.attempts[1].contains("failed"));
-        assert!(better(first(), Err(IngestError::Interrupted), 1.0).is_err());
+    fn more_photos_are_better_than_a_smaller_error() {
+        let run = |registered, error| solution(registered, error, None, 700.0);
+        assert!(is_better(&run(20, 0.6), &run(20, 1.1)));
+        assert!(is_better(&run(20, 1.1), &run(12, 0.6)));
+        assert!(!is_better(&run(12, 0.6), &run(20, 1.1)));
+        assert!(!is_better(&run(20, 0.6), &run(20, 0.6)), "the first is kept");
+        let told = describe(&Solution { faint: true, ..run(12, 0.6) });
+        let whole = "run with no focal length prior and faint keypoints: 12 of 20 photos";
+        assert!(told.starts_with(whole) && told.contains("0.60 px"), "{told}");
+    }
+
+    #[test]
+    fn faint_keypoints_are_for_photos_that_have_few() {
+        let with = |registered, keypoints| {
+            may_gain_photos(&Solution { keypoints, ..solution(registered, 0.5, None, 700.0) })
+        };
+        assert!(with(15, Some(600.0)) && with(15, None));
+        assert!(!with(20, Some(600.0)) && !with(15, Some(12_000.0)));
+        let faint = |error| Solution { faint: true, ..solution(20, error, Some(800.0), 810.0) };
+        assert!(warnings(&faint(0.9)).is_empty());
+        assert!(warnings(&faint(1.3))[0].contains("good sets end below 1.2"));
     }
 
     #[test]
@@ -212,6 +221,9 @@ mod tests {
             assert!(text.contains(part), "{part}: {text}");
         }
         assert!(warnings(&solution(20, 0.5, None, 810.0))[0].contains("--focal"));
+        let mut guessed = solution(20, 0.5, Some(800.0), 500.0);
+        guessed.report.focal_prior_source = GUESSED.into();
+        assert!(warnings(&guessed)[0].contains("do not say their focal length"));
     }
 
     #[test]

@@ -11,6 +11,7 @@ mod heif_photos;
 mod judge;
 mod options;
 mod pycolmap;
+mod runs;
 mod staged_photos;
 mod triangulate;
 
@@ -19,7 +20,8 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 pub(crate) use judge::failure;
-pub use options::{CameraSharing, Matcher, SfmOptions, SfmTool};
+pub use options::{CameraSharing, Keypoints, Matcher, SfmOptions, SfmTool};
+use runs::Runs;
 pub(crate) use triangulate::triangulate;
 
 use crate::error::Result;
@@ -42,10 +44,9 @@ pub struct SfmReport {
     pub mean_reprojection_error_px: Option<f64>,
     /// Pairs of photos that were found to show the same thing.
     pub verified_pairs: Option<u64>,
-    /// Wall-clock seconds of all attempts.
+    /// Wall-clock seconds of all runs.
     pub seconds: f64,
-    /// One sentence for each attempt, in order; the last sentence says which was kept when there
-    /// was more than one.
+    /// One sentence for each run when there was more than one, in order; the last sentence says which was kept.
     pub attempts: Vec<String>,
 }
 
@@ -58,6 +59,10 @@ struct Solution {
     registered: usize,
     /// Photos that were given.
     photos: usize,
+    /// Whether faint keypoints were matched, too.
+    faint: bool,
+    /// Keypoints per photo, where the tool says so.
+    keypoints: Option<f64>,
     report: SfmReport,
     /// Long side of the photos of the main camera, pixels.
     long_side: f64,
@@ -75,6 +80,8 @@ struct Request<'a> {
     masks: Option<&'a Path>,
     options: &'a SfmOptions,
     focal_prior: FocalPrior,
+    /// Whether faint keypoints are matched, too.
+    faint: bool,
     threads: usize,
 }
 
@@ -85,6 +92,8 @@ enum FocalPrior {
     Exif,
     /// This many pixels.
     Pixels(f64),
+    /// This many pixels, which nobody said.
+    Guess(f64),
 }
 
 /// Finds poses for the photos in a folder and gathers them as a source. `workspace` is a folder
@@ -99,26 +108,17 @@ pub(crate) fn gather(
 ) -> Result<(Gathered, SfmReport)> {
     let tool = choose::tool(options)?;
     let staged = staged_photos::stage(photos, workspace, progress)?;
-    let mut request = Request {
+    let request = Request {
         photos: &staged.folder,
         workspace,
         scratch: is_scratch.then_some(workspace),
         masks,
         options,
         focal_prior: options.focal.map_or(FocalPrior::Exif, FocalPrior::Pixels),
+        faint: false,
         threads: rayon::current_num_threads(),
     };
-    let first = tool.solve(&request, progress)?;
-    let solution = match judge::second_prior(&first, options) {
-        Some(prior) => {
-            request.focal_prior = FocalPrior::Pixels(prior);
-            let second_workspace = workspace.join("retry");
-            request.workspace = &second_workspace;
-            let second = tool.solve(&request, progress);
-            judge::better(first, second, prior)?
-        }
-        None => first,
-    };
+    let solution = Runs::new(&tool, request, progress).best()?;
     let mut gathered = from_colmap::gather(&solution.models, photos)?;
     gathered.photos_offered = solution.photos;
     gathered.description = format!("structure from motion with {}", solution.report.tool);

@@ -45,6 +45,19 @@ pub enum Matcher {
     Sequential,
 }
 
+/// Which keypoints are matched.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Keypoints {
+    /// Clear ones, and faint ones as well in another run where photos are left without a pose
+    #[default]
+    Auto,
+    /// Clear ones, as COLMAP does by itself
+    Clear,
+    /// Faint ones as well, matched along epipolar lines: poses for more photos, in four times the time
+    Faint,
+}
+
 /// How poses are found for photos without poses.
 #[derive(Clone, Debug, PartialEq, clap::Args, Serialize, Deserialize)]
 #[serde(default)]
@@ -69,6 +82,10 @@ pub struct SfmOptions {
     /// Which pairs of photos are matched
     #[arg(long, value_enum, default_value_t, value_name = "HOW")]
     pub matcher: Matcher,
+
+    /// Which keypoints of the photos are matched
+    #[arg(long, value_enum, default_value_t, value_name = "WHICH")]
+    pub keypoints: Keypoints,
 
     /// Triangulate start points with pycolmap for input that has poses and no points
     #[arg(long, value_enum, default_value_t, value_name = "WHEN")]
@@ -96,6 +113,7 @@ impl Default for SfmOptions {
             camera_model: "SIMPLE_RADIAL".into(),
             share_camera: CameraSharing::One,
             matcher: Matcher::Auto,
+            keypoints: Keypoints::Auto,
             triangulate: Switch::default(),
             python: None,
             seed: 0,
@@ -110,3 +128,6 @@ fn positive(text: &str) -> Result<f64, String> {
         _ => Err("this is not a positive number of pixels".into()),
     }
 }
+
+/// Least contrast of a faint keypoint in the difference of Gaussians, 0 to 1; COLMAP's own is 0.0067.
+pub(super) const FAINT_CONTRAST: f64 = 0.002;

@@ -6,8 +6,8 @@ use std::process::Command;
 use serde::Deserialize;
 
 use super::events::listen;
-use super::options::{CameraSharing, Matcher};
-use super::{FocalPrior, Request, SfmReport, Solution};
+use super::options::{CameraSharing, FAINT_CONTRAST, Matcher};
+use super::{Request, SfmReport, Solution};
 use crate::error::{IngestError, Result};
 use crate::progress::Progress;
 
@@ -28,6 +28,7 @@ struct Outcome {
     focal_prior_source: String,
     focal_px: f64,
     verified_pairs: u64,
+    features: u64,
     pycolmap: String,
     seconds: f64,
 }
@@ -101,9 +102,13 @@ fn arguments(request: &Request<'_>) -> Vec<std::ffi::OsString> {
     if let Some(scratch) = request.scratch {
         add("--scratch", &absolute(scratch));
     }
-    match request.focal_prior {
-        FocalPrior::Pixels(focal) => add("--focal-px", &focal.to_string()),
-        FocalPrior::Exif => list.push("--focal-from-exif".into()),
+    if request.faint {
+        add("--peak-threshold", &FAINT_CONTRAST.to_string());
+        add("--guided-matching", &"true");
+    }
+    match request.focal_prior.pixels() {
+        Some(focal) => add("--focal-px", &focal.to_string()),
+        None => list.push("--focal-from-exif".into()),
     }
     list.extend([camera_model.into(), "--end-with-parent".into()]);
     list
@@ -125,6 +130,8 @@ fn solution(outcome: Outcome, warnings: Vec<String>) -> Solution {
     Solution {
         registered: best.registered,
         photos: outcome.photos,
+        faint: false,
+        keypoints: Some(outcome.features as f64 / outcome.photos.max(1) as f64),
         long_side: main.map_or(0.0, |camera| camera.width.max(camera.height) as f64),
         median_parallax_degrees: best.median_triangulation_angle_deg,
         models: outcome.models.into_iter().map(|model| model.path).collect(),

@@ -69,14 +69,16 @@ def parse_arguments(argv):
             return value
         return check
 
-    def focal(text):
-        try:
-            value = float(text)
-        except ValueError:
-            value = math.nan
-        if not (math.isfinite(value) and value > 0):
-            raise argparse.ArgumentTypeError("'%s' is not a focal length in pixels" % text)
-        return value
+    def positive(what):
+        def check(text):
+            try:
+                value = float(text)
+            except ValueError:
+                value = math.nan
+            if not (math.isfinite(value) and value > 0):
+                raise argparse.ArgumentTypeError("'%s' is not %s" % (text, what))
+            return value
+        return check
 
     p = Arguments(description="camera poses from photos with pycolmap; JSON lines on stdout")
     p.add_argument("--photos", required=True, metavar="DIR", help="folder of photos, subfolders included")
@@ -86,7 +88,7 @@ def parse_arguments(argv):
     p.add_argument("--scratch", metavar="DIR", help="a folder to remove then")
     p.add_argument("--seed", type=at_least(0), default=0, metavar="N")
     prior = p.add_mutually_exclusive_group()
-    prior.add_argument("--focal-px", type=focal, metavar="F",
+    prior.add_argument("--focal-px", type=positive("a focal length in pixels"), metavar="F",
                        help="focal length prior for every photo, in pixels of the photos as given")
     prior.add_argument("--focal-from-exif", action="store_true",
                        help="focal length prior from EXIF; without a prior the start is 1.2 x the long side")
@@ -103,6 +105,10 @@ def parse_arguments(argv):
     p.add_argument("--max-image-size", type=at_least(64), metavar="N",
                    help="long side in pixels for feature detection; positions stay in full-size pixels")
     p.add_argument("--threads", type=at_least(1), metavar="N", help="for features and matching; default all")
+    p.add_argument("--peak-threshold", type=positive("a threshold"), metavar="T",
+                   help="least contrast of a feature in the difference of Gaussians, 0 to 1; default COLMAP's, 0.0067")
+    p.add_argument("--guided-matching", type=yes_no, default=False, metavar="true|false",
+                   help="match once more along the epipolar lines of the first matches")
     p.add_argument("--max-features", type=at_least(64), default=8192, metavar="N", help="per photo")
     return p.parse_args(argv)
 
@@ -189,6 +195,8 @@ def run(arguments, events):
     extraction.use_gpu = False
     extraction.num_threads = threads
     extraction.sift.max_num_features = arguments.max_features
+    if arguments.peak_threshold:
+        extraction.sift.peak_threshold = arguments.peak_threshold
     if arguments.max_image_size:
         extraction.max_image_size = arguments.max_image_size
     with CountRows(events, database, "keypoints", "features", len(names)):
@@ -212,6 +220,7 @@ def run(arguments, events):
     matching = pycolmap.FeatureMatchingOptions()
     matching.use_gpu = False
     matching.num_threads = threads
+    matching.guided_matching = arguments.guided_matching
     verification = pycolmap.TwoViewGeometryOptions()
     verification.ransac.random_seed = seed
     n = len(names)
