@@ -115,6 +115,10 @@ fn slope(
         .flat_map(|(i, samples)| samples.iter().map(move |sample| (i, sample)))
         .filter(|(_, sample)| keep(sample.point))
         .collect();
+    let seen_by: BTreeSet<usize> = samples.iter().map(|(i, _)| *i).collect();
+    if samples.len() < LEAST_SAMPLES || seen_by.len() < LEAST_PHOTOS {
+        return None;
+    }
     let left = |huber: f64, value: &dyn Fn(&Sample) -> f64| {
         let entry = |&(i, sample): &(usize, &Sample)| Entry {
             row: i as u32,
@@ -132,8 +136,7 @@ fn slope(
     };
     let cosines = left(ALL, &|sample| sample.log_cosine);
     let squares: f64 = cosines.iter().map(|u| u * u).sum();
-    let seen_by: BTreeSet<usize> = samples.iter().map(|(i, _)| *i).collect();
-    if samples.len() < LEAST_SAMPLES || seen_by.len() < LEAST_PHOTOS || !(squares > 0.0) {
+    if !(squares > 0.0) {
         return None;
     }
     let (mut exponent, mut scores, mut curvature) = (0.0, vec![0.0; photos.len()], 0.0);

@@ -31,7 +31,7 @@ fn project() -> Project {
 /// A result line: registered photos, error, focal prior, focal length.
 fn result(registered: usize, error: f64, prior: &str, focal: f64) -> String {
     format!(
-        r#"{{"event":"result","models":[{{"path":"'"$5"'/sparse/0","registered":{registered},"points":4,"mean_reprojection_error_px":{error},"median_triangulation_angle_deg":20.0,"cameras":[{{"width":64,"height":48,"photos":3}}]}}],"photos":3,"focal_prior_px":{prior},"focal_prior_source":"none","focal_px":{focal},"verified_pairs":3,"features":900,"pycolmap":"0.0","seconds":1.0}}"#
+        r#"{{"event":"result","models":[{{"path":"'"$5"'/sparse/0","registered":{registered},"points":4,"mean_reprojection_error_px":{error},"median_triangulation_angle_deg":20.0,"cameras":[{{"width":64,"height":48,"photos":3}}]}}],"photos":3,"focal_prior_px":{prior},"focal_prior_source":"none","focal_px":{focal},"contradicted":0,"verified_pairs":3,"features":900,"pycolmap":"0.0","seconds":1.0}}"#
     )
 }
 
@@ -263,6 +263,24 @@ fn a_triangulation_that_fails_is_an_error_only_when_it_was_asked_for() {
     assert!(matches!(error, IngestError::BadInput { .. }), "{error}");
     let report = triangulate(&project, "exit 7", Switch::Off).unwrap();
     assert!(report.warnings.is_empty() && report.points == 0);
+}
+
+#[test]
+fn photos_that_contradict_their_matches_go_one_at_a_time() {
+    // Matches and agreeing ones of pairs of photos. 4 was placed by 20 chance matches with 3; what it shares with 1 and 2 contradicts it, and
+    // takes their share and that of 3 down with it.
+    let script = "from pycolmap_contradicted import contradicted\n\
+        right = {(1, 2): (100, 60), (2, 3): (50, 20), (1, 3): (40, 15)}\n\
+        wrong = {(1, 4): (150, 0), (2, 4): (60, 1), (3, 4): (40, 20)}\n\
+        print(contradicted(right), contradicted({**right, **wrong}), contradicted({}), contradicted({(1, 2): (9, 0)}))";
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/src/files/sfm");
+    let output = std::process::Command::new("python3")
+        .args(["-B", "-c", script])
+        .env("PYTHONPATH", folder)
+        .output()
+        .unwrap();
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert_eq!(said.trim(), "[] [4] [] []", "{}", String::from_utf8_lossy(&output.stderr));
 }
 
 #[test]

@@ -57,9 +57,6 @@ pub(super) fn claim(
     for (p, &thing) in of_sample.iter().enumerate().filter(|(_, thing)| **thing != NO_THING) {
         things.entry(thing).or_default().push(p);
     }
-    let coherence = |points: &[usize]| {
-        shown.coherence(points.iter().flat_map(|&q| around(q, BESIDE).map(move |r| (q, r))))
-    };
     things.retain(|&thing, points| {
         let known = points.iter().filter(|&&p| is_metal(p)).count();
         let roughest = basis.roughness.len() - 1;
@@ -69,7 +66,7 @@ pub(super) fn claim(
             && 2 * known < points.len()
             && luminance(color()) >= LEAST_REFLECTANCE
             && !is_coated(samples, basis, points, NARROW.min(roughest))
-            && coherence(points) >= LEAST_COHERENCE_OF_ALL
+            && coherence(points, shown, &around) >= LEAST_COHERENCE_OF_ALL
     });
     things.values().flatten().for_each(|&p| claims[p] = Claim::Metal);
     !things.is_empty()
@@ -131,8 +128,7 @@ fn signs<I: Iterator<Item = usize>>(
             return Signs::None;
         }
         let share = shown.moving_share(&near);
-        let pairs = near.iter().flat_map(|&q| around(q, BESIDE).map(move |r| (q, r)));
-        let coherence = shown.coherence(pairs);
+        let coherence = coherence(&near, shown, around);
         let exceeds = |k: usize| share >= LEAST_SHARE[k] && coherence >= LEAST_COHERENCE[k];
         match (exceeds(0), exceeds(1)) {
             (true, _) => Signs::Clear,
@@ -141,6 +137,15 @@ fn signs<I: Iterator<Item = usize>>(
         }
     };
     (0..samples.len()).map(of).collect()
+}
+
+/// How far points and their neighbors change alike from photo to photo.
+fn coherence<I: Iterator<Item = usize>>(
+    points: &[usize],
+    shown: &Shown,
+    around: &impl Fn(usize, usize) -> I,
+) -> f64 {
+    shown.coherence(points.iter().flat_map(|&q| around(q, BESIDE).map(move |r| (q, r))))
 }
 
 #[cfg(test)]

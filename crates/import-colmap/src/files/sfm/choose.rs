@@ -15,6 +15,11 @@ pub(super) enum Tool {
 }
 
 impl Tool {
+    /// Whether photos that are placed against what their matches say are left out.
+    pub(super) fn checks_matches(&self) -> bool {
+        matches!(self, Self::Pycolmap { .. })
+    }
+
     pub(super) fn solve(&self, request: &Request<'_>, progress: &dyn Progress) -> Result<Solution> {
         match self {
             Self::Pycolmap { python } => pycolmap::solve(python, request, progress),

@@ -309,6 +309,7 @@ fn describe(
         registered: best.images.len(),
         photos,
         faint: request.faint,
+        contradicted: 0,
         keypoints: None,
         long_side,
         median_parallax_degrees: parallax(&best),

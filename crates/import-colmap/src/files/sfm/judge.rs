@@ -82,8 +82,12 @@ pub(super) fn describe(solution: &Solution) -> String {
     let Solution { report, registered, photos, faint, .. } = solution;
     let error =
         report.mean_reprojection_error_px.map_or("unknown".into(), |e| format!("{e:.2} px"));
+    let contradicted = match solution.contradicted {
+        0 => String::new(),
+        count => format!(", {count} more placed against what their matches say and left out"),
+    };
     format!(
-        "{}: {registered} of {photos} photos, reprojection error {error}, focal length {:.0} px",
+        "{}: {registered} of {photos} photos{contradicted}, reprojection error {error}, focal length {:.0} px",
         name(report.focal_prior_px, *faint),
         report.focal_px
     )

@@ -61,6 +61,8 @@ struct Solution {
     photos: usize,
     /// Whether faint keypoints were matched, too.
     faint: bool,
+    /// Photos that were placed against what their matches say, and have no pose for it.
+    contradicted: usize,
     /// Keypoints per photo, where the tool says so.
     keypoints: Option<f64>,
     report: SfmReport,

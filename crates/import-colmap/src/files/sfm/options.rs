@@ -49,12 +49,12 @@ pub enum Matcher {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Keypoints {
-    /// Clear ones, and faint ones as well in another run where photos are left without a pose
+    /// Clear ones, and with pycolmap faint ones as well in another run where photos are left without a pose
     #[default]
     Auto,
     /// Clear ones, as COLMAP does by itself
     Clear,
-    /// Faint ones as well, matched along epipolar lines: poses for more photos, in four times the time
+    /// Faint ones as well, matched along epipolar lines: poses for more photos, in three times the time
     Faint,
 }
 
@@ -130,4 +130,4 @@ fn positive(text: &str) -> Result<f64, String> {
 }
 
 /// Least contrast of a faint keypoint in the difference of Gaussians, 0 to 1; COLMAP's own is 0.0067.
-pub(super) const FAINT_CONTRAST: f64 = 0.002;
+pub(super) const FAINT_CONTRAST: f64 = 0.003;

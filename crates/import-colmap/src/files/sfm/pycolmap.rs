@@ -14,6 +14,8 @@ use crate::progress::Progress;
 /// Files for pycolmap, name and text; this one lies beside every script.
 pub(super) const EVENTS: [&str; 2] = ["pycolmap_events.py", include_str!("pycolmap_events.py")];
 const PHOTOS: [&str; 2] = ["pycolmap_photos.py", include_str!("pycolmap_photos.py")];
+const CONTRADICTED: [&str; 2] =
+    ["pycolmap_contradicted.py", include_str!("pycolmap_contradicted.py")];
 const DRIVER: [&str; 2] = ["pycolmap_driver.py", include_str!("pycolmap_driver.py")];
 
 /// Warnings of the driver that this program words itself.
@@ -27,6 +29,7 @@ struct Outcome {
     focal_prior_px: Option<f64>,
     focal_prior_source: String,
     focal_px: f64,
+    contradicted: usize,
     verified_pairs: u64,
     features: u64,
     pycolmap: String,
@@ -56,7 +59,7 @@ pub(super) fn solve(
     progress: &dyn Progress,
 ) -> Result<Solution> {
     std::fs::create_dir_all(request.workspace).map_err(|e| cannot_write(request.workspace, &e))?;
-    for file in [EVENTS, PHOTOS] {
+    for file in [EVENTS, PHOTOS, CONTRADICTED] {
         write(request.workspace, file)?;
     }
     let script = write(request.workspace, DRIVER)?;
@@ -131,6 +134,7 @@ fn solution(outcome: Outcome, warnings: Vec<String>) -> Solution {
         registered: best.registered,
         photos: outcome.photos,
         faint: false,
+        contradicted: outcome.contradicted,
         keypoints: Some(outcome.features as f64 / outcome.photos.max(1) as f64),
         long_side: main.map_or(0.0, |camera| camera.width.max(camera.height) as f64),
         median_parallax_degrees: best.median_triangulation_angle_deg,
@@ -166,7 +170,7 @@ mod tests {
             "cameras":[{"id":1,"model":"SIMPLE_RADIAL","width":640,"height":480,"params":[1.0],"focal_px":512.0,
             "focal_prior_px":null,"focal_prior_source":"none","photos":3}]}],"photos":4,"failed":["d.jpg"],
             "focal_prior_px":null,"focal_prior_source":"none","focal_px":512.0,"matcher":"exhaustive",
-            "verified_pairs":5,"features":9,"pycolmap":"4.2.1","seed":0,"seconds":1.5,"cpu_seconds":2.0}"#;
+            "contradicted":0,"verified_pairs":5,"features":9,"pycolmap":"4.2.1","seed":0,"seconds":1.5,"cpu_seconds":2.0}"#;
         let Ok(Event::Result(outcome)) = serde_json::from_str(line) else { panic!() };
         let solution = solution(*outcome, vec!["x".into()]);
         assert_eq!((solution.registered, solution.photos, solution.long_side), (3, 4, 640.0));

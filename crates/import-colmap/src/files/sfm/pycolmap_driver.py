@@ -39,6 +39,7 @@ import statistics
 import sys
 import time
 
+from pycolmap_contradicted import leave_out_contradicted
 from pycolmap_events import CountRows, Events, Failure, count_features, count_pairs, end_with_parent
 from pycolmap_photos import group_photos, list_photos, make_database, read_photos, stage_masks
 
@@ -108,7 +109,8 @@ def parse_arguments(argv):
     p.add_argument("--peak-threshold", type=positive("a threshold"), metavar="T",
                    help="least contrast of a feature in the difference of Gaussians, 0 to 1; default COLMAP's, 0.0067")
     p.add_argument("--guided-matching", type=yes_no, default=False, metavar="true|false",
-                   help="match once more along the epipolar lines of the first matches")
+                   help="match once more along the epipolar lines of the first matches, and leave out photos whose matches "
+                        "contradict the model")
     p.add_argument("--max-features", type=at_least(64), default=8192, metavar="N", help="per photo")
     return p.parse_args(argv)
 
@@ -269,6 +271,11 @@ def run(arguments, events):
     models = pycolmap.incremental_mapping(database, arguments.photos, drafts, options=mapping,
                                           initial_image_pair_callback=reset, next_image_callback=advance)
     models = [m for _, m in sorted(models.items())]
+    contradicted = 0
+    if arguments.guided_matching:
+        # Matches along epipolar lines of a chance pair agree with each other, and place a photo where it was not.
+        adjustment = mapping.get_global_bundle_adjustment()
+        contradicted = sum(leave_out_contradicted(pycolmap, numpy, m, database, adjustment) for m in models)
     models.sort(key=lambda m: (-m.num_reg_images(), -m.num_points3D()))
     models = [m for m in models if m.num_reg_images() >= 2 and m.num_points3D() > 0]
     if not models:
@@ -308,7 +315,7 @@ def run(arguments, events):
     events.emit(event="result", models=described, photos=n + len(failed), failed=sorted(failed + lost),
                 focal_prior_px=main["focal_prior_px"], focal_prior_source=main["focal_prior_source"],
                 focal_px=main["focal_px"], matcher="exhaustive" if exhaustive else "sequential",
-                verified_pairs=pairs, features=sum(features.values()), pycolmap=pycolmap.__version__, seed=seed,
+                contradicted=contradicted, verified_pairs=pairs, features=sum(features.values()), pycolmap=pycolmap.__version__, seed=seed,
                 seconds=round(time.monotonic() - started, 2), cpu_seconds=round(times.user + times.system, 2))
 
 

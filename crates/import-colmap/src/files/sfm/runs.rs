@@ -48,7 +48,7 @@ impl<'a> Runs<'a> {
             self.run(prior, faint)?;
         }
         let has_gaps = self.kept.as_ref().is_none_or(|(kept, ..)| judge::may_gain_photos(kept));
-        if keypoints == Keypoints::Auto && has_gaps {
+        if keypoints == Keypoints::Auto && has_gaps && self.tool.checks_matches() {
             let prior = self.kept.as_ref().map_or(prior, |kept| kept.1);
             self.run(prior, true)?;
         }
