@@ -279,7 +279,7 @@ def run(arguments, events):
     models.sort(key=lambda m: (-m.num_reg_images(), -m.num_points3D()))
     models = [m for m in models if m.num_reg_images() >= 2 and m.num_points3D() > 0]
     if not models:
-        raise Failure("no_model", "%d photo pairs match, but no camera positions could be worked out from them."
+        raise Failure("no_model", "Photo pairs that match: %d, but no camera positions could be worked out from them."
                       % pairs, "Take more photos from more places: step sideways rather than turning on the spot, and "
                       "avoid blank, shiny or moving subjects.")
     described = []
