@@ -30,14 +30,17 @@ impl FromStr for Move {
     fn from_str(text: &str) -> Result<Self, String> {
         let wrong = || "expected OBJECT=DX,DY,DZ".to_owned();
         let (object, numbers) = text.split_once('=').ok_or_else(wrong)?;
-        let numbers: Option<Vec<f32>> = numbers.split(',').map(|n| n.trim().parse().ok()).collect();
-        match numbers.as_deref() {
-            Some(&[x, y, z]) if [x, y, z].iter().all(|v| v.is_finite()) => {
-                Ok(Self { object: object.into(), by: Vec3::new(x, y, z) })
-            }
-            _ => Err(wrong()),
-        }
+        let by = three_numbers(numbers).ok_or_else(wrong)?;
+        Ok(Self { object: object.into(), by })
     }
+}
+
+/// `X,Y,Z`, finite.
+#[must_use]
+pub fn three_numbers(text: &str) -> Option<Vec3> {
+    let numbers: Option<Vec<f32>> = text.split(',').map(|n| n.trim().parse().ok()).collect();
+    let &[x, y, z] = numbers.as_deref()? else { return None };
+    Some(Vec3::new(x, y, z)).filter(|v| v.is_finite())
 }
 
 impl Move {

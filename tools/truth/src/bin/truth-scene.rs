@@ -9,7 +9,7 @@ use clap::{Parser, ValueEnum};
 use glam::Vec3;
 use motes_shading::brdf::Lobes;
 use motes_truth::asset::write_asset;
-use motes_truth::changed::{Move, make_moved};
+use motes_truth::changed::{Move, make_moved, three_numbers};
 use motes_truth::faults::Fault;
 use motes_truth::oracle::write_oracle;
 use motes_truth::probe::make_probe;
@@ -113,11 +113,7 @@ impl FromStr for FaultList {
 }
 
 fn point(text: &str) -> Result<Vec3, String> {
-    let numbers: Option<Vec<f32>> = text.split(',').map(|t| t.trim().parse().ok()).collect();
-    match numbers.as_deref() {
-        Some(&[x, y, z]) => Ok(Vec3::new(x, y, z)),
-        _ => Err("expected X,Y,Z".into()),
-    }
+    three_numbers(text).ok_or_else(|| "expected X,Y,Z".into())
 }
 
 fn light(text: &str) -> Result<(String, PathBuf), String> {
