@@ -49,7 +49,11 @@ fn python(project: &Project, body: &str) -> PathBuf {
 }
 
 fn solve(project: &Project, body: &str, focal: Option<f64>) -> Result<ImportReport> {
-    let sfm = SfmOptions { python: Some(python(project, body)), focal, ..SfmOptions::default() };
+    solve_with(project, body, SfmOptions { focal, ..SfmOptions::default() })
+}
+
+fn solve_with(project: &Project, body: &str, sfm: SfmOptions) -> Result<ImportReport> {
+    let sfm = SfmOptions { python: Some(python(project, body)), ..sfm };
     let output = project.output();
     std::fs::create_dir_all(&output).unwrap();
     import_photos(&project.path().join("images"), &output, &ImportOptions::default(), &sfm, &Silent)
@@ -99,15 +103,8 @@ fn a_doubtful_solution_is_tried_again_with_a_prior_and_the_better_one_kept() {
 
 /// Solves in a workspace that stays.
 fn solve_in(project: &Project, body: &str, keypoints: Keypoints) -> Result<ImportReport> {
-    let sfm = SfmOptions {
-        python: Some(python(project, body)),
-        sfm_workspace: Some(project.path().join("workspace")),
-        keypoints,
-        ..SfmOptions::default()
-    };
-    let output = project.output();
-    std::fs::create_dir_all(&output).unwrap();
-    import_photos(&project.path().join("images"), &output, &ImportOptions::default(), &sfm, &Silent)
+    let sfm_workspace = Some(project.path().join("workspace"));
+    solve_with(project, body, SfmOptions { sfm_workspace, keypoints, ..SfmOptions::default() })
 }
 
 /// Answers by whether faint keypoints are asked for, and leaves a mark of it in the model.

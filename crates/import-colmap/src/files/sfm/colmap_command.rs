@@ -308,9 +308,6 @@ fn describe(
     Ok(Solution {
         registered: best.images.len(),
         photos,
-        faint: request.faint,
-        contradicted: 0,
-        keypoints: None,
         long_side,
         median_parallax_degrees: parallax(&best),
         models,
@@ -324,7 +321,7 @@ fn describe(
             seconds: 0.0,
             attempts: Vec::new(),
         },
-        warnings: Vec::new(),
+        ..Solution::default()
     })
 }
 

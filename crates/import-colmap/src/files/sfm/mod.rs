@@ -21,7 +21,6 @@ use serde::Serialize;
 
 pub(crate) use judge::failure;
 pub use options::{CameraSharing, Keypoints, Matcher, SfmOptions, SfmTool};
-use runs::Runs;
 pub(crate) use triangulate::triangulate;
 
 use crate::error::Result;
@@ -120,7 +119,7 @@ pub(crate) fn gather(
         faint: false,
         threads: rayon::current_num_threads(),
     };
-    let solution = Runs::new(&tool, request, progress).best()?;
+    let solution = runs::best(&tool, request, progress)?;
     let mut gathered = from_colmap::gather(&solution.models, photos)?;
     gathered.photos_offered = solution.photos;
     gathered.description = format!("structure from motion with {}", solution.report.tool);

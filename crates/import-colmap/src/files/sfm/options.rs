@@ -6,6 +6,9 @@ use std::path::PathBuf;
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 
+/// Least contrast of a faint keypoint in the difference of Gaussians, 0 to 1; COLMAP's own is 0.0067.
+pub(super) const FAINT_CONTRAST: f64 = 0.003;
+
 /// Which program finds the poses.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -128,6 +131,3 @@ fn positive(text: &str) -> Result<f64, String> {
         _ => Err("this is not a positive number of pixels".into()),
     }
 }
-
-/// Least contrast of a faint keypoint in the difference of Gaussians, 0 to 1; COLMAP's own is 0.0067.
-pub(super) const FAINT_CONTRAST: f64 = 0.003;

@@ -133,7 +133,6 @@ fn solution(outcome: Outcome, warnings: Vec<String>) -> Solution {
     Solution {
         registered: best.registered,
         photos: outcome.photos,
-        faint: false,
         contradicted: outcome.contradicted,
         keypoints: Some(outcome.features as f64 / outcome.photos.max(1) as f64),
         long_side: main.map_or(0.0, |camera| camera.width.max(camera.height) as f64),
@@ -141,6 +140,7 @@ fn solution(outcome: Outcome, warnings: Vec<String>) -> Solution {
         models: outcome.models.into_iter().map(|model| model.path).collect(),
         report,
         warnings,
+        ..Solution::default()
     }
 }
 

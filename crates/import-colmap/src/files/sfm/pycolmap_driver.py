@@ -315,7 +315,8 @@ def run(arguments, events):
     events.emit(event="result", models=described, photos=n + len(failed), failed=sorted(failed + lost),
                 focal_prior_px=main["focal_prior_px"], focal_prior_source=main["focal_prior_source"],
                 focal_px=main["focal_px"], matcher="exhaustive" if exhaustive else "sequential",
-                contradicted=contradicted, verified_pairs=pairs, features=sum(features.values()), pycolmap=pycolmap.__version__, seed=seed,
+                contradicted=contradicted, verified_pairs=pairs, features=sum(features.values()),
+                pycolmap=pycolmap.__version__, seed=seed,
                 seconds=round(time.monotonic() - started, 2), cpu_seconds=round(times.user + times.system, 2))
 
 

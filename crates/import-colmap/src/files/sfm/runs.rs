@@ -13,91 +13,83 @@ use crate::progress::Progress;
 /// Files and folders of a run that a user may look at.
 const KEPT_FILES: [&str; 2] = ["database.db", "sparse"];
 
-/// What was run, and the best of it.
-pub(super) struct Runs<'a> {
+/// A solution, its focal prior and the number of its run, from 1.
+struct Kept {
+    solution: Solution,
+    prior: FocalPrior,
+    number: usize,
+}
+
+/// Runs with clear keypoints, once more with a focal length prior where the first is doubtful, and once more with faint keypoints where
+/// photos have no pose; as far as the options allow. The best solution: the one with most photos, then the smallest error. All runs are
+/// told.
+///
+/// # Errors
+/// That of the first run when none has a solution; when the user interrupts.
+pub(super) fn best(tool: &Tool, request: Request<'_>, progress: &dyn Progress) -> Result<Solution> {
+    let (prior, options, workspace) = (request.focal_prior, request.options, request.workspace);
+    let faint = options.keypoints == Keypoints::Faint;
+    let mut runs = Runs { tool, request, progress, told: Vec::new(), seconds: 0.0 };
+    let mut best = runs.run(prior, faint);
+    let second = best.as_ref().ok().and_then(|b| judge::second_prior(&b.solution, options));
+    if let Some(prior) = second {
+        best = better(best, runs.run(prior, faint));
+    }
+    let has_gaps = match &best {
+        Ok(best) => judge::may_gain_photos(&best.solution),
+        // All else is wrong with the program or the options, not with the photos.
+        Err(error) => matches!(error, IngestError::BadInput { .. }),
+    };
+    if options.keypoints == Keypoints::Auto && has_gaps && tool.checks_matches() {
+        let prior = best.as_ref().map_or(prior, |best| best.prior);
+        best = better(best, runs.run(prior, true));
+    }
+    let Kept { mut solution, number, .. } = best?;
+    if runs.told.len() > 1 {
+        runs.told.push(format!("the {} was kept", ["first", "second", "third"][number - 1]));
+        solution.report.attempts = runs.told;
+    }
+    solution.report.seconds = runs.seconds;
+    if number > 1 {
+        put_first(workspace, number, &mut solution.models)?;
+    }
+    Ok(solution)
+}
+
+/// The better of two outcomes, the first of two failures; an interrupt ends all.
+fn better(best: Result<Kept>, next: Result<Kept>) -> Result<Kept> {
+    match (best, next) {
+        (_, Err(IngestError::Interrupted)) => Err(IngestError::Interrupted),
+        (Ok(best), Ok(next)) if !judge::is_better(&next.solution, &best.solution) => Ok(best),
+        (_, Ok(next)) => Ok(next),
+        (best, Err(_)) => best,
+    }
+}
+
+/// What was run.
+struct Runs<'a> {
     tool: &'a Tool,
     request: Request<'a>,
     progress: &'a dyn Progress,
-    /// The best solution, its focal prior and the number of its run, from 1.
-    kept: Option<(Solution, FocalPrior, usize)>,
-    /// Why the first run came to nothing.
-    failure: Option<IngestError>,
     told: Vec<String>,
     seconds: f64,
 }
 
-impl<'a> Runs<'a> {
-    pub(super) fn new(tool: &'a Tool, request: Request<'a>, progress: &'a dyn Progress) -> Self {
-        let (kept, failure, told) = (None, None, Vec::new());
-        Self { tool, request, progress, kept, failure, told, seconds: 0.0 }
-    }
-
-    /// Runs with clear keypoints, once more with a focal length prior where the first is doubtful, and once more with faint
-    /// keypoints where photos have no pose; as far as the options allow. The best solution: the one with most photos, then the smallest
-    /// error. All runs are told.
-    ///
-    /// # Errors
-    /// That of the first run when none has a solution; when the user interrupts.
-    pub(super) fn best(mut self) -> Result<Solution> {
-        let (prior, keypoints) = (self.request.focal_prior, self.request.options.keypoints);
-        let faint = keypoints == Keypoints::Faint;
-        self.run(prior, faint)?;
-        let options = self.request.options;
-        let second = self.kept.as_ref().and_then(|(first, ..)| judge::second_prior(first, options));
-        if let Some(prior) = second {
-            self.run(prior, faint)?;
-        }
-        let has_gaps = self.kept.as_ref().is_none_or(|(kept, ..)| judge::may_gain_photos(kept));
-        if keypoints == Keypoints::Auto && has_gaps && self.tool.checks_matches() {
-            let prior = self.kept.as_ref().map_or(prior, |kept| kept.1);
-            self.run(prior, true)?;
-        }
-        self.finish()
-    }
-
-    fn run(&mut self, prior: FocalPrior, faint: bool) -> Result<()> {
+impl Runs<'_> {
+    fn run(&mut self, prior: FocalPrior, faint: bool) -> Result<Kept> {
         let number = self.told.len() + 1;
         let workspace = folder_of(self.request.workspace, number);
         let request = Request { workspace: &workspace, focal_prior: prior, faint, ..self.request };
-        let solved = self.tool.solve(&request, self.progress);
-        match solved {
-            Err(IngestError::Interrupted) => return Err(IngestError::Interrupted),
-            // Something is wrong with the program, not with the photos.
-            Err(error @ IngestError::Failed { .. }) if number == 1 => return Err(error),
-            Err(error) => {
-                self.told.push(format!("{} failed: {error}", judge::name(prior.pixels(), faint)));
-                self.failure.get_or_insert(error);
-            }
-            Ok(mut solution) => {
-                if matches!(prior, FocalPrior::Guess(_)) {
-                    solution.report.focal_prior_source = judge::GUESSED.into();
-                }
-                self.seconds += solution.report.seconds;
-                solution.faint = faint;
-                self.told.push(judge::describe(&solution));
-                if self.kept.as_ref().is_none_or(|(kept, ..)| judge::is_better(&solution, kept)) {
-                    self.kept = Some((solution, prior, number));
-                }
-            }
+        let mut solution = self.tool.solve(&request, self.progress).inspect_err(|error| {
+            self.told.push(format!("{} failed: {error}", judge::name(prior.pixels(), faint)));
+        })?;
+        if matches!(prior, FocalPrior::Guess(_)) {
+            solution.report.focal_prior_source = judge::GUESSED.into();
         }
-        Ok(())
-    }
-
-    fn finish(mut self) -> Result<Solution> {
-        let Some((mut solution, _, number)) = self.kept else {
-            let nothing = || IngestError::bad_input("no run has a solution", "take more photos");
-            return Err(self.failure.unwrap_or_else(nothing));
-        };
-        if self.told.len() > 1 {
-            let names = ["first", "second", "third"];
-            self.told.push(format!("the {} was kept", names[number - 1]));
-            solution.report.attempts = self.told;
-        }
-        solution.report.seconds = self.seconds;
-        if number > 1 {
-            put_first(self.request.workspace, number, &mut solution.models)?;
-        }
-        Ok(solution)
+        self.seconds += solution.report.seconds;
+        solution.faint = faint;
+        self.told.push(judge::describe(&solution));
+        Ok(Kept { solution, prior, number })
     }
 }
 
