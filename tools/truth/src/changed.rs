@@ -30,17 +30,17 @@ impl FromStr for Move {
     fn from_str(text: &str) -> Result<Self, String> {
         let wrong = || "expected OBJECT=DX,DY,DZ".to_owned();
         let (object, numbers) = text.split_once('=').ok_or_else(wrong)?;
-        let by = three_numbers(numbers).ok_or_else(wrong)?;
-        Ok(Self { object: object.into(), by })
+        let by = finite_numbers(numbers).ok_or_else(wrong)?;
+        Ok(Self { object: object.into(), by: Vec3::from_array(by) })
     }
 }
 
-/// `X,Y,Z`, finite.
+/// As many finite numbers as asked for, between commas.
 #[must_use]
-pub fn three_numbers(text: &str) -> Option<Vec3> {
+pub fn finite_numbers<const N: usize>(text: &str) -> Option<[f32; N]> {
     let numbers: Option<Vec<f32>> = text.split(',').map(|n| n.trim().parse().ok()).collect();
-    let &[x, y, z] = numbers.as_deref()? else { return None };
-    Some(Vec3::new(x, y, z)).filter(|v| v.is_finite())
+    let numbers: [f32; N] = numbers?.try_into().ok()?;
+    numbers.iter().all(|n| n.is_finite()).then_some(numbers)
 }
 
 impl Move {

@@ -7,6 +7,7 @@ use anyhow::Context as _;
 use glam::Vec3;
 use motes_formats::environment::read_environment;
 
+use crate::changed::finite_numbers;
 use crate::expose;
 use crate::lights::environment;
 use crate::made::Made;
@@ -39,15 +40,10 @@ impl FromStr for Repaint {
     fn from_str(text: &str) -> Result<Self, String> {
         let wrong = || "expected NAME=R,G,B,ROUGHNESS,METALLIC, numbers from 0 to 1".to_owned();
         let (name, numbers) = text.split_once('=').ok_or_else(wrong)?;
-        let numbers: Option<Vec<f32>> = numbers.split(',').map(|n| n.trim().parse().ok()).collect();
-        let in_range = |n: &Vec<f32>| n.iter().all(|v| (0.0..=1.0).contains(v));
-        match numbers.filter(in_range).as_deref() {
-            Some(&[r, g, b, roughness, metallic]) => {
-                let base_color = Vec3::new(r, g, b);
-                Ok(Self { name: name.into(), base_color, roughness, metallic })
-            }
-            _ => Err(wrong()),
-        }
+        let numbers = finite_numbers(numbers).filter(|n| n.iter().all(|v| (0.0..=1.0).contains(v)));
+        let [r, g, b, roughness, metallic] = numbers.ok_or_else(wrong)?;
+        let base_color = Vec3::new(r, g, b);
+        Ok(Self { name: name.into(), base_color, roughness, metallic })
     }
 }
 

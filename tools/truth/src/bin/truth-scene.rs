@@ -9,7 +9,7 @@ use clap::{Parser, ValueEnum};
 use glam::Vec3;
 use motes_shading::brdf::Lobes;
 use motes_truth::asset::write_asset;
-use motes_truth::changed::{Move, make_moved, three_numbers};
+use motes_truth::changed::{Move, finite_numbers, make_moved};
 use motes_truth::faults::Fault;
 use motes_truth::oracle::write_oracle;
 use motes_truth::probe::make_probe;
@@ -113,7 +113,7 @@ impl FromStr for FaultList {
 }
 
 fn point(text: &str) -> Result<Vec3, String> {
-    three_numbers(text).ok_or_else(|| "expected X,Y,Z".into())
+    finite_numbers(text).map(Vec3::from_array).ok_or_else(|| "expected X,Y,Z".into())
 }
 
 fn light(text: &str) -> Result<(String, PathBuf), String> {
