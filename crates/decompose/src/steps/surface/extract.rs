@@ -250,22 +250,31 @@ fn put_on_walls(
         let texture = depth_prior::texture(view).into_iter();
         texture.zip(on_planes).map(|(t, p)| if *p { 1.0 } else { t }).collect()
     };
-    let bare: Vec<Vec<f32>> = views.par_iter().zip(on_planes).with_max_len(1).map(bare).collect();
+    let mut bare: Vec<Vec<f32>> =
+        views.par_iter().zip(on_planes).with_max_len(1).map(bare).collect();
+    let around = |maps: &[DepthMap]| {
+        let mut scene = planes::samples(views, maps, SAMPLE_STRIDE);
+        scene.retain(|s| s.footprint <= tsdf::MAX_FOOTPRINT * voxel);
+        walls::Surroundings { scene, uneven, known, voxel }
+    };
     let regions = walls::bare_regions(views, maps, &bare, voxel);
-    let mut scene = planes::samples(views, maps, SAMPLE_STRIDE);
-    scene.retain(|s| s.footprint <= tsdf::MAX_FOOTPRINT * voxel);
+    let told = walls::told(&regions, views, maps, around, options.wall_share);
+    // What photos tell needs no look at depth.
+    let put = bare.iter_mut().flatten().zip(told.on.iter().flatten());
+    put.filter(|(_, on)| **on).for_each(|(bare, _)| *bare = 1.0);
+    let regions = walls::bare_regions(views, maps, &bare, voxel);
     let found = {
         let witnesses = Witnesses::new(views, maps, tolerance, voxel);
-        let scene = walls::Surroundings { scene: &scene, uneven, known, voxel };
-        walls::walls(&regions, views, &scene, &witnesses, options.wall_share)
+        walls::walls(&regions, views, &around(maps), &witnesses, options.wall_share)
     };
     walls::flatten(&found, &regions, views, maps, voxel);
     walls::spread(&found, &regions, views, maps, voxel);
-    let sheet = |w: walls::Wall| {
-        let sheet = Sheet::new(w.plane, views, maps, tolerance, voxel, SHEET_CELL * voxel)?;
+    let planes = told.planes.into_iter().chain(found.into_iter().map(|w| w.plane));
+    let sheet = |plane: Plane| {
+        let sheet = Sheet::new(plane, views, maps, tolerance, voxel, SHEET_CELL * voxel)?;
         Some(sheet.with_openings())
     };
-    found.into_iter().filter_map(sheet).collect()
+    planes.filter_map(sheet).collect()
 }
 
 /// The parts of planes that the photos know for flat, and the planes that they know for uneven.

@@ -141,10 +141,22 @@ impl View {
     /// Brightness between the centers of pixels, as in `luma`, and the weight of the first of them; none outside of the picture.
     #[inline]
     pub(super) fn luma_at(&self, x: f32, y: f32) -> Option<(f32, f32)> {
+        self.between(&self.luma, x, y)
+    }
+
+    /// [`Self::luma_at`] of other values per pixel.
+    #[inline]
+    pub(super) fn between(&self, values: &[f32], x: f32, y: f32) -> Option<(f32, f32)> {
         let (first, u, v) = self.around(x, y)?;
-        let mix = |k: usize| self.luma[k] + (self.luma[k + 1] - self.luma[k]) * u;
+        let mix = |k: usize| values[k] + (values[k + 1] - values[k]) * u;
         let (top, low) = (mix(first), mix(first + self.width));
         Some((top + (low - top) * v, self.weight[first]))
+    }
+
+    /// Column and row of a pixel.
+    #[inline]
+    pub(super) fn at(&self, pixel: u32) -> [usize; 2] {
+        [pixel as usize % self.width, pixel as usize / self.width]
     }
 
     /// Length that one pixel covers at depth 1.

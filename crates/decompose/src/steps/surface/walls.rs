@@ -26,6 +26,8 @@ const BARE: f32 = 0.5;
 const NEAR: f32 = 5.0;
 /// Pixels of a region that planes are fitted to and judged by, at most.
 const SAMPLES: usize = 200;
+/// Those of a piece of it that other photos are asked about.
+const LOOKED_AT: usize = 100;
 /// Planes that are tried per region, and regions whose plane is tried on all photos.
 const TRIES: u64 = 48;
 const MOST_REGIONS: usize = 300;
@@ -61,7 +63,7 @@ pub(super) struct Wall {
 /// What a wall must bound, and be no part of.
 pub(super) struct Surroundings<'a> {
     /// What the photos see, sampled.
-    pub(super) scene: &'a [Sample],
+    pub(super) scene: Vec<Sample>,
     /// Planes that the photos know for uneven.
     pub(super) uneven: &'a [Plane],
     /// Planes that were found, which a wall must not be a bent part of.
@@ -70,6 +72,7 @@ pub(super) struct Surroundings<'a> {
 }
 
 /// One region of a photo, with samples of its depth.
+#[derive(Clone)]
 pub(super) struct Region {
     view: usize,
     pixels: Vec<u32>,
@@ -101,6 +104,12 @@ impl Region {
         let place = |&i: &u32| Place::new(view, map, i as usize, voxel);
         let samples = pixels.iter().skip(stride / 2).step_by(stride).map(place).collect();
         Self { view: k, pixels, samples }
+    }
+
+    /// Pixels that photos are asked about.
+    fn looked_at(&self) -> impl Iterator<Item = u32> + '_ {
+        let stride = self.pixels.len().div_ceil(LOOKED_AT).max(1);
+        self.pixels.iter().skip(stride / 2).step_by(stride).copied()
     }
 
     fn held<'a>(&'a self, plane: &'a Plane) -> impl Iterator<Item = Vec3> + 'a {
@@ -172,7 +181,7 @@ pub(super) fn walls(
     let candidate = |i: usize| {
         let region: &Region = &regions[i];
         let plane = region.plane(&views[region.view], i as u64)?;
-        around.may_have(&plane).then_some((i, plane))
+        around.may_have(&plane, BEHIND).then_some((i, plane))
     };
     let mut tried: Vec<(usize, Plane)> = largest.into_par_iter().filter_map(candidate).collect();
     let mut free = vec![true; regions.len()];
@@ -199,7 +208,7 @@ pub(super) fn walls(
         let mut photos: Vec<usize> = shown.iter().map(|&i| regions[i].view).collect();
         photos.dedup();
         let large = size(&shown) as f32 >= share * pixels as f32;
-        let is_wall = large && photos.len() >= LEAST_PHOTOS && around.may_have(&plane);
+        let is_wall = large && photos.len() >= LEAST_PHOTOS && around.may_have(&plane, BEHIND);
         let is_bent = |known: &Plane| {
             known.normal.dot(plane.normal) >= ALONG
                 && torn(known, &shown, regions, witnesses) >= BENT
@@ -232,14 +241,14 @@ fn torn(plane: &Plane, shown: &[usize], regions: &[Region], witnesses: &Witnesse
 }
 
 impl Surroundings<'_> {
-    /// Whether next to nothing lies behind a plane, and it does not lie along uneven ground, of which it would be a flatter part.
-    fn may_have(&self, plane: &Plane) -> bool {
+    /// Whether no more than a share of the scene lies behind a plane, and it does not lie along uneven ground, of which it would be a flatter part.
+    fn may_have(&self, plane: &Plane, share: f32) -> bool {
         let is_behind = |s: &&Sample| {
             let reach = reach(NEAR * self.voxel, s.footprint, self.voxel);
             plane.height(s.position) < -reach
         };
         let behind = self.scene.iter().filter(is_behind).count() as f32;
-        behind <= BEHIND * self.scene.len() as f32
+        behind <= share * self.scene.len() as f32
             && self.uneven.iter().all(|u| u.normal.dot(plane.normal) < ALONG)
     }
 }
@@ -284,9 +293,15 @@ pub(super) fn flatten(
     }
 }
 
+mod consistency;
+mod pieces;
+mod put;
 mod spread;
+mod sweep;
+mod told;
 
 pub(super) use spread::spread;
+pub(super) use told::told;
 
 #[cfg(test)]
 mod tests;

@@ -69,7 +69,7 @@ struct Photos<'a> {
 }
 
 /// What other photos say of the pixels of a region, every `STRIDE`-th: mean differences of brightness, NaN where no photo says anything.
-struct Compared {
+pub(super) struct Compared {
     width: usize,
     height: usize,
     by_wall: Vec<f32>,
@@ -116,21 +116,8 @@ impl Photos<'_> {
 
     /// `None` when no other photo shows any of it as wall.
     fn compared(&self, region: &Region, on_wall: &[Vec<bool>]) -> Option<Compared> {
-        let view = &self.views[region.view];
-        let mut compared = Compared::new(view);
-        for i in region.pixels.iter().map(|&i| i as usize) {
-            let at = [i % view.width, i / view.width];
-            if at.iter().any(|v| v % STRIDE != STRIDE / 2) {
-                continue;
-            }
-            let k = compared.cell(at);
-            if let Some([by_wall, by_depth]) = self.differences(region.view, i, on_wall) {
-                (compared.by_wall[k], compared.by_depth[k], compared.shown[k]) =
-                    (by_wall, by_depth, 1.0);
-            } else {
-                compared.shown[k] = 0.0;
-            }
-        }
+        let differences = |i| self.differences(region.view, i, on_wall);
+        let compared = Compared::of(region, &self.views[region.view], differences);
         compared.shown.contains(&1.0).then_some(compared)
     }
 
@@ -166,12 +153,35 @@ impl Compared {
         Self { width, height, by_wall: unknown(), by_depth: unknown(), shown: unknown() }
     }
 
-    fn cell(&self, [x, y]: [usize; 2]) -> usize {
+    /// The pixels of a region, with their differences by the wall and by depth.
+    pub(super) fn of(
+        region: &Region,
+        view: &View,
+        differences: impl Fn(usize) -> Option<[f32; 2]>,
+    ) -> Self {
+        let mut compared = Self::new(view);
+        for &i in &region.pixels {
+            let at = view.at(i);
+            if at.iter().any(|v| v % STRIDE != STRIDE / 2) {
+                continue;
+            }
+            let k = compared.cell(at);
+            if let Some([by_wall, by_depth]) = differences(i as usize) {
+                (compared.by_wall[k], compared.by_depth[k], compared.shown[k]) =
+                    (by_wall, by_depth, 1.0);
+            } else {
+                compared.shown[k] = 0.0;
+            }
+        }
+        compared
+    }
+
+    pub(super) fn cell(&self, [x, y]: [usize; 2]) -> usize {
         y / STRIDE * self.width + x / STRIDE
     }
 
     /// Where the wall leaves at most `limit` times the difference that depth leaves, and no pixel beside says otherwise.
-    fn is_wall(&self, limit: f32) -> Vec<bool> {
+    pub(super) fn is_wall(&self, limit: f32) -> Vec<bool> {
         let side = (AROUND * self.width.max(self.height) as f32) as usize | 1;
         let over = |values: &[f32], side| blurred(values, self.width, self.height, side);
         let explains = |wall: &[f32], depth: &[f32], k: usize, limit: f32| {

@@ -9,21 +9,21 @@ use super::super::sheet::Sheet;
 use super::*;
 
 /// Voxel and tolerance, unit world.
-const VOXEL: f32 = 0.01;
+pub(super) const VOXEL: f32 = 0.01;
 const TOLERANCE: f32 = 2.5 * VOXEL;
-const FLOOR: Plane = Plane { normal: Vec3::Z, offset: 0.0 };
+pub(super) const FLOOR: Plane = Plane { normal: Vec3::Z, offset: 0.0 };
 /// A disk over the floor: radius and height.
-const DISK: (f32, f32) = (0.2, 0.15);
+pub(super) const DISK: (f32, f32) = (0.2, 0.15);
 
 /// Where a ray crosses the level of a height.
-fn crossed(view: &View, pixel: [usize; 2], height: f32) -> (f32, Vec3) {
+pub(super) fn crossed(view: &View, pixel: [usize; 2], height: f32) -> (f32, Vec3) {
     let ray = view.pixel_ray(pixel);
     let z = (height - view.center.z) / ray.z;
     (z, view.center + ray * z)
 }
 
 /// Whether a pixel shows the disk.
-fn on_disk(view: &View, pixel: [usize; 2]) -> bool {
+pub(super) fn on_disk(view: &View, pixel: [usize; 2]) -> bool {
     crossed(view, pixel, DISK.1).1.truncate().length() < DISK.0
 }
 
@@ -54,7 +54,7 @@ fn pictures(torn: f32) -> (Vec<View>, Vec<DepthMap>) {
 }
 
 /// Of the pixels beside the disk that count, how many lie on a plane, and of those of the disk, how many have kept their depth.
-fn counted(
+pub(super) fn counted(
     plane: &Plane,
     views: &[View],
     [before, maps]: [&[DepthMap]; 2],
@@ -91,7 +91,7 @@ fn found(
     let regions = bare_regions(views, maps, &textures, VOXEL);
     let scene = samples(views, maps, 4);
     let witnesses = Witnesses::new(views, maps, TOLERANCE, VOXEL);
-    let around = Surroundings { scene: &scene, uneven, known, voxel: VOXEL };
+    let around = Surroundings { scene, uneven, known, voxel: VOXEL };
     (walls(&regions, views, &around, &witnesses, 0.01), regions)
 }
 
@@ -204,7 +204,7 @@ fn an_opening_stays_open_and_what_a_thing_hides_is_closed() {
 }
 
 /// Brightness that tells the places of a bare floor apart, as the glow of a lamp does.
-fn glow(p: Vec3) -> f32 {
+pub(super) fn glow(p: Vec3) -> f32 {
     0.2 + 0.3 * (-2.0 * (p - Vec3::new(0.3, 0.2, 0.0)).length_squared()).exp()
 }
 
