@@ -31,9 +31,6 @@ const LEAST_GAIN: f32 = 0.1;
 const LEAST_PUT: f32 = 0.5;
 /// Share of the scene that may lie behind a wall. Gaussians of the wall itself do.
 const BEHIND: f32 = 0.1;
-/// Planes are alike whose normals have this cosine (11 degrees), and that are apart by this share of the distance of the cameras.
-const TURNED: f32 = 0.98;
-const APART: f32 = 0.1;
 
 /// Walls, and per photo the pixels that were put onto them.
 pub(in crate::steps::surface) struct Told {
@@ -70,7 +67,6 @@ pub(in crate::steps::surface) fn told<'a>(
         let showing = pixels.iter().map(|p| p.piece).collect();
         spread(&[Wall { plane, regions: showing }], &all, views, maps, voxel);
         take(&mut pieces, &plane, views, maps, voxel, &mut told.on);
-        refused.push(plane);
         told.planes.push(plane);
     }
     told
@@ -92,7 +88,8 @@ impl<'a> Vote<'a> {
         Self { photos, pieces, around, by_depth }
     }
 
-    /// The wall that explains most, with the pixels to put onto it.
+    /// The wall that explains most, with the pixels to put onto it. Planes that are none go to `refused`, and the pieces that show
+    /// one of those are not asked for theirs.
     fn wall(
         &self,
         least: f32,
@@ -100,24 +97,16 @@ impl<'a> Vote<'a> {
         refused: &mut Vec<Plane>,
     ) -> Option<(Plane, Vec<Put>)> {
         let all: Vec<usize> = (0..self.pieces.len()).collect();
-        let told: Vec<Plane> = self.pieces.iter().filter_map(|p| p.told).collect();
-        let gain = |plane: Plane| (self.gain(&all, &plane), plane);
-        let mut ranked: Vec<(f32, Plane)> =
-            told.into_par_iter().with_max_len(1).map(gain).collect();
-        ranked.retain(|(gain, _)| *gain >= LEAST_GAIN * least);
-        ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let ranked = self.ranked(&all, LEAST_GAIN * least);
         let mut fitted = 0;
-        for (_, start) in ranked {
-            let is_known = |plane: &Plane, refused: &[Plane]| {
-                refused.iter().any(|other| self.are_alike(plane, other))
-            };
-            if fitted == MOST_FITTED || is_known(&start, refused) {
+        for (i, start) in ranked {
+            let shows = |refused: &Plane| self.ratio(i, refused) < BETTER;
+            if fitted == MOST_FITTED || refused.iter().any(shows) {
                 continue;
             }
             let plane = self.fitted(&all, start, (found * MOST_FITTED + fitted) as u64);
             fitted += 1;
-            let is_new = !is_known(&plane, refused);
-            if let Some(pixels) = is_new.then(|| self.evidence(&all, &plane, least)).flatten() {
+            if let Some(pixels) = self.evidence(&all, &plane, least) {
                 return Some((plane, pixels));
             }
             refused.extend([start, plane]);
@@ -125,10 +114,16 @@ impl<'a> Vote<'a> {
         None
     }
 
-    fn are_alike(&self, a: &Plane, b: &Plane) -> bool {
-        let heights = self.photos.views.iter().map(|v| a.height(v.center).abs());
-        let mean = heights.sum::<f32>() / self.photos.views.len() as f32;
-        a.normal.dot(b.normal) >= TURNED && (a.offset - b.offset).abs() <= APART * mean
+    /// The planes of pieces that explain so many pixels, those of most first.
+    fn ranked(&self, all: &[usize], least: f32) -> Vec<(usize, Plane)> {
+        let gain = |&i: &usize| {
+            let plane = self.pieces[i].told?;
+            Some((self.gain(all, &plane), i, plane)).filter(|(gain, ..)| *gain >= least)
+        };
+        let mut ranked: Vec<(f32, usize, Plane)> =
+            all.par_iter().with_max_len(1).filter_map(gain).collect();
+        ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
+        ranked.into_iter().map(|(_, i, plane)| (i, plane)).collect()
     }
 
     /// What a plane leaves unexplained of a piece, over what its depth leaves.
