@@ -20,10 +20,12 @@ use crate::steps::surface::view::View;
 const NEARLY: f32 = 1.2;
 /// Rounds of the common fit, steps of a round, scale of the first and what the next ones have of it.
 const FITS: u64 = 3;
-const FIT_STEPS: u64 = 50;
+const FIT_STEPS: u64 = 100;
 const FIRST: f32 = 0.1;
 const NARROWER: f32 = 0.4;
-/// Planes that are fitted per wall.
+/// Pieces that planes are ranked and fitted by at most, planes that are ranked per wall, and those that are fitted.
+const MOST_VOTERS: usize = 256;
+const MOST_RANKED: usize = 256;
 const MOST_FITTED: usize = 8;
 /// Share of a wall's least size that a plane must explain better than depth does.
 const LEAST_GAIN: f32 = 0.1;
@@ -79,13 +81,17 @@ struct Vote<'a> {
     around: &'a Surroundings<'a>,
     /// Per piece, what its depth leaves unexplained.
     by_depth: Vec<f32>,
+    /// Every so many pieces.
+    voters: Vec<usize>,
 }
 
 impl<'a> Vote<'a> {
     fn new(photos: &'a Photos<'a>, pieces: &'a [Piece], around: &'a Surroundings<'a>) -> Self {
         let left = |p: &Piece| photos.by_depth(&p.region).map_or(0.0, |c| c.mean);
         let by_depth = pieces.par_iter().with_max_len(1).map(left).collect();
-        Self { photos, pieces, around, by_depth }
+        let stride = pieces.len().div_ceil(MOST_VOTERS).max(1);
+        let voters = (0..pieces.len()).step_by(stride).collect();
+        Self { photos, pieces, around, by_depth, voters }
     }
 
     /// The wall that explains most, with the pixels to put onto it. Planes that are none go to `refused`, and the pieces that show
@@ -96,17 +102,15 @@ impl<'a> Vote<'a> {
         found: usize,
         refused: &mut Vec<Plane>,
     ) -> Option<(Plane, Vec<Put>)> {
-        let all: Vec<usize> = (0..self.pieces.len()).collect();
-        let ranked = self.ranked(&all, LEAST_GAIN * least);
         let mut fitted = 0;
-        for (i, start) in ranked {
+        for (i, start) in self.ranked(LEAST_GAIN * least) {
             let shows = |refused: &Plane| self.ratio(i, refused) < BETTER;
             if fitted == MOST_FITTED || refused.iter().any(shows) {
                 continue;
             }
-            let plane = self.fitted(&all, start, (found * MOST_FITTED + fitted) as u64);
+            let plane = self.fitted(start, (found * MOST_FITTED + fitted) as u64);
             fitted += 1;
-            if let Some(pixels) = self.evidence(&all, &plane, least) {
+            if let Some(pixels) = self.evidence(&plane, least) {
                 return Some((plane, pixels));
             }
             refused.extend([start, plane]);
@@ -114,14 +118,17 @@ impl<'a> Vote<'a> {
         None
     }
 
-    /// The planes of pieces that explain so many pixels, those of most first.
-    fn ranked(&self, all: &[usize], least: f32) -> Vec<(usize, Plane)> {
-        let gain = |&i: &usize| {
-            let plane = self.pieces[i].told?;
-            Some((self.gain(all, &plane), i, plane)).filter(|(gain, ..)| *gain >= least)
-        };
+    /// The planes of the largest pieces that explain so many pixels, those of most first.
+    fn ranked(&self, least: f32) -> Vec<(usize, Plane)> {
+        let told = self.pieces.iter().enumerate().filter_map(|(i, p)| Some((i, p.told?)));
+        let mut told: Vec<(usize, Plane)> = told.collect();
+        told.sort_by_key(|&(i, _)| (std::cmp::Reverse(self.pieces[i].region.pixels.len()), i));
+        told.truncate(MOST_RANKED);
+        let gain = |(i, plane): (usize, Plane)| (self.gain(&self.voters, &plane), i, plane);
         let mut ranked: Vec<(f32, usize, Plane)> =
-            all.par_iter().with_max_len(1).filter_map(gain).collect();
+            told.into_par_iter().with_max_len(1).map(gain).collect();
+        let share = self.voters.len() as f32 / self.pieces.len().max(1) as f32;
+        ranked.retain(|(gain, ..)| *gain >= least * share);
         ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
         ranked.into_iter().map(|(_, i, plane)| (i, plane)).collect()
     }
@@ -146,10 +153,10 @@ impl<'a> Vote<'a> {
     }
 
     /// The plane near one that explains most.
-    fn fitted(&self, all: &[usize], mut plane: Plane, key: u64) -> Plane {
+    fn fitted(&self, mut plane: Plane, key: u64) -> Plane {
         let mut scale = FIRST;
         for round in 0..FITS {
-            let among = self.showing(all, &plane, NEARLY);
+            let among = self.showing(&self.voters, &plane, NEARLY);
             let regions = || among.iter().map(|&i| &self.pieces[i].region);
             let places = regions().flat_map(|r| self.photos.on_plane(r, &plane));
             let (sum, count) =
@@ -174,8 +181,9 @@ impl<'a> Vote<'a> {
     }
 
     /// The pixels to put onto a plane, when it is a wall.
-    fn evidence(&self, all: &[usize], plane: &Plane, least: f32) -> Option<Vec<Put>> {
-        let shown = self.showing(all, plane, BETTER);
+    fn evidence(&self, plane: &Plane, least: f32) -> Option<Vec<Put>> {
+        let all: Vec<usize> = (0..self.pieces.len()).collect();
+        let shown = self.showing(&all, plane, BETTER);
         let size = shown.iter().map(|&i| self.pieces[i].size()).sum::<f32>();
         let mut photos: Vec<usize> = shown.iter().map(|&i| self.pieces[i].region.view).collect();
         photos.sort_unstable();
