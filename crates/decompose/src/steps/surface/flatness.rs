@@ -5,7 +5,6 @@
 //! there is no texture and both carry it alike. Where depth does, the ground is uneven.
 
 use glam::Vec3;
-use motes_math::median::upper_median;
 use rayon::prelude::*;
 
 use super::planes::{Plane, reach};
@@ -241,9 +240,7 @@ fn patch_pixels([x, y]: [usize; 2]) -> impl Iterator<Item = [usize; 2]> {
 /// The photos that see the middle of photo `i` from another side.
 fn partners(i: usize, views: &[View], map: &DepthMap) -> Vec<usize> {
     let view = &views[i];
-    let mut depths: Vec<f32> = map.depth.iter().copied().filter(|z| *z > 0.0).collect();
-    let Some(median) = upper_median(&mut depths, f32::total_cmp) else { return Vec::new() };
-    let seen = view.place([view.width / 2, view.height / 2], median);
+    let Some(seen) = view.middle(map) else { return Vec::new() };
     let turned = |j: usize| {
         let q = views[j].project(seen)?;
         views[j].pixel(q.x, q.y)?;

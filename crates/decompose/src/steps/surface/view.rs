@@ -2,8 +2,10 @@
 
 use glam::{Mat3, Vec2, Vec3};
 use motes_math::luminance::luminance;
+use motes_math::median::upper_median;
 use motes_scene::{Pinhole, Pose, UnitWorld};
 
+use super::splat_depth::DepthMap;
 use crate::observation::{Photo, Radiance};
 
 /// Camera and prepared picture of one photo.
@@ -106,6 +108,13 @@ impl View {
     #[inline]
     pub(super) fn place(&self, pixel: [usize; 2], depth: f32) -> Vec3 {
         self.center + self.pixel_ray(pixel) * depth
+    }
+
+    /// Where its middle is at the median depth; `None` without a depth.
+    pub(super) fn middle(&self, map: &DepthMap) -> Option<Vec3> {
+        let mut depths: Vec<f32> = map.depth.iter().copied().filter(|z| *z > 0.0).collect();
+        let median = upper_median(&mut depths, f32::total_cmp)?;
+        Some(self.place([self.width / 2, self.height / 2], median))
     }
 
     /// Column and row of the pixel that contains a point of the picture.

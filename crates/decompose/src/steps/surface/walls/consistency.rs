@@ -126,9 +126,7 @@ impl<'a> Photos<'a> {
 /// The photos that see the middle of photo `i` from another side.
 fn partners(i: usize, views: &[View], map: &DepthMap) -> Vec<usize> {
     let view = &views[i];
-    let mut depths: Vec<f32> = map.depth.iter().copied().filter(|z| *z > 0.0).collect();
-    let Some(median) = upper_median(&mut depths, f32::total_cmp) else { return Vec::new() };
-    let seen = view.place([view.width / 2, view.height / 2], median);
+    let Some(seen) = view.middle(map) else { return Vec::new() };
     let turned = |j: usize| {
         let turn = (view.center - seen).angle_between(views[j].center - seen);
         ((turn - TURN).abs(), j)

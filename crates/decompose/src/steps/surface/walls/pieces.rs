@@ -60,8 +60,8 @@ fn split(mut pixels: Vec<u32>, view: &View, most: usize, parts: &mut Vec<Vec<u32
     };
     let axis = usize::from(side(1) >= side(0));
     pixels.sort_unstable_by_key(|&k| (view.at(k)[axis], k));
-    let mut rest = pixels.split_off(pixels.len() / 2);
-    for mut part in [pixels, std::mem::take(&mut rest)] {
+    let rest = pixels.split_off(pixels.len() / 2);
+    for mut part in [pixels, rest] {
         part.sort_unstable();
         split(part, view, most, parts);
     }

@@ -23,7 +23,7 @@ const FITS: u64 = 3;
 const FIT_STEPS: u64 = 100;
 const FIRST: f32 = 0.1;
 const NARROWER: f32 = 0.4;
-/// Pieces that planes are ranked and fitted by at most, planes that are ranked per wall, and those that are fitted.
+/// Pieces that planes are ranked by at most, and fitted by; planes that are ranked per wall, and those that are fitted.
 const MOST_VOTERS: usize = 256;
 const MOST_RANKED: usize = 256;
 const MOST_FITTED: usize = 8;
@@ -133,6 +133,10 @@ impl<'a> Vote<'a> {
         ranked.into_iter().map(|(_, i, plane)| (i, plane)).collect()
     }
 
+    fn all(&self) -> Vec<usize> {
+        (0..self.pieces.len()).collect()
+    }
+
     /// What a plane leaves unexplained of a piece, over what its depth leaves.
     fn ratio(&self, i: usize, plane: &Plane) -> f32 {
         let region = &self.pieces[i].region;
@@ -156,7 +160,9 @@ impl<'a> Vote<'a> {
     fn fitted(&self, mut plane: Plane, key: u64) -> Plane {
         let mut scale = FIRST;
         for round in 0..FITS {
-            let among = self.showing(&self.voters, &plane, NEARLY);
+            let mut among = self.showing(&self.all(), &plane, NEARLY);
+            let stride = among.len().div_ceil(MOST_VOTERS).max(1);
+            among = among.into_iter().step_by(stride).collect();
             let regions = || among.iter().map(|&i| &self.pieces[i].region);
             let places = regions().flat_map(|r| self.photos.on_plane(r, &plane));
             let (sum, count) =
@@ -182,8 +188,7 @@ impl<'a> Vote<'a> {
 
     /// The pixels to put onto a plane, when it is a wall.
     fn evidence(&self, plane: &Plane, least: f32) -> Option<Vec<Put>> {
-        let all: Vec<usize> = (0..self.pieces.len()).collect();
-        let shown = self.showing(&all, plane, BETTER);
+        let shown = self.showing(&self.all(), plane, BETTER);
         let size = shown.iter().map(|&i| self.pieces[i].size()).sum::<f32>();
         let mut photos: Vec<usize> = shown.iter().map(|&i| self.pieces[i].region.view).collect();
         photos.sort_unstable();
