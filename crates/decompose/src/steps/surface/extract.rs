@@ -259,16 +259,20 @@ fn put_on_walls(
     };
     let regions = walls::bare_regions(views, maps, &bare, voxel);
     let told = walls::told(&regions, views, maps, around, options.wall_share);
-    // What photos tell needs no look at depth.
-    let put = bare.iter_mut().flatten().zip(told.on.iter().flatten());
-    put.filter(|(_, on)| **on).for_each(|(bare, _)| *bare = 1.0);
-    let regions = walls::bare_regions(views, maps, &bare, voxel);
+    let regions = if told.planes.is_empty() {
+        regions
+    } else {
+        // What photos tell needs no look at depth.
+        let put = bare.iter_mut().flatten().zip(told.on.iter().flatten());
+        put.filter(|(_, on)| **on).for_each(|(bare, _)| *bare = 1.0);
+        walls::bare_regions(views, maps, &bare, voxel)
+    };
     let found = {
         let witnesses = Witnesses::new(views, maps, tolerance, voxel);
         walls::walls(&regions, views, &around(maps), &witnesses, options.wall_share)
     };
     walls::flatten(&found, &regions, views, maps, voxel);
-    walls::spread(&found, &regions, views, maps, voxel);
+    walls::spread(&found, &regions.iter().collect::<Vec<_>>(), views, maps, voxel);
     let planes = told.planes.into_iter().chain(found.into_iter().map(|w| w.plane));
     let sheet = |plane: Plane| {
         let sheet = Sheet::new(plane, views, maps, tolerance, voxel, SHEET_CELL * voxel)?;

@@ -181,7 +181,7 @@ pub(super) fn walls(
     let candidate = |i: usize| {
         let region: &Region = &regions[i];
         let plane = region.plane(&views[region.view], i as u64)?;
-        around.may_have(&plane, BEHIND).then_some((i, plane))
+        around.may_have(&plane).then_some((i, plane))
     };
     let mut tried: Vec<(usize, Plane)> = largest.into_par_iter().filter_map(candidate).collect();
     let mut free = vec![true; regions.len()];
@@ -208,7 +208,7 @@ pub(super) fn walls(
         let mut photos: Vec<usize> = shown.iter().map(|&i| regions[i].view).collect();
         photos.dedup();
         let large = size(&shown) as f32 >= share * pixels as f32;
-        let is_wall = large && photos.len() >= LEAST_PHOTOS && around.may_have(&plane, BEHIND);
+        let is_wall = large && photos.len() >= LEAST_PHOTOS && around.may_have(&plane);
         let is_bent = |known: &Plane| {
             known.normal.dot(plane.normal) >= ALONG
                 && torn(known, &shown, regions, witnesses) >= BENT
@@ -241,15 +241,20 @@ fn torn(plane: &Plane, shown: &[usize], regions: &[Region], witnesses: &Witnesse
 }
 
 impl Surroundings<'_> {
-    /// Whether no more than a share of the scene lies behind a plane, and it does not lie along uneven ground, of which it would be a flatter part.
-    fn may_have(&self, plane: &Plane, share: f32) -> bool {
+    /// Whether a plane that depth tells may bound the scene. One along uneven ground would be a flatter part of it.
+    fn may_have(&self, plane: &Plane) -> bool {
+        self.lies_before(plane, BEHIND)
+            && self.uneven.iter().all(|u| u.normal.dot(plane.normal) < ALONG)
+    }
+
+    /// Whether no more than a share of the scene lies behind a plane.
+    fn lies_before(&self, plane: &Plane, share: f32) -> bool {
         let is_behind = |s: &&Sample| {
             let reach = reach(NEAR * self.voxel, s.footprint, self.voxel);
             plane.height(s.position) < -reach
         };
         let behind = self.scene.iter().filter(is_behind).count() as f32;
         behind <= share * self.scene.len() as f32
-            && self.uneven.iter().all(|u| u.normal.dot(plane.normal) < ALONG)
     }
 }
 
@@ -296,6 +301,7 @@ pub(super) fn flatten(
 mod consistency;
 mod pieces;
 mod put;
+mod relief;
 mod spread;
 mod sweep;
 mod told;

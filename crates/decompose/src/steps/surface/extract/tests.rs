@@ -42,27 +42,37 @@ pub(in super::super) fn photos(n: usize, scale: f64, shift: DVec3) -> Vec<Photo>
     (0..n).map(photo).collect()
 }
 
+/// Twelve photos, in the unit world, and depth: per photo and pixel, the brightness and the depth that `seen` says.
+pub(in super::super) fn pictures_of(
+    seen: impl Fn(usize, &View, [usize; 2]) -> (f32, f32),
+) -> (Vec<View>, Vec<DepthMap>) {
+    let mut photos = photos(12, 1.0, DVec3::ZERO);
+    let mut maps = Vec::new();
+    for (i, photo) in photos.iter_mut().enumerate() {
+        let view = View::new(photo, &UnitWorld::IDENTITY);
+        let mut depth = Vec::new();
+        for (k, pixel) in photo.radiance_linear.floats_mut().iter_mut().enumerate() {
+            let (brightness, z) = seen(i, &view, view.at(k as u32));
+            pixel.fill(brightness);
+            depth.push(z);
+        }
+        maps.push(DepthMap { depth });
+    }
+    (photos.iter().map(|p| View::new(p, &UnitWorld::IDENTITY)).collect(), maps)
+}
+
 /// Twelve photos, in the unit world, of what rays meet at the depth `shown`, with a texture of waves, and maps of the depth `told`.
 pub(in super::super) fn pictures(
     texture: f32,
     shown: &dyn Fn(&View, Vec3) -> f32,
     told: &dyn Fn(&View, Vec3) -> f32,
 ) -> (Vec<View>, Vec<DepthMap>) {
-    let mut photos = photos(12, 1.0, DVec3::ZERO);
-    let mut maps = Vec::new();
-    for photo in &mut photos {
-        let view = View::new(photo, &UnitWorld::IDENTITY);
-        let mut map = DepthMap { depth: Vec::new() };
-        for (k, pixel) in photo.radiance_linear.floats_mut().iter_mut().enumerate() {
-            let ray = view.pixel_ray([k % view.width, k / view.width]);
-            let p = view.center + ray * shown(&view, ray);
-            let wave = (21.0 * p.x).sin() + (17.0 * p.y + 1.0).sin() + (33.0 * (p.x + p.y)).cos();
-            pixel.fill((0.4 + texture * wave).powf(2.2));
-            map.depth.push(told(&view, ray));
-        }
-        maps.push(map);
-    }
-    (photos.iter().map(|p| View::new(p, &UnitWorld::IDENTITY)).collect(), maps)
+    pictures_of(|_, view, at| {
+        let ray = view.pixel_ray(at);
+        let p = view.center + ray * shown(view, ray);
+        let wave = (21.0 * p.x).sin() + (17.0 * p.y + 1.0).sin() + (33.0 * (p.x + p.y)).cos();
+        ((0.4 + texture * wave).powf(2.2), told(view, ray))
+    })
 }
 
 /// Exact depths of the shapes plus a wave of the given height.

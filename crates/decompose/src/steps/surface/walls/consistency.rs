@@ -37,15 +37,19 @@ pub(super) struct Photos<'a> {
     pub(super) views: &'a [View],
     pub(super) maps: &'a [DepthMap],
     /// Per photo, `[h, w]`, its averaged brightness,
-    shades: Vec<Vec<f32>>,
+    shades: &'a [Vec<f32>],
     /// and those it is compared with.
     partners: Vec<Vec<usize>>,
 }
 
+/// The averaged brightness of photos.
+pub(super) fn shades(views: &[View]) -> Vec<Vec<f32>> {
+    let shade = |v: &View| blurred(&v.luma, v.width, v.height, WINDOW);
+    views.par_iter().with_max_len(1).map(shade).collect()
+}
+
 impl<'a> Photos<'a> {
-    pub(super) fn new(views: &'a [View], maps: &'a [DepthMap]) -> Self {
-        let shade = |v: &View| blurred(&v.luma, v.width, v.height, WINDOW);
-        let shades = views.par_iter().with_max_len(1).map(shade).collect();
+    pub(super) fn new(views: &'a [View], maps: &'a [DepthMap], shades: &'a [Vec<f32>]) -> Self {
         let partners = (0..views.len()).map(|i| partners(i, views, &maps[i])).collect();
         Self { views, maps, shades, partners }
     }

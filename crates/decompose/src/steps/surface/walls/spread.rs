@@ -34,7 +34,7 @@ const ROUNDS: usize = 10;
 /// Puts pixels of all regions that hang before a wall onto it, where other photos show it there.
 pub(in crate::steps::surface) fn spread(
     walls: &[Wall],
-    regions: &[Region],
+    regions: &[&Region],
     views: &[View],
     maps: &mut [DepthMap],
     voxel: f32,
@@ -46,7 +46,7 @@ pub(in crate::steps::surface) fn spread(
             let found: Vec<Vec<(usize, f32)>> = {
                 let photos = Photos { plane: &wall.plane, views, maps, voxel };
                 let on_wall = photos.on_wall(regions, &shows);
-                let hanging = |region: &Region| photos.hanging(region, &on_wall);
+                let hanging = |region: &&Region| photos.hanging(region, &on_wall);
                 regions.par_iter().with_max_len(1).map(hanging).collect()
             };
             for ((region, shows), put) in regions.iter().zip(&mut shows).zip(&found) {
@@ -84,7 +84,7 @@ impl Photos<'_> {
     }
 
     /// Per photo, the pixels of regions that show the wall and lie on it.
-    fn on_wall(&self, regions: &[Region], shows: &[bool]) -> Vec<Vec<bool>> {
+    fn on_wall(&self, regions: &[&Region], shows: &[bool]) -> Vec<Vec<bool>> {
         let none = |view: &View| vec![false; view.width * view.height];
         let mut on: Vec<Vec<bool>> = self.views.iter().map(none).collect();
         for (region, _) in regions.iter().zip(shows).filter(|(_, shows)| **shows) {

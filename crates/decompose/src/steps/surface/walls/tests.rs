@@ -1,9 +1,6 @@
 //! A bare floor under a thing, with the torn depth that Gaussians have there.
 
-use glam::DVec3;
-use motes_scene::UnitWorld;
-
-use super::super::extract::tests::photos;
+use super::super::extract::tests::pictures_of;
 use super::super::planes::samples;
 use super::super::sheet::Sheet;
 use super::*;
@@ -29,28 +26,15 @@ pub(super) fn on_disk(view: &View, pixel: [usize; 2]) -> bool {
 
 /// Photos of a bare floor and a darker disk over it, and their depth; that of the floor is torn by a share of it.
 fn pictures(torn: f32) -> (Vec<View>, Vec<DepthMap>) {
-    let mut photos = photos(12, 1.0, DVec3::ZERO);
-    let mut maps = Vec::new();
-    for (i, photo) in photos.iter_mut().enumerate() {
-        let view = View::new(photo, &UnitWorld::IDENTITY);
-        let mut depth = Vec::new();
-        for (k, pixel) in photo.radiance_linear.floats_mut().iter_mut().enumerate() {
-            let at = [k % view.width, k / view.width];
-            if on_disk(&view, at) {
-                pixel.fill(0.05);
-                depth.push(crossed(&view, at, DISK.1).0);
-                continue;
-            }
-            // Another wave in every photo, and more of it toward the camera.
-            let (x, y, i) = (at[0] as f32, at[1] as f32, i as f32);
-            let wave = (0.5 * x + 1.7 * i).sin() * (0.4 * y - 0.9 * i).cos();
-            depth.push(
-                crossed(&view, at, 0.0).0 * (1.0 - torn * (wave + 2.0 * wave.max(0.5) - 1.0)),
-            );
+    pictures_of(|i, view, at| {
+        if on_disk(view, at) {
+            return (0.05, crossed(view, at, DISK.1).0);
         }
-        maps.push(DepthMap { depth });
-    }
-    (photos.iter().map(|p| View::new(p, &UnitWorld::IDENTITY)).collect(), maps)
+        // Another wave in every photo, and more of it toward the camera.
+        let (x, y, i) = (at[0] as f32, at[1] as f32, i as f32);
+        let wave = (0.5 * x + 1.7 * i).sin() * (0.4 * y - 0.9 * i).cos();
+        (0.5, crossed(view, at, 0.0).0 * (1.0 - torn * (wave + 2.0 * wave.max(0.5) - 1.0)))
+    })
 }
 
 /// Of the pixels beside the disk that count, how many lie on a plane, and of those of the disk, how many have kept their depth.
@@ -212,28 +196,19 @@ pub(super) fn glow(p: Vec3) -> f32 {
 fn what_hangs_before_a_wall_in_every_photo_is_put_onto_it_and_a_thing_of_nearly_its_color_is_not() {
     // Half of the floor hangs before itself by 8 % of the distance in all photos but three.
     let hangs = |p: Vec3| p.x > 0.25;
-    let mut photos = photos(12, 1.0, DVec3::ZERO);
-    let mut maps = Vec::new();
-    for (i, photo) in photos.iter_mut().enumerate() {
-        let view = View::new(photo, &UnitWorld::IDENTITY);
-        let mut depth = Vec::new();
-        for (k, pixel) in photo.radiance_linear.floats_mut().iter_mut().enumerate() {
-            let at = [k % view.width, k / view.width];
-            let height = if on_disk(&view, at) { DISK.1 } else { 0.0 };
-            let (z, p) = crossed(&view, at, height);
-            // A tenth darker.
-            pixel.fill(if height == 0.0 { glow(p) } else { 0.9 * glow(p) });
-            depth.push(if height == 0.0 && i % 4 > 0 && hangs(p) { 0.92 * z } else { z });
-        }
-        maps.push(DepthMap { depth });
-    }
-    let views: Vec<View> = photos.iter().map(|p| View::new(p, &UnitWorld::IDENTITY)).collect();
+    let (views, mut maps) = pictures_of(|i, view, at| {
+        let height = if on_disk(view, at) { DISK.1 } else { 0.0 };
+        let (z, p) = crossed(view, at, height);
+        // A tenth darker.
+        let brightness = if height == 0.0 { glow(p) } else { 0.9 * glow(p) };
+        (brightness, if height == 0.0 && i % 4 > 0 && hangs(p) { 0.92 * z } else { z })
+    });
     let textures: Vec<Vec<f32>> = views.iter().map(|v| vec![0.0; v.luma.len()]).collect();
     let regions = bare_regions(&views, &maps, &textures, VOXEL);
     let straight = |r: &usize| regions[*r].view.is_multiple_of(4);
     let walls = [Wall { plane: FLOOR, regions: (0..regions.len()).filter(straight).collect() }];
     let before = maps.clone();
-    spread(&walls, &regions, &views, &mut maps, VOXEL);
+    spread(&walls, &regions.iter().collect::<Vec<_>>(), &views, &mut maps, VOXEL);
     let hung = |view: &View, at, was| was < 0.95 * crossed(view, at, 0.0).0;
     let [hanging, put, disk, kept] = counted(&FLOOR, &views, [&before, &maps], hung);
     println!("{put} of {hanging} put, {kept} of {disk} kept");

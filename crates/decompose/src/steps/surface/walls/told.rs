@@ -7,9 +7,10 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::consistency::Photos;
+use super::consistency::{Photos, shades};
 use super::pieces::{Piece, pieces, search, take};
 use super::put::{Put, put};
+use super::relief::is_even;
 use super::sweep::{BETTER, MOVED, SHARP, descend};
 use super::{LEAST_PHOTOS, MOST_WALLS, Region, Surroundings, Wall, spread};
 use crate::steps::surface::planes::Plane;
@@ -53,9 +54,10 @@ pub(in crate::steps::surface) fn told<'a>(
     let mut told = Told { planes: Vec::new(), on };
     let mut refused = Vec::new();
     let voxel = around(maps).voxel;
+    let shades = shades(views);
     let mut pieces = pieces(regions, views, maps, voxel);
     while told.planes.len() < MOST_WALLS {
-        let photos = Photos::new(views, maps);
+        let photos = Photos::new(views, maps, &shades);
         search(&mut pieces, &photos);
         let around = around(maps);
         let Some((plane, pixels)) =
@@ -65,7 +67,7 @@ pub(in crate::steps::surface) fn told<'a>(
         };
         drop(photos);
         pixels.iter().for_each(|p| p.apply(maps));
-        let all: Vec<Region> = pieces.iter().map(|p| p.region.clone()).collect();
+        let all: Vec<&Region> = pieces.iter().map(|p| &p.region).collect();
         let showing = pixels.iter().map(|p| p.piece).collect();
         spread(&[Wall { plane, regions: showing }], &all, views, maps, voxel);
         take(&mut pieces, &plane, views, maps, voxel, &mut told.on);
@@ -104,8 +106,10 @@ impl<'a> Vote<'a> {
     ) -> Option<(Plane, Vec<Put>)> {
         let mut fitted = 0;
         for (i, start) in self.ranked(LEAST_GAIN * least) {
-            let shows = |refused: &Plane| self.ratio(i, refused) < BETTER;
-            if fitted == MOST_FITTED || refused.iter().any(shows) {
+            if fitted == MOST_FITTED {
+                break;
+            }
+            if refused.iter().any(|plane| self.ratio(i, plane) < BETTER) {
                 continue;
             }
             let plane = self.fitted(start, (found * MOST_FITTED + fitted) as u64);
@@ -195,13 +199,21 @@ impl<'a> Vote<'a> {
         photos.dedup();
         let is_wall = size >= least
             && photos.len() >= LEAST_PHOTOS
-            && self.around.may_have(plane, BEHIND)
-            && self.is_sharp(&shown, plane);
+            && self.around.lies_before(plane, BEHIND)
+            && self.is_sharp(&shown, plane)
+            && self.is_even(plane);
         let put = |&i: &usize| put(self.photos, &self.pieces[i].region, i, plane);
         let pixels = || shown.par_iter().with_max_len(1).map(put).collect::<Vec<Put>>();
         let pixels = is_wall.then(pixels)?;
         let count = pixels.iter().map(|p| p.depths.len()).sum::<usize>() as f32;
         (count >= least.max(LEAST_PUT * size)).then_some(pixels)
+    }
+
+    /// Whether no relief of the pieces that nearly show a plane explains more than the plane.
+    fn is_even(&self, plane: &Plane) -> bool {
+        let among = self.showing(&self.all(), plane, NEARLY);
+        let regions: Vec<&Region> = among.iter().map(|&i| &self.pieces[i].region).collect();
+        is_even(self.photos, &regions, plane, self.around.voxel)
     }
 
     /// Whether the pieces that show a plane tell how far away it is.

@@ -1,7 +1,5 @@
-use glam::DVec3;
-use motes_scene::UnitWorld;
-
-use super::super::super::extract::tests::photos;
+use super::super::super::extract::tests::pictures_of;
+use super::super::consistency::shades;
 use super::super::tests::{FLOOR, VOXEL, crossed, glow};
 use super::*;
 use crate::steps::surface::splat_depth::DepthMap;
@@ -9,19 +7,10 @@ use crate::steps::surface::view::View;
 
 /// Photos of a floor whose brightness is told by the place, and depth that hangs before it by a share of the distance.
 fn hanging(brightness: impl Fn(Vec3) -> f32, share: f32) -> (Vec<View>, Vec<DepthMap>) {
-    let mut photos = photos(12, 1.0, DVec3::ZERO);
-    let mut maps = Vec::new();
-    for photo in &mut photos {
-        let view = View::new(photo, &UnitWorld::IDENTITY);
-        let mut depth = Vec::new();
-        for (k, pixel) in photo.radiance_linear.floats_mut().iter_mut().enumerate() {
-            let (z, at) = crossed(&view, view.at(k as u32), 0.0);
-            pixel.fill(brightness(at));
-            depth.push((1.0 - share) * z);
-        }
-        maps.push(DepthMap { depth });
-    }
-    (photos.iter().map(|p| View::new(p, &UnitWorld::IDENTITY)).collect(), maps)
+    pictures_of(|_, view, at| {
+        let (z, at) = crossed(view, at, 0.0);
+        (brightness(at), (1.0 - share) * z)
+    })
 }
 
 /// The plane of a rectangle in the middle of the first photo.
@@ -33,7 +22,7 @@ fn swept(views: &[View], maps: &[DepthMap]) -> Option<Plane> {
     };
     let pixels = (0..(w * h) as u32).filter(is_in).collect();
     let region = Region::new(0, pixels, &views[0], &maps[0], VOXEL);
-    sweep(&Photos::new(views, maps), &region)
+    sweep(&Photos::new(views, maps, &shades(views)), &region)
 }
 
 #[test]
