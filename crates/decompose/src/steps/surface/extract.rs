@@ -252,13 +252,13 @@ fn put_on_walls(
     };
     let mut bare: Vec<Vec<f32>> =
         views.par_iter().zip(on_planes).with_max_len(1).map(bare).collect();
-    let around = |maps: &[DepthMap]| {
+    let around = |maps: &[DepthMap], known| {
         let mut scene = planes::samples(views, maps, SAMPLE_STRIDE);
         scene.retain(|s| s.footprint <= tsdf::MAX_FOOTPRINT * voxel);
         walls::Surroundings { scene, uneven, known, voxel }
     };
     let regions = walls::bare_regions(views, maps, &bare, voxel);
-    let told = walls::told(&regions, views, maps, around, options.wall_share);
+    let told = walls::told(&regions, views, maps, |maps| around(maps, known), options.wall_share);
     let regions = if told.planes.is_empty() {
         regions
     } else {
@@ -267,9 +267,10 @@ fn put_on_walls(
         put.filter(|(_, on)| **on).for_each(|(bare, _)| *bare = 1.0);
         walls::bare_regions(views, maps, &bare, voxel)
     };
+    let known = [known, &told.planes].concat();
     let found = {
         let witnesses = Witnesses::new(views, maps, tolerance, voxel);
-        walls::walls(&regions, views, &around(maps), &witnesses, options.wall_share)
+        walls::walls(&regions, views, &around(maps, &known), &witnesses, options.wall_share)
     };
     walls::flatten(&found, &regions, views, maps, voxel);
     walls::spread(&found, &regions.iter().collect::<Vec<_>>(), views, maps, voxel);

@@ -299,12 +299,14 @@ pub(super) fn flatten(
 }
 
 mod consistency;
+mod fit;
 mod pieces;
 mod put;
 mod relief;
 mod spread;
 mod sweep;
 mod told;
+mod vote;
 
 pub(super) use spread::spread;
 pub(super) use told::told;

@@ -1,0 +1,55 @@
+use super::super::super::extract::tests::pictures_of;
+use super::super::consistency::{Photos, shades};
+use super::super::pieces::pieces;
+use super::super::tests::{FLOOR, VOXEL, crossed, glow};
+use super::super::{Surroundings, bare_regions};
+use super::*;
+
+/// What becomes of a plane over a floor that photos show and depth hangs before, beside others.
+fn squared(plane: Plane, others: &[Vec3]) -> Plane {
+    let (views, maps) = pictures_of(|i, view, at| {
+        let (z, p) = crossed(view, at, 0.0);
+        (glow(p), (0.85 + 0.04 * (3.0 * p.x + i as f32).sin()) * z)
+    });
+    let textures: Vec<Vec<f32>> = views.iter().map(|v| vec![0.0; v.luma.len()]).collect();
+    let regions = bare_regions(&views, &maps, &textures, VOXEL);
+    let pieces = pieces(&regions, &views, &maps, VOXEL);
+    let shades = shades(&views);
+    let photos = Photos::new(&views, &maps, &shades);
+    let around = Surroundings { scene: Vec::new(), uneven: &[], known: &[], voxel: VOXEL };
+    let vote = Vote::new(&photos, &pieces, &around);
+    let others: Vec<Plane> = others.iter().map(|&normal| Plane { normal, offset: -2.0 }).collect();
+    at_right_angles(&vote, plane, &others, 1)
+}
+
+fn turned(plane: &Plane) -> f32 {
+    plane.normal.angle_between(FLOOR.normal).to_degrees()
+}
+
+#[test]
+fn a_floor_stands_at_right_angles_to_two_walls() {
+    let plane = Plane { normal: Vec3::new(0.01, -0.015, 1.0).normalize(), offset: 0.003 };
+    let square = squared(plane, &[Vec3::X, Vec3::Y, Vec3::new(0.02, 0.999, 0.0).normalize()]);
+    println!("{square:?}");
+    assert!(turned(&square) < 1e-3, "turned by {} degrees", turned(&square));
+    assert!(square.offset.abs() < VOXEL, "{}", square.offset);
+}
+
+#[test]
+fn a_floor_stays_where_photos_are_against_the_right_angle() {
+    let slant = Vec3::new(1.0, 0.0, 0.15).normalize();
+    let square = squared(FLOOR, &[slant]);
+    assert!(turned(&square) < 1.0, "turned by {} degrees", turned(&square));
+    let far = Vec3::new(1.0, 0.0, 0.5).normalize();
+    assert_eq!(squared(FLOOR, &[far]), FLOOR);
+}
+
+#[test]
+fn directions_at_right_angles_are_the_nearest() {
+    let direction = Vec3::new(0.1, -0.2, 1.0).normalize();
+    assert_eq!(square(direction, &[]), direction);
+    let one = square(direction, &[Vec3::X]);
+    assert!(one.x.abs() < 1e-6 && one.angle_between(direction) < 0.11, "{one}");
+    let two = square(-direction, &[Vec3::X, Vec3::Y]);
+    assert!((two + Vec3::Z).length() < 1e-6, "{two}");
+}
