@@ -300,9 +300,9 @@ pub(super) fn flatten(
 
 mod consistency;
 mod fit;
+mod height_field;
 mod pieces;
 mod put;
-mod relief;
 mod spread;
 mod sweep;
 mod told;

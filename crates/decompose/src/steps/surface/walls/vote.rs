@@ -4,9 +4,9 @@ use rayon::prelude::*;
 
 use super::consistency::Photos;
 use super::fit::{NEARLY, at_right_angles, fitted};
+use super::height_field::is_even;
 use super::pieces::Piece;
 use super::put::{Put, put};
-use super::relief::is_even;
 use super::sweep::{BETTER, MOVED, SHARP};
 use super::{LEAST_PHOTOS, Region, Surroundings};
 use crate::steps::surface::planes::Plane;
@@ -131,7 +131,7 @@ impl<'a> Vote<'a> {
         (count >= least.max(LEAST_PUT * size)).then_some(pixels)
     }
 
-    /// Whether no relief of the pieces that nearly show a plane explains more than the plane.
+    /// Whether no height field of the pieces that nearly show a plane explains more than the plane.
     fn is_even(&self, plane: &Plane) -> bool {
         let among = self.showing(&self.all(), plane, NEARLY);
         let regions: Vec<&Region> = among.iter().map(|&i| &self.pieces[i].region).collect();

@@ -47,17 +47,17 @@ fn heights_that_only_gaussians_have_leave_a_floor_even() {
 }
 
 #[test]
-fn a_relief_has_the_heights_that_all_photos_show_together() {
+fn a_height_field_has_the_heights_that_all_photos_show_together() {
     let (views, maps) = pictures_of(|_, view, at| (0.5, met(view, at, hills).0));
     let textures: Vec<Vec<f32>> = views.iter().map(|v| vec![0.0; v.luma.len()]).collect();
     let regions = bare_regions(&views, &maps, &textures, VOXEL);
     let regions: Vec<&Region> = regions.iter().collect();
     let shades = shades(&views);
-    let relief = Relief::new(&Photos::new(&views, &maps, &shades), &regions, &FLOOR, VOXEL);
+    let field = HeightField::new(&Photos::new(&views, &maps, &shades), &regions, &FLOOR, VOXEL);
     for i in 0..40 {
         let at = Vec3::new(0.3 * (i as f32).sin(), 0.3 * (0.7 * i as f32).cos(), 0.0);
-        let height = relief.height(at).unwrap();
+        let height = field.height(at).unwrap();
         assert!((height - hills(at)).abs() < 0.004, "{height} for {}", hills(at));
     }
-    assert!(relief.height(Vec3::new(50.0, 0.0, 0.0)).is_none());
+    assert!(field.height(Vec3::new(50.0, 0.0, 0.0)).is_none());
 }

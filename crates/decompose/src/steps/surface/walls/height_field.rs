@@ -25,17 +25,17 @@ const SHARE: f32 = 0.5;
 const STEPS: usize = 4;
 
 /// Median heights over a plane, in cells along it.
-struct Relief<'a> {
+struct HeightField<'a> {
     plane: &'a Plane,
     axes: [Vec3; 2],
     cell: f32,
     heights: BTreeMap<[i32; 2], f32>,
 }
 
-impl<'a> Relief<'a> {
+impl<'a> HeightField<'a> {
     fn new(photos: &Photos<'_>, regions: &[&Region], plane: &'a Plane, voxel: f32) -> Self {
         let (u, v) = plane.normal.any_orthonormal_pair();
-        let mut relief = Self { plane, axes: [u, v], cell: CELL * voxel, heights: BTreeMap::new() };
+        let mut field = Self { plane, axes: [u, v], cell: CELL * voxel, heights: BTreeMap::new() };
         let mut cells: BTreeMap<[i32; 2], Vec<f32>> = BTreeMap::new();
         for region in regions {
             let (view, map) = (&photos.views[region.view], &photos.maps[region.view]);
@@ -44,7 +44,7 @@ impl<'a> Relief<'a> {
                 let at = view.place(view.at(k), map.depth[k as usize]);
                 let height = plane.height(at);
                 if height.abs() <= most {
-                    let cell = relief.along(at).map(|x| x.round() as i32);
+                    let cell = field.along(at).map(|x| x.round() as i32);
                     cells.entry(cell).or_default().push(height);
                 }
             }
@@ -52,8 +52,8 @@ impl<'a> Relief<'a> {
         cells.retain(|_, heights| heights.len() >= LEAST_PIXELS);
         let median = |mut heights: Vec<f32>| upper_median(&mut heights, f32::total_cmp);
         let heights = cells.into_iter().filter_map(|(cell, all)| Some((cell, median(all)?)));
-        relief.heights = heights.collect();
-        relief
+        field.heights = heights.collect();
+        field
     }
 
     /// Where a place is along the plane, cells.
@@ -93,8 +93,8 @@ impl<'a> Relief<'a> {
 
 /// Whether the heights over a plane that regions show together explain the photos no better than the plane does.
 pub(super) fn is_even(photos: &Photos<'_>, regions: &[&Region], plane: &Plane, voxel: f32) -> bool {
-    let relief = Relief::new(photos, regions, plane, voxel);
-    let costs = |region: &&Region| relief.costs(photos, region, SHARE);
+    let field = HeightField::new(photos, regions, plane, voxel);
+    let costs = |region: &&Region| field.costs(photos, region, SHARE);
     let costs: Vec<Option<[f64; 2]>> = regions.par_iter().with_max_len(1).map(costs).collect();
     let [raised, level] = costs
         .into_iter()
