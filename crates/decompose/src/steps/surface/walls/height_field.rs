@@ -64,11 +64,12 @@ impl<'a> HeightField<'a> {
     /// The height at a place, bilinear between cells.
     fn height(&self, place: Vec3) -> Option<f32> {
         let [x, y] = self.along(place);
-        let corner = [x.floor() as i32, y.floor() as i32];
-        let of = |dx, dy| self.heights.get(&[corner[0] + dx, corner[1] + dy]).copied();
+        let [i, j] = [x, y].map(|x| x.floor() as i32);
+        // A ray along the plane meets it anywhere.
+        let of = |dx, dy| self.heights.get(&[i.saturating_add(dx), j.saturating_add(dy)]).copied();
         let (a, b) = (x - x.floor(), y - y.floor());
         let row = |dy| Some((1.0 - a) * of(0, dy)? + a * of(1, dy)?);
-        Some((1.0 - b) * row(0)? + b * row(1)?)
+        Some((1.0 - b) * row(0)? + b * row(1)?).filter(|height| height.is_finite())
     }
 
     /// What a share of the heights leaves unexplained of a region, and the plane, of the same pixels; weighted by comparisons.
