@@ -187,6 +187,12 @@ fn an_opening_stays_open_and_what_a_thing_hides_is_closed() {
     assert!(sheet.covers(Vec3::ZERO), "the disk hides it");
 }
 
+/// The regions of photos that have no texture anywhere.
+pub(super) fn all_regions(views: &[View], maps: &[DepthMap]) -> Vec<Region> {
+    let textures: Vec<Vec<f32>> = views.iter().map(|v| vec![0.0; v.luma.len()]).collect();
+    bare_regions(views, maps, &textures, VOXEL)
+}
+
 /// Brightness that tells the places of a bare floor apart, as the glow of a lamp does.
 pub(super) fn glow(p: Vec3) -> f32 {
     0.2 + 0.3 * (-2.0 * (p - Vec3::new(0.3, 0.2, 0.0)).length_squared()).exp()
@@ -203,8 +209,7 @@ fn what_hangs_before_a_wall_in_every_photo_is_put_onto_it_and_a_thing_of_nearly_
         let brightness = if height == 0.0 { glow(p) } else { 0.9 * glow(p) };
         (brightness, if height == 0.0 && i % 4 > 0 && hangs(p) { 0.92 * z } else { z })
     });
-    let textures: Vec<Vec<f32>> = views.iter().map(|v| vec![0.0; v.luma.len()]).collect();
-    let regions = bare_regions(&views, &maps, &textures, VOXEL);
+    let regions = all_regions(&views, &maps);
     let straight = |r: &usize| regions[*r].view.is_multiple_of(4);
     let walls = [Wall { plane: FLOOR, regions: (0..regions.len()).filter(straight).collect() }];
     let before = maps.clone();

@@ -1,8 +1,8 @@
 use super::super::super::extract::tests::pictures_of;
+use super::super::Surroundings;
 use super::super::consistency::{Photos, shades};
 use super::super::pieces::pieces;
-use super::super::tests::{FLOOR, VOXEL, crossed, glow};
-use super::super::{Surroundings, bare_regions};
+use super::super::tests::{FLOOR, VOXEL, all_regions, crossed, glow};
 use super::*;
 
 /// What becomes of a plane over a floor that photos show and depth hangs before, beside others.
@@ -11,8 +11,7 @@ fn squared(plane: Plane, others: &[Vec3]) -> Plane {
         let (z, p) = crossed(view, at, 0.0);
         (glow(p), (0.85 + 0.04 * (3.0 * p.x + i as f32).sin()) * z)
     });
-    let textures: Vec<Vec<f32>> = views.iter().map(|v| vec![0.0; v.luma.len()]).collect();
-    let regions = bare_regions(&views, &maps, &textures, VOXEL);
+    let regions = all_regions(&views, &maps);
     let pieces = pieces(&regions, &views, &maps, VOXEL);
     let shades = shades(&views);
     let photos = Photos::new(&views, &maps, &shades);

@@ -1,7 +1,6 @@
 use super::super::super::extract::tests::pictures_of;
-use super::super::bare_regions;
 use super::super::consistency::shades;
-use super::super::tests::{FLOOR, VOXEL, crossed};
+use super::super::tests::{FLOOR, VOXEL, all_regions, crossed};
 use super::*;
 use crate::steps::surface::view::View;
 
@@ -26,8 +25,7 @@ fn is_even_with(shown: impl Fn(Vec3) -> f32, told: impl Fn(Vec3) -> f32) -> bool
         let noise = 0.03 * (1.3 * at[0] as f32 + 0.9 * at[1] as f32 + 1.7 * i as f32).sin();
         (patches(met(view, at, &shown).1), (1.0 + noise) * met(view, at, &told).0)
     });
-    let textures: Vec<Vec<f32>> = views.iter().map(|v| vec![0.0; v.luma.len()]).collect();
-    let regions = bare_regions(&views, &maps, &textures, VOXEL);
+    let regions = all_regions(&views, &maps);
     let shades = shades(&views);
     let photos = Photos::new(&views, &maps, &shades);
     is_even(&photos, &regions.iter().collect::<Vec<_>>(), &FLOOR, VOXEL)
@@ -49,8 +47,7 @@ fn heights_that_only_gaussians_have_leave_a_floor_even() {
 #[test]
 fn a_height_field_has_the_heights_that_all_photos_show_together() {
     let (views, maps) = pictures_of(|_, view, at| (0.5, met(view, at, hills).0));
-    let textures: Vec<Vec<f32>> = views.iter().map(|v| vec![0.0; v.luma.len()]).collect();
-    let regions = bare_regions(&views, &maps, &textures, VOXEL);
+    let regions = all_regions(&views, &maps);
     let regions: Vec<&Region> = regions.iter().collect();
     let shades = shades(&views);
     let field = HeightField::new(&Photos::new(&views, &maps, &shades), &regions, &FLOOR, VOXEL);

@@ -2,8 +2,7 @@
 
 use super::super::super::extract::tests::pictures_of;
 use super::super::super::planes::samples;
-use super::super::bare_regions;
-use super::super::tests::{DISK, FLOOR, VOXEL, counted, crossed, glow, on_disk};
+use super::super::tests::{DISK, FLOOR, VOXEL, all_regions, counted, crossed, glow, on_disk};
 use super::*;
 
 /// Photos, and depth that is right on the disk and hangs before the floor by a share of the distance that differs from photo to photo
@@ -18,8 +17,7 @@ fn pictures(share: f32) -> (Vec<View>, Vec<DepthMap>) {
 }
 
 fn found(views: &[View], maps: &mut [DepthMap]) -> Told {
-    let textures: Vec<Vec<f32>> = views.iter().map(|v| vec![0.0; v.luma.len()]).collect();
-    let regions = bare_regions(views, maps, &textures, VOXEL);
+    let regions = all_regions(views, maps);
     let around = |maps: &[DepthMap]| Surroundings {
         scene: samples(views, maps, 4),
         uneven: &[],
