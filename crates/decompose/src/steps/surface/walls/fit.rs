@@ -48,9 +48,8 @@ pub(super) fn at_right_angles(
     let mut fixed: Vec<Vec3> = Vec::new();
     while fixed.len() < 2 {
         // Of two tables, one is enough.
-        let mut square_to = fixed.clone();
-        square_to.push(plane.normal);
-        left.retain(|other| square_to.iter().all(|n| n.dot(*other).abs() <= SKEW));
+        let is_square = |other: &Vec3, normal: &Vec3| normal.dot(*other).abs() <= SKEW;
+        left.retain(|other| fixed.iter().chain([&plane.normal]).all(|n| is_square(other, n)));
         let skew = |normal: &Vec3| plane.normal.dot(*normal).abs();
         left.sort_by(|a, b| skew(b).total_cmp(&skew(a)));
         let Some(other) = left.pop() else { break };
@@ -68,7 +67,7 @@ pub(super) fn at_right_angles(
 
 /// Every so many of the pieces that may come to show a plane when it moves.
 fn nearly_showing(vote: &Vote<'_>, plane: &Plane) -> Vec<usize> {
-    let among = vote.showing(&vote.all(), plane, NEARLY);
+    let among = vote.showing(plane, NEARLY);
     let stride = among.len().div_ceil(MOST_PIECES).max(1);
     among.into_iter().step_by(stride).collect()
 }

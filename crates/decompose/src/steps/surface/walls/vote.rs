@@ -89,10 +89,6 @@ impl<'a> Vote<'a> {
         ranked.into_iter().map(|(_, i, plane)| (i, plane)).collect()
     }
 
-    pub(super) fn all(&self) -> Vec<usize> {
-        (0..self.pieces.len()).collect()
-    }
-
     /// What a plane leaves unexplained of a piece, over what its depth leaves.
     fn ratio(&self, i: usize, plane: &Plane) -> f32 {
         let region = &self.pieces[i].region;
@@ -108,13 +104,15 @@ impl<'a> Vote<'a> {
         among.par_iter().map(gain).collect::<Vec<f32>>().iter().sum()
     }
 
-    pub(super) fn showing(&self, among: &[usize], plane: &Plane, limit: f32) -> Vec<usize> {
-        among.par_iter().copied().filter(|&i| self.ratio(i, plane) < limit).collect()
+    /// The pieces of which a plane leaves less than `limit` times what their depth leaves.
+    pub(super) fn showing(&self, plane: &Plane, limit: f32) -> Vec<usize> {
+        let all = (0..self.pieces.len()).into_par_iter();
+        all.filter(|&i| self.ratio(i, plane) < limit).collect()
     }
 
     /// The pixels to put onto a plane, when it is a wall.
     fn evidence(&self, plane: &Plane, least: f32) -> Option<Vec<Put>> {
-        let shown = self.showing(&self.all(), plane, BETTER);
+        let shown = self.showing(plane, BETTER);
         let size = shown.iter().map(|&i| self.pieces[i].size()).sum::<f32>();
         let mut photos: Vec<usize> = shown.iter().map(|&i| self.pieces[i].region.view).collect();
         photos.sort_unstable();
@@ -133,7 +131,7 @@ impl<'a> Vote<'a> {
 
     /// Whether no height field of the pieces that nearly show a plane explains more than the plane.
     fn is_even(&self, plane: &Plane) -> bool {
-        let among = self.showing(&self.all(), plane, NEARLY);
+        let among = self.showing(plane, NEARLY);
         let regions: Vec<&Region> = among.iter().map(|&i| &self.pieces[i].region).collect();
         is_even(self.photos, &regions, plane, self.around.voxel)
     }
