@@ -125,7 +125,7 @@ impl<'a> StandIn<'a> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use glam::DVec3;
     use motes_math::sigmoid::logit;
     use motes_raster::RenderOptions;
@@ -143,7 +143,8 @@ mod tests {
         (0..N * N).map(|i| [at(i % N), at(i / N), height]).collect()
     }
 
-    fn scene(shown: &[f32], layers: &[f32]) -> RelightScene {
+    /// Layers of Gaussians that are `shown` at their heights, and layers of surface.
+    pub(crate) fn scene(shown: &[f32], layers: &[f32]) -> RelightScene {
         let means: Vec<[f32; 3]> = shown.iter().flat_map(|h| places(*h)).collect();
         let n = means.len();
         let mut gaussians = Gaussians {

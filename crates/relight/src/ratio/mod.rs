@@ -5,8 +5,9 @@
 //! v_i       = 1 / (1 + (log (E_i(L') / E'_i(L')) / 0.35)⁴)          E': without the shadows of what the photos speak against
 //! g_i       = log (E_i(L') + ε' Ē') - log (E_i(L) + ε Ē)           Ē: mean over the Gaussians, ε: light from all around
 //! x         = argmin Σ a_i |x_i - g_i|² + Σ w_ij |x_i - x_j|²       a grows with the confidence c_i v_i
-//! u_i       = log (U(L', n_i) + ε' Ē') - log (U(L, n_i) + ε Ē)     U: radiance of white matter with nothing around it, of harmonics
-//! r_i       = m_i + R_i tanh((x_i - m_i) / R_i) - (1 - a⁸) l_i      m = u + median(x - u); R_i: the range that c_i v_i allows; l: local light
+//! u_i       = log (U(L', n_i) + ε' Ē') - log (U(L, n_i) + ε Ē)     U: radiance of white matter with nothing around it
+//! r_i       = m_i + R_i tanh((x_i - m_i) / R_i) - (1 - a⁸) l_i      m = u + median(x - u); R_i: the range that c_i v_i allows
+//! l_i       = local light + smoothed residual
 //! shown     = w model + (1 - w) captured exp(r)
 //! w_i       = (1 - a⁸) v_i / (1 + (k / (1 - k) (1 - c_i) / c_i (1 - 0.7 metallic))⁴)    k: caution; a: likeness of the two lights
 //! ```
@@ -56,6 +57,8 @@ const LEAST_RADIANCE: f32 = 1e-4;
 /// of it is another light's picture.
 const METAL: f32 = 0.3;
 
+/// How far what is unexplained over a neighborhood is that of each of its Gaussians alone.
+const UNEXPLAINED_ANCHOR: f32 = 0.05;
 /// How far the light on a lamp that is off is that of each of its Gaussians alone.
 const LAMP_ANCHOR: f32 = 0.1;
 
@@ -107,17 +110,16 @@ impl Ratio {
         let anchor = |i: usize| mix(ANCHOR, trust.confidence[i].powi(2));
         let smooth = graph.smoothed(&raw, &anchor, &alike, ROUNDS);
         let different = 1.0 - likeness_share(likeness);
-        let open = [light, &own].map(|light| unshadowed(light, &places));
+        let open = [light, &own].map(|light| unshadowed(light, &places, seed));
         let open = log_ratios([&open[0], &open[1]], floors);
         let offset = medians(smooth.iter().zip(&open).map(|(v, open)| *v - *open));
         let common = medians(smooth.iter().copied());
+        let of_own_light = of_own_light(scene, &graph, &alike);
         let limited = smooth.iter().zip(&open).enumerate().map(|(i, (v, open))| {
             let range = mix(RANGE, trust.confidence[i]);
             let middle = *open + offset;
-            // Found as smooth as it is, and gone with the light that it was part of.
-            let local = scene.local_log_factor.as_ref().map_or(Vec3::ZERO, |l| l[i]);
             let limited = middle + (*v - middle).map(|v| range * (v / range).tanh());
-            limited - common - local * different
+            limited - common - of_own_light[i] * different
         });
         let log_ratio: Vec<Vec3> = limited.collect();
         let splats = log_layer::drawn(&log_ratio, &scene.gaussians);
@@ -279,15 +281,46 @@ fn thickness(gaussians: &Gaussians, i: usize, along: Vec3) -> f32 {
     if deviation.is_finite() { deviation } else { 0.0 }
 }
 
-/// Radiance of white matte Gaussians with nothing around them, from the harmonics of a light; without lamps.
-fn unshadowed(light: &Lights<'_>, places: &[(Vec3, Vec3)]) -> Vec<Vec3> {
+/// Logarithm of what is smooth in the captured colors and goes with the light that it is part of, of every Gaussian: the local light, and
+/// what the model left unexplained over a neighborhood.
+fn of_own_light(
+    scene: &RelightScene,
+    graph: &Graph,
+    alike: &(impl Fn(usize, usize) -> f32 + Sync),
+) -> Vec<Vec3> {
+    let mut smooth = vec![Vec3::ZERO; scene.gaussians.len()];
+    if let Some(residual) = &scene.residual {
+        let mut mean_basis = [0.0; 25];
+        mean_basis[0] = SH_C0 as f32;
+        let unexplained = |i: usize| {
+            let log_ratio = residual.factor(i, &mean_basis, 1.0).map(f32::ln);
+            if log_ratio.is_finite() { log_ratio } else { Vec3::ZERO }
+        };
+        let unexplained: Vec<Vec3> = (0..smooth.len()).map(unexplained).collect();
+        smooth = graph.smoothed(&unexplained, &|_| UNEXPLAINED_ANCHOR, alike, ROUNDS / 4);
+    }
+    if let Some(local) = &scene.local_log_factor {
+        smooth.iter_mut().zip(local).for_each(|(smooth, local)| *smooth += *local);
+    }
+    smooth
+}
+
+/// Radiance of white matte Gaussians with nothing around them: of the environment from its harmonics, and of lamps.
+fn unshadowed(light: &Lights<'_>, places: &[(Vec3, Vec3)], seed: u64) -> Vec<Vec3> {
     let harmonics = light.environment.harmonics();
     let of = |(_, normal): &(Vec3, Vec3)| {
         let radiance = irradiance(&harmonics, normal.as_dvec3()).as_vec3() / std::f32::consts::PI;
         // Harmonics of a sun ring: behind it they fall below 0.
         radiance.max(Vec3::ZERO)
     };
-    places.par_iter().with_min_len(1024).map(of).collect()
+    let mut lit: Vec<Vec3> = places.par_iter().with_min_len(1024).map(of).collect();
+    if let Some(lamps) = light.lamps {
+        let of_lamps = received::of_lamps(lamps, places, seed);
+        for (lit, of_lamps) in lit.iter_mut().zip(of_lamps) {
+            *lit += of_lamps;
+        }
+    }
+    lit
 }
 
 /// Log of new over own light, with light from all around on both sides.

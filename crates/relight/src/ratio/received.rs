@@ -3,8 +3,10 @@
 use glam::Vec3;
 use motes_math::falloff::quartic_falloff;
 use motes_math::luminance::luminance;
+use motes_shading::emitters::Emitters;
+use motes_shading::environment::Environment;
 use motes_shading::integrate::{IntegrationOptions, Shader, SurfacePoint};
-use motes_shading::tracing::MeshTracer;
+use motes_shading::tracing::{Empty, MeshTracer};
 
 use crate::lamps::Lights;
 use crate::scene::RelightScene;
@@ -36,8 +38,7 @@ impl Received {
         samples: u32,
         seed: u64,
     ) -> Self {
-        let points: Vec<SurfacePoint> =
-            places.iter().map(|&(position, normal)| white_matte(position, normal)).collect();
+        let points = white(places);
         let options = IntegrationOptions {
             light_samples: samples,
             brdf_samples: samples / 2,
@@ -66,6 +67,23 @@ impl Received {
     }
 }
 
+/// Radiance of white Lambert matter at `places` that lamps light, with nothing between.
+pub(super) fn of_lamps(lamps: &Emitters, places: &[(Vec3, Vec3)], seed: u64) -> Vec<Vec3> {
+    let darkness = Environment::default();
+    let options = IntegrationOptions {
+        light_samples: 0,
+        brdf_samples: 0,
+        seed,
+        ..IntegrationOptions::default()
+    };
+    let shader = Shader::new(&darkness, &Empty, None, options).with_emitters(Some(lamps));
+    shader.shade(&white(places), FIRST_ITEM).iter().map(|lit| lit.total()).collect()
+}
+
+fn white(places: &[(Vec3, Vec3)]) -> Vec<SurfacePoint> {
+    places.iter().map(|&(position, normal)| white_matte(position, normal)).collect()
+}
+
 /// Light from all around: a share of the mean of what is finite.
 pub(super) fn floor(lit: &[Vec3]) -> Vec3 {
     let sum: Vec3 = lit.iter().filter(|v| v.is_finite()).sum();
@@ -80,7 +98,37 @@ fn alike(a: Vec3, b: Vec3, floor: f32) -> f32 {
 
 #[cfg(test)]
 mod tests {
+    use motes_shading::tracing::TriangleMesh;
+
     use super::*;
+
+    #[test]
+    fn a_lamp_that_nothing_hides_sends_its_irradiance_over_pi() {
+        let half = 0.01;
+        let corner = |x: f32, y: f32| Vec3::new(x * half, y * half, 2.0);
+        let mesh = TriangleMesh {
+            vertices: vec![
+                corner(-1.0, -1.0),
+                corner(1.0, -1.0),
+                corner(-1.0, 1.0),
+                corner(1.0, 1.0),
+            ],
+            triangles: vec![[0, 1, 2], [1, 3, 2]],
+        };
+        let lamp = Emitters::new(&mesh, &[Vec3::new(300.0, 200.0, 100.0); 4]).unwrap();
+        let places = [
+            (Vec3::ZERO, Vec3::Z),
+            (Vec3::new(2.0, 0.0, 0.0), Vec3::Z),
+            (Vec3::ZERO, Vec3::X),
+            (Vec3::ZERO, -Vec3::Z),
+        ];
+        let [below, aside, edge_on, behind] = of_lamps(&lamp, &places, 0).try_into().unwrap();
+        // L A cos cos / (π d²).
+        let wanted = Vec3::new(300.0, 200.0, 100.0) * 4e-4 / (std::f32::consts::PI * 4.0);
+        assert!((below / wanted - 1.0).abs().max_element() < 1e-3, "{below} {wanted}");
+        assert!((4.0 * aside / wanted - 1.0).abs().max_element() < 0.02, "{aside} {wanted}");
+        assert!(edge_on.max_element() < 0.01 * below.x && behind == Vec3::ZERO, "{edge_on}");
+    }
 
     #[test]
     fn lights_agree_as_far_as_they_are_the_same_over_the_floor() {

@@ -71,6 +71,21 @@ fn the_glow_of_a_lamp_goes_out_with_it_though_nothing_is_sure() {
 }
 
 #[test]
+fn what_a_strong_lamp_gave_a_place_goes_with_it_though_nothing_is_sure() {
+    let toy = toy_scene();
+    put_confidence(&toy, 0.0);
+    let before = picture(&toy, "before", &SUN);
+    light_the_box(&toy, 1e3);
+    let off = picture(&toy, "off", &SUN);
+    let left = |point| {
+        decode(at(&toy, &off, point)[1] / 255.0) / decode(at(&toy, &before, point)[1] / 255.0)
+    };
+    // Hardly anything but the lamp lit the floor, and what is beside it five times as much as what is away.
+    let (beside, away) = (left([-0.5, 0.7, 0.0]), left([-1.8, 0.7, 0.0]));
+    assert!(beside < 0.3 * away, "{beside} {away}");
+}
+
+#[test]
 fn lamps_of_any_brightness_give_pictures() {
     let toy = toy_scene();
     for radiance in [1e-30, 1e8, 1e30] {

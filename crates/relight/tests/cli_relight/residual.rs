@@ -4,6 +4,7 @@ use motes_formats::images::read_image;
 use motes_formats::ply::read_gaussians;
 use motes_scene::{ColumnValues, ImageU8, Residual};
 
+use super::caution::{SUN, put_confidence};
 use super::{VIEW, assert_code, assert_near, at, decode, picture, relight, run_program, text};
 use motes_testkit::toy_scene::{BOX, ToyScene, toy_scene};
 use motes_testkit::write_broken_gaussians;
@@ -45,6 +46,16 @@ fn what_the_model_left_unexplained_counts_as_far_as_the_light_is_alike() {
     let shown = [&["--scene", "sunny"], &VIEW[..], &["-o", "shown"]].concat();
     assert_code(&run_program(motes_testkit::program("render"), &toy, &shown), 0);
     assert_near(top(&read_image(&toy.path("shown/view_0.png")).unwrap()), half, 5.0);
+}
+
+#[test]
+fn what_is_unexplained_over_a_neighborhood_goes_with_its_light_where_nothing_is_sure() {
+    let toy = toy_scene();
+    put_confidence(&toy, 0.0);
+    let floor = |folder| at(&toy, &picture(&toy, folder, &SUN), [-1.4, 0.9, 0.0]);
+    let before = floor("before").map(decode);
+    put_residual(&toy, 1.6f32.ln());
+    assert_near(floor("after"), before.map(|c| c / 1.6), 3.0);
 }
 
 #[test]
