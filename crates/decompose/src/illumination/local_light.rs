@@ -4,7 +4,7 @@
 //! can say. It is kept as a smooth factor that varies with place and normal,
 //!
 //! ```text
-//! log f(x, n) = Σ_j w_j l_j / Σ_j w_j,   w_j = exp(-d_j² / 2),   d_j² = |x - x_j|² / reach² + |n - n_j|²
+//! log f(x, n) = Σ_j w_j l_j / Σ_j w_j,   w_j = exp(-d_j² / 2),   d_j² = |x - x_j|² / reach² + |n - n_j|² / 0.4²
 //! ```
 //!
 //! over the eight nearest of its anchors `j`.
@@ -16,6 +16,8 @@ use kiddo::{ImmutableKdTree, SquaredEuclidean};
 
 /// Anchors that a place listens to.
 pub(crate) const NEAR: usize = 8;
+/// Difference of unit normals over which the factor changes: the sides of a fold face two lamps.
+const NORMAL_REACH: f32 = 0.4;
 
 /// A place with a normal, and the logarithm of the factor there, per channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,9 +38,10 @@ pub struct LocalLight {
     tree: ImmutableKdTree<f32, 6>,
 }
 
-fn feature(position: Vec3, normal: Vec3, reach: f32) -> [f32; 6] {
-    let p = position / reach;
-    [p.x, p.y, p.z, normal.x, normal.y, normal.z]
+/// A place with its normal, in units of what they reach.
+pub(crate) fn feature(position: Vec3, normal: Vec3, reach: f32) -> [f32; 6] {
+    let (p, n) = (position / reach, normal / NORMAL_REACH);
+    [p.x, p.y, p.z, n.x, n.y, n.z]
 }
 
 impl LocalLight {

@@ -6,7 +6,7 @@ mod octahedron;
 mod texels;
 
 pub use cells::{Cell, CellLight, Lamp, environment};
-pub(crate) use local_light::NEAR;
 pub use local_light::{LightAnchor, LocalLight};
+pub(crate) use local_light::{NEAR, feature};
 pub(crate) use octahedron::Octahedron;
 pub(crate) use texels::light_by_texels;

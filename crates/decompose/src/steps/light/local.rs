@@ -13,14 +13,14 @@ use glam::Vec3;
 use motes_scene::Switch;
 
 use super::pairs::Pair;
-use crate::illumination::{LightAnchor, LocalLight, NEAR};
+use crate::illumination::{LightAnchor, LocalLight, NEAR, feature};
 use crate::mesh::conjugate_gradients;
 use crate::report::{Term, numbers};
 
 /// Distance over which the factor changes, as a share of the distance between cameras and points.
-const REACH: f32 = 0.12;
+const REACH: f32 = 0.15;
 /// Anchors at most.
-const MOST_ANCHORS: usize = 400;
+const MOST_ANCHORS: usize = 1200;
 /// `λ`.
 const CURVATURE: f32 = 0.05;
 /// `μ`: holds the mean, which pairs do not tell.
@@ -138,22 +138,24 @@ pub(super) fn judge(points: &Points<'_>, pairs: &[Pair], distance: f32) -> Optio
     Some([nothing, by_others].map(|factors| cost(&factors, &weights, points.log_base, &judges)))
 }
 
-/// Farthest points as anchors, until every point has one within `reach` (in place, or in normal) or there are enough.
+/// Farthest points as anchors, until every point has one within what place and normal reach or there are enough.
 fn anchored(places: &[(Vec3, Vec3)], reach: f32) -> Option<LocalLight> {
     if !(reach > 0.0) {
         return None;
     }
-    let distance = |a: &(Vec3, Vec3), b: &(Vec3, Vec3)| {
-        ((a.0 - b.0) / reach).length_squared() + (a.1 - b.1).length_squared()
+    let features: Vec<[f32; 6]> = places.iter().map(|(x, n)| feature(*x, *n, reach)).collect();
+    let distance = |a: &[f32; 6], b: &[f32; 6]| -> f32 {
+        a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum()
     };
     let mut nearest = vec![f32::INFINITY; places.len()];
     let mut anchors = Vec::new();
     let mut next = 0;
     while anchors.len() < MOST_ANCHORS {
-        let Some(seed) = places.get(next) else { break };
-        let (position, normal) = *seed;
+        let (Some(&(position, normal)), Some(seed)) = (places.get(next), features.get(next)) else {
+            break;
+        };
         anchors.push(LightAnchor { position, normal, log_factor: Vec3::ZERO });
-        nearest.iter_mut().zip(places).for_each(|(d, p)| *d = d.min(distance(p, seed)));
+        nearest.iter_mut().zip(&features).for_each(|(d, f)| *d = d.min(distance(f, seed)));
         let far = nearest.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1).then(b.0.cmp(&a.0)));
         match far {
             Some((p, d)) if *d > 1.0 => next = p,
