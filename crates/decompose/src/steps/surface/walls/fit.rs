@@ -7,7 +7,7 @@
 use glam::Vec3;
 
 use super::sweep::descend;
-use super::vote::Vote;
+use super::vote::{Vote, spaced};
 use crate::steps::surface::planes::Plane;
 
 /// Pieces that may come to show a plane when it moves leave at most this share of what their depth leaves.
@@ -65,11 +65,9 @@ pub(super) fn at_right_angles(
     plane
 }
 
-/// Every so many of the pieces that may come to show a plane when it moves.
+/// Pieces that may come to show a plane when it moves.
 fn nearly_showing(vote: &Vote<'_>, plane: &Plane) -> Vec<usize> {
-    let among = vote.showing(plane, NEARLY);
-    let stride = among.len().div_ceil(MOST_PIECES).max(1);
-    among.into_iter().step_by(stride).collect()
+    spaced(vote.showing(plane, NEARLY), MOST_PIECES)
 }
 
 /// The plane near one, at right angles to the directions `fixed`, that explains most of some pieces.

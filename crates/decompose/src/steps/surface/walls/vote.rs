@@ -29,7 +29,7 @@ pub(super) struct Vote<'a> {
     around: &'a Surroundings<'a>,
     /// Per piece, what its depth leaves unexplained.
     by_depth: Vec<f32>,
-    /// Every so many pieces.
+    /// The pieces that planes are ranked by.
     voters: Vec<usize>,
 }
 
@@ -41,8 +41,7 @@ impl<'a> Vote<'a> {
     ) -> Self {
         let left = |p: &Piece| photos.by_depth(&p.region).map_or(0.0, |c| c.mean);
         let by_depth = pieces.par_iter().with_max_len(1).map(left).collect();
-        let stride = pieces.len().div_ceil(MOST_VOTERS).max(1);
-        let voters = (0..pieces.len()).step_by(stride).collect();
+        let voters = spaced((0..pieces.len()).collect(), MOST_VOTERS);
         Self { photos, pieces, around, by_depth, voters }
     }
 
@@ -120,13 +119,13 @@ impl<'a> Vote<'a> {
         let is_wall = size >= least
             && photos.len() >= LEAST_PHOTOS
             && self.around.lies_before(plane, BEHIND)
-            && self.is_sharp(&shown, plane)
-            && self.is_even(plane);
+            && self.is_sharp(&shown, plane);
         let put = |&i: &usize| put(self.photos, &self.pieces[i].region, i, plane);
         let pixels = || shown.par_iter().with_max_len(1).map(put).collect::<Vec<Put>>();
         let pixels = is_wall.then(pixels)?;
         let count = pixels.iter().map(|p| p.depths.len()).sum::<usize>() as f32;
-        (count >= least.max(LEAST_PUT * size)).then_some(pixels)
+        let lies_on_it = count >= least.max(LEAST_PUT * size);
+        (lies_on_it && self.is_even(plane)).then_some(pixels)
     }
 
     /// Whether no height field of the pieces that nearly show a plane explains more than the plane.
@@ -150,4 +149,10 @@ impl<'a> Vote<'a> {
             moved >= SHARP * there
         })
     }
+}
+
+/// All of a list, or so many of it, evenly spaced.
+pub(super) fn spaced(all: Vec<usize>, most: usize) -> Vec<usize> {
+    let stride = all.len().div_ceil(most).max(1);
+    all.into_iter().step_by(stride).collect()
 }
