@@ -18,14 +18,18 @@ impl SceneResidual {
     }
 
     /// Factor on the color of a Gaussian, from the basis of the direction of view.
-    pub(crate) fn factor(&self, i: usize, basis: &[f32; 25], share: f32) -> Vec3 {
+    pub(crate) fn factor(&self, i: usize, basis: &[f32], share: f32) -> Vec3 {
+        self.log_ratio(i, basis).map(|v| (share * v).exp())
+    }
+
+    /// Its logarithm; over all directions with the constant alone as basis.
+    pub(crate) fn log_ratio(&self, i: usize, basis: &[f32]) -> Vec3 {
         let values = self.residual.log_ratio_sh.len() / self.splats.len().max(1);
         let row = &self.residual.log_ratio_sh[i * values..(i + 1) * values];
         let mut log_ratio = Vec3::ZERO;
         for (y, v) in basis.iter().zip(row.chunks_exact(3)) {
             log_ratio += *y * Vec3::from_slice(v);
         }
-        let drawn = |v: f32| Residual::log_ratio(0.5 + v * Residual::drawn_share(), 1.0);
-        log_ratio.map(|v| (share * drawn(v)).exp())
+        log_ratio.map(|v| Residual::log_ratio(0.5 + v * Residual::drawn_share(), 1.0))
     }
 }

@@ -31,7 +31,7 @@ use motes_math::sh::{MAX_SH_DEGREE, SH_C0, sh_coefficients};
 use motes_math::sigmoid::sigmoid;
 use motes_math::srgb;
 use motes_scene::{Gaussians, LAMP_BASE_COLOR};
-use motes_shading::environment::irradiance;
+use motes_shading::environment::{Environment, irradiance};
 use rayon::prelude::*;
 
 use crate::lamps::Lights;
@@ -110,7 +110,11 @@ impl Ratio {
         let anchor = |i: usize| mix(ANCHOR, trust.confidence[i].powi(2));
         let smooth = graph.smoothed(&raw, &anchor, &alike, ROUNDS);
         let different = 1.0 - likeness_share(likeness);
-        let open = [light, &own].map(|light| unshadowed(light, &places, seed));
+        let of_lamps = own.lamps.map(|lamps| received::of_lamps(lamps, &places, seed));
+        let open = [light, &own].map(|light| {
+            let of_lamps = of_lamps.as_deref().filter(|_| light.lamps.is_some());
+            unshadowed(light.environment, &places, of_lamps)
+        });
         let open = log_ratios([&open[0], &open[1]], floors);
         let offset = medians(smooth.iter().zip(&open).map(|(v, open)| *v - *open));
         let common = medians(smooth.iter().copied());
@@ -290,13 +294,12 @@ fn of_own_light(
 ) -> Vec<Vec3> {
     let mut smooth = vec![Vec3::ZERO; scene.gaussians.len()];
     if let Some(residual) = &scene.residual {
-        let mut mean_basis = [0.0; 25];
-        mean_basis[0] = SH_C0 as f32;
         let unexplained = |i: usize| {
-            let log_ratio = residual.factor(i, &mean_basis, 1.0).map(f32::ln);
+            let log_ratio = residual.log_ratio(i, &[SH_C0 as f32]);
             if log_ratio.is_finite() { log_ratio } else { Vec3::ZERO }
         };
-        let unexplained: Vec<Vec3> = (0..smooth.len()).map(unexplained).collect();
+        let all = (0..smooth.len()).into_par_iter().with_min_len(1024);
+        let unexplained: Vec<Vec3> = all.map(unexplained).collect();
         smooth = graph.smoothed(&unexplained, &|_| UNEXPLAINED_ANCHOR, alike, ROUNDS / 4);
     }
     if let Some(local) = &scene.local_log_factor {
@@ -305,22 +308,19 @@ fn of_own_light(
     smooth
 }
 
-/// Radiance of white matte Gaussians with nothing around them: of the environment from its harmonics, and of lamps.
-fn unshadowed(light: &Lights<'_>, places: &[(Vec3, Vec3)], seed: u64) -> Vec<Vec3> {
-    let harmonics = light.environment.harmonics();
-    let of = |(_, normal): &(Vec3, Vec3)| {
+/// Radiance of white matte Gaussians with nothing around them: of the environment from its harmonics, and what lamps add.
+fn unshadowed(
+    environment: &Environment,
+    places: &[(Vec3, Vec3)],
+    of_lamps: Option<&[Vec3]>,
+) -> Vec<Vec3> {
+    let harmonics = environment.harmonics();
+    let of = |(i, (_, normal)): (usize, &(Vec3, Vec3))| {
         let radiance = irradiance(&harmonics, normal.as_dvec3()).as_vec3() / std::f32::consts::PI;
         // Harmonics of a sun ring: behind it they fall below 0.
-        radiance.max(Vec3::ZERO)
+        radiance.max(Vec3::ZERO) + of_lamps.map_or(Vec3::ZERO, |of_lamps| of_lamps[i])
     };
-    let mut lit: Vec<Vec3> = places.par_iter().with_min_len(1024).map(of).collect();
-    if let Some(lamps) = light.lamps {
-        let of_lamps = received::of_lamps(lamps, places, seed);
-        for (lit, of_lamps) in lit.iter_mut().zip(of_lamps) {
-            *lit += of_lamps;
-        }
-    }
-    lit
+    places.par_iter().enumerate().with_min_len(1024).map(of).collect()
 }
 
 /// Log of new over own light, with light from all around on both sides.

@@ -151,9 +151,8 @@ fn anchored(places: &[(Vec3, Vec3)], reach: f32) -> Option<LocalLight> {
     let mut anchors = Vec::new();
     let mut next = 0;
     while anchors.len() < MOST_ANCHORS {
-        let (Some(&(position, normal)), Some(seed)) = (places.get(next), features.get(next)) else {
-            break;
-        };
+        let Some(seed) = features.get(next) else { break };
+        let (position, normal) = places[next];
         anchors.push(LightAnchor { position, normal, log_factor: Vec3::ZERO });
         nearest.iter_mut().zip(&features).for_each(|(d, f)| *d = d.min(distance(f, seed)));
         let far = nearest.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1).then(b.0.cmp(&a.0)));
