@@ -257,29 +257,34 @@ fn put_on_walls(
         scene.retain(|s| s.footprint <= tsdf::MAX_FOOTPRINT * voxel);
         walls::Surroundings { scene, uneven, known, voxel }
     };
-    let regions = walls::bare_regions(views, maps, &bare, voxel);
-    let told = walls::told(&regions, views, maps, |maps| around(maps, known), options.wall_share);
+    let whole = walls::bare_regions(views, maps, &bare, voxel);
+    let told = walls::told(&whole, views, maps, |maps| around(maps, known), options.wall_share);
+    let rest;
     let regions = if told.planes.is_empty() {
-        regions
+        &whole
     } else {
         // What photos tell needs no look at depth.
         let put = bare.iter_mut().flatten().zip(told.on.iter().flatten());
         put.filter(|(_, on)| **on).for_each(|(bare, _)| *bare = 1.0);
-        walls::bare_regions(views, maps, &bare, voxel)
+        rest = walls::bare_regions(views, maps, &bare, voxel);
+        &rest
     };
     let known = [known, &told.planes].concat();
     let found = {
         let witnesses = Witnesses::new(views, maps, tolerance, voxel);
-        walls::walls(&regions, views, &around(maps, &known), &witnesses, options.wall_share)
+        walls::walls(regions, views, &around(maps, &known), &witnesses, options.wall_share)
     };
-    walls::flatten(&found, &regions, views, maps, voxel);
+    walls::flatten(&found, regions, views, maps, voxel);
     walls::spread(&found, &regions.iter().collect::<Vec<_>>(), views, maps, voxel);
-    let planes = told.planes.into_iter().chain(found.into_iter().map(|w| w.plane));
+    let planes = [told.planes, found.iter().map(|w| w.plane).collect()].concat();
+    if !found.is_empty() {
+        walls::spread_to_rest(&planes, &whole, views, maps, voxel);
+    }
     let sheet = |plane: Plane| {
         let sheet = Sheet::new(plane, views, maps, tolerance, voxel, SHEET_CELL * voxel)?;
         Some(sheet.with_openings())
     };
-    planes.filter_map(sheet).collect()
+    planes.into_iter().filter_map(sheet).collect()
 }
 
 /// The parts of planes that the photos know for flat, and the planes that they know for uneven.

@@ -308,7 +308,7 @@ mod sweep;
 mod told;
 mod vote;
 
-pub(super) use spread::spread;
+pub(super) use spread::{spread, spread_to_rest};
 pub(super) use told::told;
 
 #[cfg(test)]

@@ -75,21 +75,19 @@ pub(super) fn search(pieces: &mut [Piece], photos: &Photos<'_>) {
     });
 }
 
-/// Takes the pixels that lie on a plane out of the pieces and marks them in `on`. What is left of a piece is searched anew.
+/// Takes the pixels that lie on a plane out of the pieces. What is left of a piece is searched anew.
 pub(super) fn take(
     pieces: &mut Vec<Piece>,
     plane: &Plane,
     views: &[View],
     maps: &[DepthMap],
     voxel: f32,
-    on: &mut [Vec<bool>],
 ) {
     let left = |piece: Piece| {
         let k = piece.region.view;
         let (view, map) = (&views[k], &maps[k]);
         let lies_on = |&&i: &&u32| Place::new(view, map, i as usize, voxel).lies_on(plane);
         let (taken, left): (Vec<u32>, Vec<u32>) = piece.region.pixels.iter().partition(lies_on);
-        taken.iter().for_each(|&i| on[k][i as usize] = true);
         if taken.is_empty() {
             return Some(piece);
         }

@@ -5,6 +5,7 @@
 //! they show the brightness that belongs to each place of it. A pixel whose brightness they show on the wall no worse than at the
 //! pixel's depth is wall. What stands before the wall moves against it from photo to photo, and only its own depth explains it.
 
+use glam::Vec3;
 use rayon::prelude::*;
 
 use super::{AROUND, Place, Region, Wall};
@@ -43,30 +44,66 @@ pub(in crate::steps::surface) fn spread(
         let mut shows = vec![false; regions.len()];
         wall.regions.iter().for_each(|&i| shows[i] = true);
         for _ in 0..ROUNDS {
-            let found: Vec<Vec<(usize, f32)>> = {
-                let photos = Photos { plane: &wall.plane, views, maps, voxel };
-                let on_wall = photos.on_wall(regions, &shows);
-                let hanging = |region: &&Region| photos.hanging(region, &on_wall);
-                regions.par_iter().with_max_len(1).map(hanging).collect()
-            };
-            for ((region, shows), put) in regions.iter().zip(&mut shows).zip(&found) {
+            let photos = Photos { plane: &wall.plane, others: &[], views, maps, voxel };
+            let on_wall = photos.on_wall(regions, &shows);
+            let hanging = |region: &&Region| photos.hanging(region, &on_wall, None);
+            let found: Vec<_> = regions.par_iter().with_max_len(1).map(hanging).collect();
+            for (shows, put) in shows.iter_mut().zip(&found) {
                 *shows |= !put.is_empty();
-                put.iter().for_each(|&(i, z)| maps[region.view].depth[i] = z);
             }
-            if found.iter().all(Vec::is_empty) {
+            if !put_down(&found, regions, maps) {
                 break;
             }
         }
     }
 }
 
+/// Puts the rest of regions in which walls go on onto the first of them on each ray, also where all photos hang before it: there, it is
+/// enough that what they show in such regions explains it as well as the depth does.
+pub(in crate::steps::surface) fn spread_to_rest(
+    planes: &[Plane],
+    regions: &[Region],
+    views: &[View],
+    maps: &mut [DepthMap],
+    voxel: f32,
+) {
+    for plane in planes {
+        for _ in 0..ROUNDS {
+            let photos = Photos { plane, others: planes, views, maps, voxel };
+            let goes_on = |region: &&Region| photos.goes_on(region);
+            let regions: Vec<&Region> =
+                regions.par_iter().with_max_len(1).filter(goes_on).collect();
+            let on_wall = photos.on_wall(&regions, &vec![true; regions.len()]);
+            let alike = photos.pixels_of(&regions);
+            let hanging = |region: &&Region| photos.hanging(region, &on_wall, Some(&alike));
+            let found: Vec<_> = regions.par_iter().with_max_len(1).map(hanging).collect();
+            if !put_down(&found, &regions, maps) {
+                break;
+            }
+        }
+    }
+}
+
+/// Whether there was anything to put down.
+fn put_down(found: &[Vec<(usize, f32)>], regions: &[&Region], maps: &mut [DepthMap]) -> bool {
+    for (region, put) in regions.iter().zip(found) {
+        put.iter().for_each(|&(i, z)| maps[region.view].depth[i] = z);
+    }
+    found.iter().any(|put| !put.is_empty())
+}
+
 /// A wall before the photos.
 struct Photos<'a> {
     plane: &'a Plane,
+    /// Walls that a pixel may show instead.
+    others: &'a [Plane],
     views: &'a [View],
     maps: &'a [DepthMap],
     voxel: f32,
 }
+
+/// Per photo, which of its pixels tell.
+type Telling = [Vec<bool>];
 
 /// What other photos say of the pixels of a region, every `STRIDE`-th: mean differences of brightness, NaN where no photo says anything.
 pub(super) struct Compared {
@@ -74,7 +111,7 @@ pub(super) struct Compared {
     height: usize,
     by_wall: Vec<f32>,
     by_depth: Vec<f32>,
-    /// 1 where another photo shows the place on the wall as wall, 0 where none does.
+    /// 1 where another photo tells something of the place, 0 where none does.
     shown: Vec<f32>,
 }
 
@@ -85,61 +122,113 @@ impl Photos<'_> {
 
     /// Per photo, the pixels of regions that show the wall and lie on it.
     fn on_wall(&self, regions: &[&Region], shows: &[bool]) -> Vec<Vec<bool>> {
-        let none = |view: &View| vec![false; view.width * view.height];
-        let mut on: Vec<Vec<bool>> = self.views.iter().map(none).collect();
-        for (region, _) in regions.iter().zip(shows).filter(|(_, shows)| **shows) {
-            for i in region.pixels.iter().map(|&i| i as usize) {
-                on[region.view][i] = self.lies_on_wall(region.view, i);
-            }
-        }
-        on
+        let shows = regions.iter().zip(shows).filter(|(_, shows)| **shows);
+        self.marked(shows.map(|(region, _)| *region), |k, i| self.lies_on_wall(k, i))
     }
 
-    /// The pixels of a region that hang before the wall, with their depth on it.
-    fn hanging(&self, region: &Region, on_wall: &[Vec<bool>]) -> Vec<(usize, f32)> {
+    fn pixels_of(&self, regions: &[&Region]) -> Vec<Vec<bool>> {
+        self.marked(regions.iter().copied(), |_, _| true)
+    }
+
+    fn marked<'r>(
+        &self,
+        regions: impl Iterator<Item = &'r Region>,
+        is: impl Fn(usize, usize) -> bool,
+    ) -> Vec<Vec<bool>> {
+        let none = |view: &View| vec![false; view.width * view.height];
+        let mut marked: Vec<Vec<bool>> = self.views.iter().map(none).collect();
+        for region in regions {
+            for i in region.pixels.iter().map(|&i| i as usize) {
+                marked[region.view][i] = is(region.view, i);
+            }
+        }
+        marked
+    }
+
+    /// The pixels of a region that hang before the wall, with their depth on it. What no photo tells by the pixels `on_wall`, they tell
+    /// by those that are `alike`, as far as nothing there stands before the wall.
+    fn hanging(
+        &self,
+        region: &Region,
+        on_wall: &Telling,
+        alike: Option<&Telling>,
+    ) -> Vec<(usize, f32)> {
         let (view, map) = (&self.views[region.view], &self.maps[region.view]);
         if !(self.plane.height(view.center) > 0.0) {
             return Vec::new();
         }
-        let Some(compared) = self.compared(region, on_wall) else { return Vec::new() };
-        let held = region.pixels.iter().filter(|&&i| self.lies_on_wall(region.view, i as usize));
-        let goes_on = held.count() as f32 >= HELD * region.pixels.len() as f32;
-        let is_wall = compared.is_wall(if goes_on { ALIKE } else { BETTER });
+        let differences = |i| self.differences(region.view, i, on_wall, alike);
+        let compared = Compared::of(region, view, differences);
+        if !compared.shown.contains(&1.0) {
+            return Vec::new();
+        }
+        let is_wall = compared.is_wall(if self.goes_on(region) { ALIKE } else { BETTER });
         let of = |i: usize| {
             let at = [i % view.width, i / view.width];
             let z = self.plane.depth(view, view.pixel_ray(at))?;
             let hangs = map.depth[i] < z && map.depth[i] >= (1.0 - MOST_RISE) * z;
-            (hangs && is_wall[compared.cell(at)]).then_some((i, z))
+            let is_put = hangs && is_wall[compared.cell(at)] && self.is_first(view, at, z);
+            is_put.then_some((i, z))
         };
         region.pixels.iter().filter_map(|&i| of(i as usize)).collect()
     }
 
-    /// `None` when no other photo shows any of it as wall.
-    fn compared(&self, region: &Region, on_wall: &[Vec<bool>]) -> Option<Compared> {
-        let differences = |i| self.differences(region.view, i, on_wall);
-        let compared = Compared::of(region, &self.views[region.view], differences);
-        compared.shown.contains(&1.0).then_some(compared)
+    fn goes_on(&self, region: &Region) -> bool {
+        let held = region.pixels.iter().filter(|&&i| self.lies_on_wall(region.view, i as usize));
+        held.count() as f32 >= HELD * region.pixels.len() as f32
     }
 
-    /// Mean differences between the brightness of a pixel and what the photos that show its place on the wall as wall have there, and at
-    /// its depth.
-    fn differences(&self, k: usize, i: usize, on_wall: &[Vec<bool>]) -> Option<[f32; 2]> {
+    /// Whether the ray of a pixel meets no other wall before the depth `z` of this one.
+    fn is_first(&self, view: &View, at: [usize; 2], z: f32) -> bool {
+        let before = |other: &Plane| {
+            other.height(view.center) > 0.0
+                && other.depth(view, view.pixel_ray(at)).is_some_and(|other| other < z)
+        };
+        !self.others.iter().any(before)
+    }
+
+    /// Mean differences between the brightness of a pixel and what the photos that tell have at its place on the wall, and at its depth.
+    fn differences(
+        &self,
+        k: usize,
+        i: usize,
+        on_wall: &Telling,
+        alike: Option<&Telling>,
+    ) -> Option<[f32; 2]> {
         let view = &self.views[k];
         let at = [i % view.width, i / view.width];
         let z = self.plane.depth(view, view.pixel_ray(at))?;
         let places = [z, self.maps[k].depth[i]].map(|z| view.place(at, z));
+        let on_wall = |j: usize, pixel: usize, _| on_wall[j][pixel];
+        self.mean_differences((k, i), places, on_wall).or_else(|| {
+            let stands =
+                |j: usize, pixel: usize, z| self.maps[j].depth[pixel] < (1.0 - MOST_RISE) * z;
+            let alike = alike?;
+            let tells = |j: usize, pixel: usize, z| alike[j][pixel] && !stands(j, pixel, z);
+            self.mean_differences((k, i), places, tells)
+        })
+    }
+
+    /// The same over the photos of which `tells` says yes, from photo, pixel and the distance of the place on the wall.
+    fn mean_differences(
+        &self,
+        (k, i): (usize, usize),
+        places: [Vec3; 2],
+        tells: impl Fn(usize, usize, f32) -> bool,
+    ) -> Option<[f32; 2]> {
+        let own = self.views[k].luma[i];
         let (mut sums, mut count) = ([0.0f32; 2], 0.0f32);
-        for (j, (other, on)) in self.views.iter().zip(on_wall).enumerate() {
-            let Some(q) = other.project(places[0]).filter(|_| j != k) else { continue };
-            if !other.pixel(q.x, q.y).is_some_and(|pixel| on[pixel]) {
+        for (j, other) in self.views.iter().enumerate().filter(|&(j, _)| j != k) {
+            let Some(q) = other.project(places[0]) else { continue };
+            if !other.pixel(q.x, q.y).is_some_and(|pixel| tells(j, pixel, q.z)) {
                 continue;
             }
             let Some((by_wall, _)) = other.luma_at(q.x, q.y) else { continue };
             let at_depth = other.project(places[1]).and_then(|q| other.luma_at(q.x, q.y));
             // What the other photo would have to show outside of itself is not explained.
             let by_depth = at_depth.map_or(1.0, |(luma, _)| luma);
-            sums[0] += (by_wall - view.luma[i]).abs();
-            sums[1] += (by_depth - view.luma[i]).abs();
+            sums[0] += (by_wall - own).abs();
+            sums[1] += (by_depth - own).abs();
             count += 1.0;
         }
         (count > 0.0).then(|| sums.map(|s| s / count))

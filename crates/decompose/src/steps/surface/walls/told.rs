@@ -7,7 +7,7 @@
 use super::consistency::{Photos, shades};
 use super::pieces::{pieces, search, take};
 use super::vote::Vote;
-use super::{MOST_WALLS, Region, Surroundings, Wall, spread};
+use super::{MOST_WALLS, Place, Region, Surroundings, Wall, spread, spread_to_rest};
 use crate::steps::surface::planes::Plane;
 use crate::steps::surface::splat_depth::DepthMap;
 use crate::steps::surface::view::View;
@@ -47,8 +47,17 @@ pub(in crate::steps::surface) fn told<'a>(
         let all: Vec<&Region> = pieces.iter().map(|p| &p.region).collect();
         let showing = pixels.iter().map(|p| p.piece).collect();
         spread(&[Wall { plane, regions: showing }], &all, views, maps, voxel);
-        take(&mut pieces, &plane, views, maps, voxel, &mut told.on);
+        take(&mut pieces, &plane, views, maps, voxel);
         told.planes.push(plane);
+    }
+    spread_to_rest(&told.planes, regions, views, maps, voxel);
+    for region in regions {
+        let (view, map) = (&views[region.view], &maps[region.view]);
+        for i in region.pixels.iter().map(|&i| i as usize) {
+            let place = Place::new(view, map, i, voxel);
+            let shows = |plane: &Plane| plane.height(view.center) > 0.0 && place.lies_on(plane);
+            told.on[region.view][i] = told.planes.iter().any(shows);
+        }
     }
     told
 }
