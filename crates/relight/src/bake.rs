@@ -87,7 +87,7 @@ impl Relighter<'_> {
             even /= options.bake_directions as f32;
             let local = scene.local_log_factor.as_ref().map_or(Vec3::ZERO, |l| l[i]);
             let local = (local * self.local_share).map(f32::exp);
-            let is_off = self.off.get(i).is_some_and(|off| *off);
+            let is_off = self.off.get(i).is_some_and(Option::is_some);
             let factor = |basis: &[f32; 25]| match &scene.residual {
                 Some(of_scene) if self.residual_share > 0.0 && !is_off => {
                     of_scene.factor(i, basis, self.residual_share)

@@ -31,8 +31,8 @@ pub struct Relighter<'a> {
     pub(crate) light: &'a Environment,
     /// Lamps that shine.
     pub(crate) lamps: Option<&'a Emitters>,
-    /// Whether each Gaussian shows a lamp that shines in the photos and not now; empty without any.
-    pub(crate) off: Vec<bool>,
+    /// Of each Gaussian that shows a lamp which shines in the photos and not now, one on that lamp; empty without any.
+    pub(crate) off: Vec<Option<u32>>,
     pub(crate) cache: RadianceCache,
     pub(crate) options: QualityOptions,
     pub(crate) seed: u64,

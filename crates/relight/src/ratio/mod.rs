@@ -78,12 +78,12 @@ pub(crate) struct Ratio {
 }
 
 impl Ratio {
-    /// Of `scene` between its own light and `light`, with which lamps of the Gaussians `off` went out; none where that light or the
-    /// confidence is not known.
+    /// Of `scene` between its own light and `light`, with which lamps of the Gaussians `off` went out, each with one on its
+    /// lamp; none where that light or the confidence is not known.
     pub(crate) fn new(
         scene: &RelightScene,
         light: &Lights<'_>,
-        off: &[bool],
+        off: &[Option<u32>],
         likeness: f32,
         caution: f32,
         samples: u32,
@@ -123,7 +123,8 @@ impl Ratio {
             let range = mix(RANGE, trust.confidence[i]);
             let middle = *open + offset;
             let limited = middle + (*v - middle).map(|v| range * (v / range).tanh());
-            limited - common - of_own_light[i] * different
+            let is_off = off.get(i).is_some_and(Option::is_some);
+            if is_off { Vec3::ZERO } else { limited - common - of_own_light[i] * different }
         });
         let log_ratio: Vec<Vec3> = limited.collect();
         let splats = log_layer::drawn(&log_ratio, &scene.gaussians);
@@ -131,12 +132,13 @@ impl Ratio {
             .into_iter()
             .map(|share| share * different)
             .collect();
-        let lamps = if off.contains(&true) {
+        let lamps = if off.iter().any(Option::is_some) {
             let lit =
                 graph.smoothed(&received.new, &|_| LAMP_ANCHOR, &|_, j| trust.area[j], ROUNDS);
-            let unlit = |i: usize| LAMP_BASE_COLOR * lit[i] / (log_ratio[i] + common).map(f32::exp);
-            let off = (0..off.len()).filter(|&i| off[i]);
-            off.map(|i| (i as u32, unlit(i))).filter(|(_, color)| color.is_finite()).collect()
+            let unlit =
+                |on_lamp: u32| LAMP_BASE_COLOR * lit[on_lamp as usize] / common.map(f32::exp);
+            let off = (0u32..).zip(off).filter_map(|(i, on_lamp)| Some((i, unlit((*on_lamp)?))));
+            off.filter(|(_, color)| color.is_finite()).collect()
         } else {
             Vec::new()
         };
