@@ -6,7 +6,7 @@ use glam::Vec3;
 use motes_math::disjoint_sets::DisjointSets;
 use motes_math::knn::of_nearest;
 use motes_math::luminance::luminance;
-use motes_math::sh::{SH_C0, sh_coefficients};
+use motes_math::sh::SH_C0;
 use motes_math::srgb;
 use motes_scene::{Gaussians, Switch};
 use motes_shading::emitters::Emitters;
@@ -122,8 +122,7 @@ fn with_glow(
 
 /// Luminance of a Gaussian's captured color as a mean over directions, linear.
 fn brightness(gaussians: &Gaussians, i: u32) -> f32 {
-    let row = 3 * sh_coefficients(gaussians.sh_degree);
-    let encoded = Vec3::from_slice(&gaussians.sh[row * i as usize..][..3]) * SH_C0 as f32 + 0.5;
+    let encoded = Vec3::from_slice(&gaussians.sh_of(i as usize)[..3]) * SH_C0 as f32 + 0.5;
     luminance(encoded.map(|v| srgb::decode(v.clamp(0.0, 1.0))))
 }
 

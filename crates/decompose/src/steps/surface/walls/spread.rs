@@ -45,7 +45,8 @@ pub(in crate::steps::surface) fn spread(
         wall.regions.iter().for_each(|&i| shows[i] = true);
         for _ in 0..ROUNDS {
             let photos = Photos { plane: &wall.plane, others: &[], views, maps, voxel };
-            let on_wall = photos.on_wall(regions, &shows);
+            let showing = regions.iter().zip(&shows).filter(|(_, shows)| **shows);
+            let on_wall = photos.on_wall(showing.map(|(region, _)| *region));
             let hanging = |region: &&Region| photos.hanging(region, &on_wall, None);
             let found: Vec<_> = regions.par_iter().with_max_len(1).map(hanging).collect();
             for (shows, put) in shows.iter_mut().zip(&found) {
@@ -73,8 +74,8 @@ pub(in crate::steps::surface) fn spread_to_rest(
             let goes_on = |region: &&Region| photos.goes_on(region);
             let regions: Vec<&Region> =
                 regions.par_iter().with_max_len(1).filter(goes_on).collect();
-            let on_wall = photos.on_wall(&regions, &vec![true; regions.len()]);
-            let alike = photos.pixels_of(&regions);
+            let on_wall = photos.on_wall(regions.iter().copied());
+            let alike = photos.marked(regions.iter().copied(), |_, _| true);
             let hanging = |region: &&Region| photos.hanging(region, &on_wall, Some(&alike));
             let found: Vec<_> = regions.par_iter().with_max_len(1).map(hanging).collect();
             if !put_down(&found, &regions, maps) {
@@ -120,16 +121,12 @@ impl Photos<'_> {
         Place::new(&self.views[view], &self.maps[view], i, self.voxel).lies_on(self.plane)
     }
 
-    /// Per photo, the pixels of regions that show the wall and lie on it.
-    fn on_wall(&self, regions: &[&Region], shows: &[bool]) -> Vec<Vec<bool>> {
-        let shows = regions.iter().zip(shows).filter(|(_, shows)| **shows);
-        self.marked(shows.map(|(region, _)| *region), |k, i| self.lies_on_wall(k, i))
+    /// Per photo, the pixels of regions that lie on the wall.
+    fn on_wall<'r>(&self, regions: impl Iterator<Item = &'r Region>) -> Vec<Vec<bool>> {
+        self.marked(regions, |k, i| self.lies_on_wall(k, i))
     }
 
-    fn pixels_of(&self, regions: &[&Region]) -> Vec<Vec<bool>> {
-        self.marked(regions.iter().copied(), |_, _| true)
-    }
-
+    /// Per photo, the pixels of regions that are asked for by photo and pixel.
     fn marked<'r>(
         &self,
         regions: impl Iterator<Item = &'r Region>,
@@ -162,7 +159,9 @@ impl Photos<'_> {
         if !compared.shown.contains(&1.0) {
             return Vec::new();
         }
-        let is_wall = compared.is_wall(if self.goes_on(region) { ALIKE } else { BETTER });
+        // Photos tell by what is alike of regions in which the wall goes on only.
+        let goes_on = alike.is_some() || self.goes_on(region);
+        let is_wall = compared.is_wall(if goes_on { ALIKE } else { BETTER });
         let of = |i: usize| {
             let at = [i % view.width, i / view.width];
             let z = self.plane.depth(view, view.pixel_ray(at))?;
@@ -180,10 +179,8 @@ impl Photos<'_> {
 
     /// Whether the ray of a pixel meets no other wall before the depth `z` of this one.
     fn is_first(&self, view: &View, at: [usize; 2], z: f32) -> bool {
-        let before = |other: &Plane| {
-            other.height(view.center) > 0.0
-                && other.depth(view, view.pixel_ray(at)).is_some_and(|other| other < z)
-        };
+        let ray = view.pixel_ray(at);
+        let before = |other: &Plane| other.depth(view, ray).is_some_and(|other| other < z);
         !self.others.iter().any(before)
     }
 

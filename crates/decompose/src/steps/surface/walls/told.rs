@@ -27,18 +27,17 @@ pub(in crate::steps::surface) fn told<'a>(
     share: f32,
 ) -> Told {
     let least = share * views.iter().map(|v| v.luma.len()).sum::<usize>() as f32;
-    let on = views.iter().map(|v| vec![false; v.luma.len()]).collect();
-    let mut told = Told { planes: Vec::new(), on };
+    let mut planes: Vec<Plane> = Vec::new();
     let mut refused = Vec::new();
     let voxel = around(maps).voxel;
     let shades = shades(views);
     let mut pieces = pieces(regions, views, maps, voxel);
-    while told.planes.len() < MOST_WALLS {
+    while planes.len() < MOST_WALLS {
         let photos = Photos::new(views, maps, &shades);
         search(&mut pieces, &photos);
         let around = around(maps);
         let Some((plane, pixels)) =
-            Vote::new(&photos, &pieces, &around).wall(least, &told.planes, &mut refused)
+            Vote::new(&photos, &pieces, &around).wall(least, &planes, &mut refused)
         else {
             break;
         };
@@ -48,18 +47,31 @@ pub(in crate::steps::surface) fn told<'a>(
         let showing = pixels.iter().map(|p| p.piece).collect();
         spread(&[Wall { plane, regions: showing }], &all, views, maps, voxel);
         take(&mut pieces, &plane, views, maps, voxel);
-        told.planes.push(plane);
+        planes.push(plane);
     }
-    spread_to_rest(&told.planes, regions, views, maps, voxel);
+    spread_to_rest(&planes, regions, views, maps, voxel);
+    let on = showing(&planes, regions, views, maps, voxel);
+    Told { planes, on }
+}
+
+/// Per photo, the pixels of regions that lie on one of the planes.
+fn showing(
+    planes: &[Plane],
+    regions: &[Region],
+    views: &[View],
+    maps: &[DepthMap],
+    voxel: f32,
+) -> Vec<Vec<bool>> {
+    let mut on: Vec<Vec<bool>> = views.iter().map(|v| vec![false; v.luma.len()]).collect();
     for region in regions {
         let (view, map) = (&views[region.view], &maps[region.view]);
         for i in region.pixels.iter().map(|&i| i as usize) {
             let place = Place::new(view, map, i, voxel);
             let shows = |plane: &Plane| plane.height(view.center) > 0.0 && place.lies_on(plane);
-            told.on[region.view][i] = told.planes.iter().any(shows);
+            on[region.view][i] = planes.iter().any(shows);
         }
     }
-    told
+    on
 }
 
 #[cfg(test)]
