@@ -3,7 +3,8 @@
 //! A clipped pixel says only that its surface sends at least so much. How much more is told by what it lights: the radiance of
 //! every such piece is an unknown of the light, like that of a cell of the sky, but near. White things in the sun are clipped
 //! too; their pieces end at what is seen of them, and are no lamps. A wall that a lamp overexposes fades into what is around it,
-//! where a lamp ends.
+//! where a lamp ends. A channel that is not clipped shows all that a surface sends: what is clipped in one channel only has a
+//! color, and light falls on it.
 
 use std::collections::HashMap;
 
@@ -22,13 +23,15 @@ use crate::observation::{SeenView, TracedSurface};
 const CLIPPED_SHARE: f32 = 0.5;
 /// Photos that have to show it at all, where there are so many.
 const LEAST_VIEWS: usize = 2;
+/// Least channel of a clipped vertex over its largest: below it, not all channels are clipped.
+const LEAST_CHANNEL: f32 = 0.8;
 /// Triangles of the smallest piece.
 const LEAST_TRIANGLES: usize = 6;
 /// Most pieces, the largest first.
 const MOST: usize = 12;
 /// Rings of vertices around a piece that tell whether it ends there.
 const RINGS: usize = 3;
-/// What is around a lamp sends less than this share of what is seen of it.
+/// What is around a lamp sends less than this share of what is seen of it, in one channel at least.
 const MOST_AROUND: f32 = 0.6;
 /// A lamp gives at least this share of all light that the points receive, ...
 const LEAST_SHARE: f32 = 0.01;
@@ -65,7 +68,7 @@ impl Lamps {
             match seen {
                 0 => Shown::Nowhere,
                 _ if seen >= least_views && count as f32 > CLIPPED_SHARE * seen as f32 => {
-                    Shown::Clipped(sum / count as f32)
+                    Shown::of(sum / count as f32)
                 }
                 _ => Shown::Dark,
             }
@@ -90,12 +93,8 @@ impl Lamps {
         let seen: Vec<Vec3> = sums.into_iter().map(|(sum, n)| sum / n.max(1.0)).collect();
         let unseen: Vec<bool> = shown.iter().map(|s| matches!(s, Shown::Nowhere)).collect();
         take_unseen(&surface.triangles, &unseen, &mut of_vertex);
-        let around = around(&surface.triangles, &of_vertex, sent, seen.len());
-        let ends: Vec<bool> = around
-            .iter()
-            .zip(&seen)
-            .map(|(around, seen)| around.is_none_or(|a| a < MOST_AROUND * luminance(*seen)))
-            .collect();
+        let around = around(&surface.triangles, &of_vertex, sent, &seen);
+        let ends: Vec<bool> = around.iter().map(|a| a.is_none_or(|a| a < MOST_AROUND)).collect();
         let ending = Self { of_vertex, emitters: Vec::new(), seen }.renumbered(&ends);
         Self::of(scene, ending.of_vertex, ending.seen)
     }
@@ -179,6 +178,17 @@ enum Shown {
     Clipped(Vec3),
 }
 
+impl Shown {
+    /// Of the mean radiance where any channel is clipped.
+    fn of(radiance: Vec3) -> Self {
+        if radiance.min_element() >= LEAST_CHANNEL * radiance.max_element() {
+            Self::Clipped(radiance)
+        } else {
+            Self::Dark
+        }
+    }
+}
+
 /// Lets every piece take in vertices next to it that no photo shows, ring by ring, until they are as many as it has: the far side
 /// of a lamp shines, too.
 fn take_unseen(triangles: &[[u32; 3]], unseen: &[bool], of_vertex: &mut [u32]) {
@@ -209,12 +219,13 @@ fn take_unseen(triangles: &[[u32; 3]], unseen: &[bool], of_vertex: &mut [u32]) {
     }
 }
 
-/// Median luminance of the outermost of some rings of vertices around every piece; none where nothing is around.
+/// Median of what the outermost of some rings of vertices around every piece send over what is seen of the piece, in the channel
+/// in which they differ most; none where nothing is around.
 fn around(
     triangles: &[[u32; 3]],
     of_vertex: &[u32],
     sent: &[Vec3],
-    count: usize,
+    seen: &[Vec3],
 ) -> Vec<Option<f32>> {
     let mut reached = of_vertex.to_vec();
     let mut last = Vec::new();
@@ -227,10 +238,12 @@ fn around(
         }
         last.iter().for_each(|&(v, piece)| reached[v as usize] = piece);
     }
-    let mut values = vec![Vec::new(); count];
+    let mut values = vec![Vec::new(); seen.len()];
     for &(v, piece) in &last {
         if let Some(sent) = sent.get(v as usize) {
-            values[piece as usize - 1].push(f64::from(luminance(*sent)));
+            let k = piece as usize - 1;
+            let ratio = *sent / seen[k].max(Vec3::splat(f32::MIN_POSITIVE));
+            values[k].push(f64::from(ratio.min_element()));
         }
     }
     values.into_iter().map(|of| median(of).map(|m| m as f32)).collect()
@@ -284,10 +297,23 @@ mod tests {
         let fading: Vec<Vec3> = (0..42).map(|v| Vec3::splat(1.0 - 0.02 * (v / 2) as f32)).collect();
         let ending: Vec<Vec3> =
             (0..42).map(|v| Vec3::splat(if v / 2 < 6 { 1.0 } else { 0.2 })).collect();
-        let of = |sent: &[Vec3]| around(&triangles, &of_vertex, sent, 1)[0];
+        let of = |sent: &[Vec3]| around(&triangles, &of_vertex, sent, &[Vec3::ONE])[0];
         assert!(of(&fading).is_some_and(|v| (v - 0.84).abs() < 1e-5), "{:?}", of(&fading));
         assert!(of(&ending).is_some_and(|v| (v - 0.2).abs() < 1e-5));
-        assert_eq!(around(&triangles, &[1; 42], &fading, 1), [None]);
+        // Wood in the light of a lamp, as red as the lamp itself.
+        let wood: Vec<Vec3> = fading
+            .iter()
+            .map(|v| if v.x > 0.885 { *v } else { Vec3::new(1.0, 0.6, 0.3) })
+            .collect();
+        assert!(of(&wood).is_some_and(|v| (v - 0.3).abs() < 1e-5), "{:?}", of(&wood));
+        assert_eq!(around(&triangles, &[1; 42], &fading, &[Vec3::ONE]), [None]);
+    }
+
+    #[test]
+    fn what_is_clipped_in_one_channel_is_lit() {
+        let clipped = |radiance: Vec3| matches!(Shown::of(radiance), Shown::Clipped(_));
+        assert!(clipped(Vec3::new(0.84, 0.82, 0.7)) && clipped(Vec3::ONE));
+        assert!(!clipped(Vec3::new(0.92, 0.65, 0.32)) && !clipped(Vec3::new(0.8, 0.9, 0.6)));
     }
 
     #[test]
