@@ -277,6 +277,7 @@ fn put_on_walls(
     walls::flatten(&found, regions, views, maps, voxel);
     walls::spread(&found, &regions.iter().collect::<Vec<_>>(), views, maps, voxel);
     let planes = [told.planes, found.iter().map(|w| w.plane).collect()].concat();
+    let planes = walls::joined(planes, &whole, views, maps, voxel);
     if !found.is_empty() {
         walls::spread_to_rest(&planes, &whole, views, maps, voxel);
     }

@@ -301,6 +301,7 @@ pub(super) fn flatten(
 mod consistency;
 mod fit;
 mod height_field;
+mod joined;
 mod pieces;
 mod put;
 mod spread;
@@ -308,6 +309,7 @@ mod sweep;
 mod told;
 mod vote;
 
+pub(super) use joined::joined;
 pub(super) use spread::{spread, spread_to_rest};
 pub(super) use told::told;
 

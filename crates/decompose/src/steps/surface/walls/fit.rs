@@ -8,7 +8,8 @@ use glam::Vec3;
 
 use super::sweep::descend;
 use super::vote::{Vote, spaced};
-use crate::steps::surface::planes::Plane;
+use super::{HELD, Region};
+use crate::steps::surface::planes::{Plane, least_squares};
 
 /// Pieces that may come to show a plane when it moves leave at most this share of what their depth leaves.
 pub(super) const NEARLY: f32 = 1.2;
@@ -19,6 +20,9 @@ const FITS: u64 = 3;
 const FIT_STEPS: u64 = 100;
 const FIRST: f32 = 0.1;
 const NARROWER: f32 = 0.4;
+/// Fits to the depth of the pieces, one after the other, and share of the distance from the camera within which depth lies near a plane.
+const DEPTH_FITS: usize = 10;
+const NEAR_DEPTH: f32 = 0.015;
 /// Cosine of the angle from which a plane is nearly at right angles to another (80 degrees), and share of what it explains that it may
 /// lose for a right angle.
 const SKEW: f32 = 0.17;
@@ -33,6 +37,30 @@ pub(super) fn fitted(vote: &Vote<'_>, mut plane: Plane, key: u64) -> Plane {
         scale *= NARROWER;
     }
     plane
+}
+
+/// The plane near one that the depth of the pieces lies on, where a good part of it does and it explains as much: what explains most
+/// is flat about its maximum, and Gaussians have the right depth where they are on some texture.
+pub(super) fn on_depth(vote: &Vote<'_>, plane: Plane) -> Plane {
+    let among = nearly_showing(vote, &plane);
+    let regions = || among.iter().map(|&i| &vote.pieces[i].region);
+    let held = |plane: &Plane| -> Vec<Vec3> {
+        let of = |region: &Region| {
+            let near = NEAR_DEPTH * plane.height(vote.photos.views[region.view].center);
+            let places = region.samples.iter().map(|s| s.at);
+            places.filter(|at| plane.height(*at).abs() <= near).collect::<Vec<_>>()
+        };
+        regions().flat_map(of).collect()
+    };
+    let mut by_depth = plane;
+    for _ in 0..DEPTH_FITS {
+        by_depth = least_squares(&held(&by_depth), by_depth).unwrap_or(by_depth);
+    }
+    let all: usize = regions().map(|r| r.samples.len()).sum();
+    let is_held = held(&by_depth).len() as f32 >= HELD * all as f32;
+    // Of all pieces: either may show others than it starts with.
+    let gain = |plane: &Plane| vote.gain(&(0..vote.pieces.len()).collect::<Vec<_>>(), plane);
+    if is_held && gain(&by_depth) >= gain(&plane) { by_depth } else { plane }
 }
 
 /// The plane near one at right angles to up to two of `others`, where it is nearly so and that explains about as much.

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::consistency::Photos;
-use super::fit::{NEARLY, at_right_angles, fitted};
+use super::fit::{NEARLY, at_right_angles, fitted, on_depth};
 use super::height_field::is_even;
 use super::pieces::Piece;
 use super::put::{Put, put};
@@ -63,7 +63,8 @@ impl<'a> Vote<'a> {
                 continue;
             }
             let key = (found.len() * MOST_FITTED + fits) as u64;
-            let plane = at_right_angles(self, fitted(self, start, key), &others, key);
+            let plane =
+                at_right_angles(self, on_depth(self, fitted(self, start, key)), &others, key);
             fits += 1;
             if let Some(pixels) = self.evidence(&plane, least) {
                 return Some((plane, pixels));
