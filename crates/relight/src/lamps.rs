@@ -2,12 +2,9 @@
 
 use std::num::NonZero;
 
-use glam::Vec3;
 use motes_math::disjoint_sets::DisjointSets;
 use motes_math::knn::of_nearest;
 use motes_math::luminance::luminance;
-use motes_math::sh::SH_C0;
-use motes_math::srgb;
 use motes_scene::{Gaussians, Switch};
 use motes_shading::emitters::Emitters;
 use motes_shading::environment::Environment;
@@ -15,6 +12,7 @@ use motes_shading::integrate::{IntegrationOptions, Shader, SurfacePoint};
 
 use crate::scene::RelightScene;
 use crate::surface_point::white_vertex;
+use crate::windows::is_clipped;
 
 /// Keeps the random numbers apart from those of pixels, vertices and baked colors.
 const FIRST_ITEM: u64 = 1 << 54;
@@ -22,9 +20,7 @@ const FIRST_ITEM: u64 = 1 << 54;
 const PLACES: usize = 512;
 /// A Gaussian shows what lies within this many of its largest standard deviations, and of the ray bias.
 const EXTENT: f32 = 3.0;
-/// Captured linear luminance of what is part of a lamp, and neighbors that are asked whether they touch it: lamps are what photos show
-/// clipped, and their mean exposure may be less than that of the photo that shows it.
-const CLIPPED: f32 = 0.8;
+/// Neighbors that are asked whether they touch what is part of a lamp.
 const TOUCHING: NonZero<usize> = NonZero::new(9).unwrap();
 /// A light this like that of the photos is that of the photos.
 const OWN: f32 = 0.999;
@@ -90,7 +86,7 @@ fn with_glow(
     may: impl Fn(u32) -> bool,
 ) -> Vec<Option<u32>> {
     let core: Vec<u32> = (0..on_lamps.len() as u32).filter(|&i| on_lamps[i as usize]).collect();
-    let glows = |i: u32| may(i) && brightness(gaussians, i) >= CLIPPED;
+    let glows = |i: u32| may(i) && is_clipped(gaussians, i);
     let is_bright = |&i: &u32| on_lamps[i as usize] || glows(i);
     let bright: Vec<u32> = (0..on_lamps.len() as u32).filter(is_bright).collect();
     let at =
@@ -120,12 +116,6 @@ fn with_glow(
     found
 }
 
-/// Luminance of a Gaussian's captured color as a mean over directions, linear.
-fn brightness(gaussians: &Gaussians, i: u32) -> f32 {
-    let encoded = Vec3::from_slice(&gaussians.sh_of(i as usize)[..3]) * SH_C0 as f32 + 0.5;
-    luminance(encoded.map(|v| srgb::decode(v.clamp(0.0, 1.0))))
-}
-
 /// Share of the light on the scene's vertices that its lamps give in the photos, 0 to 1.
 pub(crate) fn share_of_lamps(scene: &RelightScene, seed: u64) -> f32 {
     let (Some(lamps), Some(own)) = (&scene.lamps, &scene.own_environment) else { return 0.0 };
@@ -151,6 +141,8 @@ pub(crate) fn share_of_lamps(scene: &RelightScene, seed: u64) -> f32 {
 
 #[cfg(test)]
 mod tests {
+    use motes_math::sh::SH_C0;
+
     use super::*;
 
     #[test]

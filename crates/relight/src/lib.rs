@@ -37,6 +37,7 @@ mod sun;
 mod surface_point;
 mod upsample;
 mod view_transform;
+mod windows;
 
 pub use compose::{Background, Components, Picture, PictureStats};
 pub use light::{Light, LightError, LightSource, Place, environment_image};

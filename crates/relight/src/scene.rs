@@ -18,6 +18,7 @@ use thiserror::Error;
 use crate::disputed::without_disputed;
 use crate::log_layer;
 use crate::residual::SceneResidual;
+use crate::windows::with_windows;
 
 /// Why a scene cannot be lit.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -59,7 +60,7 @@ pub struct RelightScene {
     pub tone_curve: ToneCurve,
     /// How far the decomposition is to be trusted, per Gaussian, 0 to 1, where it says so.
     pub confidence: Option<Vec<f32>>,
-    /// Share of every Gaussian that is sky, 0 to 1, where the photos show one.
+    /// Share of every Gaussian that is sky, 0 to 1, where the photos show one or a window.
     pub sky: Option<Vec<f32>>,
     /// Logarithm of the local light at every Gaussian, where the decomposition found one.
     pub(crate) local_log_factor: Option<Vec<Vec3>>,
@@ -114,7 +115,8 @@ impl RelightScene {
         let emission: Vec<Vec3> = surface.emission_linear.iter().map(|&e| e.into()).collect();
         let lamps = Emitters::new(&mesh, &emission);
         let residual = SceneResidual::of(&gaussians).map_err(SceneError::Residual)?;
-        let (confidence, sky) = (confidence_of(&gaussians), sky_of(&gaussians));
+        let confidence = confidence_of(&gaussians);
+        let sky = with_windows(&gaussians, &surface, sky_of(&gaussians));
         let local_log_factor: Option<Vec<Vec3>> =
             local_light_of(&gaussians).map(|all| all.into_iter().map(Vec3::from).collect());
         let local_splats = local_log_factor.as_ref().map(|l| log_layer::drawn(l, &gaussians));
