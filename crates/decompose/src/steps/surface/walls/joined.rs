@@ -11,6 +11,8 @@ use crate::steps::surface::view::View;
 /// Cosine of the angle (5 degrees), and distance over that from the camera, up to which two planes are one wall.
 const ALIKE: f32 = 0.996;
 const APART: f32 = 0.04;
+/// Share of its distance by which a pixel is moved from one to the other at most.
+const MOST_MOVE: f32 = 0.125;
 
 /// Leaves one plane of every wall, the one that explains the photos best, and puts the pixels of the others onto it.
 pub(in crate::steps::surface) fn joined(
@@ -20,19 +22,24 @@ pub(in crate::steps::surface) fn joined(
     maps: &mut [DepthMap],
     voxel: f32,
 ) -> Vec<Plane> {
-    let shades = shades(views);
-    while let Some([kept, dropped]) = {
+    loop {
+        let alike = alike(&planes);
+        if alike.is_empty() {
+            return planes;
+        }
+        let shades = shades(views);
         let photos = Photos::new(views, maps, &shades);
-        pairs(planes.len()).find_map(|[a, b]| same_wall(&photos, &planes, [a, b], regions, voxel))
-    } {
+        let mut same = alike.iter().filter_map(|&p| same_wall(&photos, &planes, p, regions, voxel));
+        let Some([kept, dropped]) = same.next() else { return planes };
         put(&planes[kept], &planes[dropped], regions, views, maps, voxel);
         planes.remove(dropped);
     }
-    planes
 }
 
-fn pairs(count: usize) -> impl Iterator<Item = [usize; 2]> {
-    (0..count).flat_map(move |a| (a + 1..count).map(move |b| [a, b]))
+/// Pairs of planes along each other.
+fn alike(planes: &[Plane]) -> Vec<[usize; 2]> {
+    let pairs = (0..planes.len()).flat_map(|a| (a + 1..planes.len()).map(move |b| [a, b]));
+    pairs.filter(|&[a, b]| planes[a].normal.dot(planes[b].normal) >= ALIKE).collect()
 }
 
 /// The plane of the two to keep and the one to drop, when both are the same wall.
@@ -44,12 +51,13 @@ fn same_wall(
     voxel: f32,
 ) -> Option<[usize; 2]> {
     let two = pair.map(|k| planes[k]);
-    if two[0].normal.dot(two[1].normal) < ALIKE {
-        return None;
-    }
     let shows = |region: &&Region| {
-        let on = |&i: &u32| lies_on_any(&two, photos.views, photos.maps, region.view, i, voxel);
-        let held = region.looked_at().filter(on).count();
+        let (view, map) = (&photos.views[region.view], &photos.maps[region.view]);
+        let lies_on_either = |&i: &u32| {
+            let place = Place::new(view, map, i as usize, voxel);
+            two.iter().any(|plane| place.lies_on(plane))
+        };
+        let held = region.looked_at().filter(lies_on_either).count();
         held as f32 >= HELD * region.looked_at().count() as f32
     };
     let (mut apart, mut costs) = (Vec::new(), [0.0; 2]);
@@ -67,18 +75,6 @@ fn same_wall(
     is_near.then_some(if costs[0] <= costs[1] { [a, b] } else { [b, a] })
 }
 
-fn lies_on_any(
-    planes: &[Plane],
-    views: &[View],
-    maps: &[DepthMap],
-    view: usize,
-    i: u32,
-    voxel: f32,
-) -> bool {
-    let place = Place::new(&views[view], &maps[view], i as usize, voxel);
-    planes.iter().any(|plane| place.lies_on(plane))
-}
-
 /// Puts the pixels of regions that lie on one plane onto another.
 fn put(
     kept: &Plane,
@@ -89,13 +85,13 @@ fn put(
     voxel: f32,
 ) {
     for region in regions {
-        let view = &views[region.view];
-        for &i in &region.pixels {
-            if !lies_on_any(&[*dropped], views, maps, region.view, i, voxel) {
-                continue;
-            }
-            if let Some(z) = kept.depth(view, view.pixel_ray(view.at(i))) {
-                maps[region.view].depth[i as usize] = z;
+        let (view, map) = (&views[region.view], &mut maps[region.view]);
+        for i in region.pixels.iter().map(|&i| i as usize) {
+            let z = kept.depth(view, view.pixel_ray(view.at(i as u32)));
+            // Where a ray grazes them, the planes are far apart.
+            let z = z.filter(|z| (z - map.depth[i]).abs() <= MOST_MOVE * z);
+            if let Some(z) = z.filter(|_| Place::new(view, map, i, voxel).lies_on(dropped)) {
+                map.depth[i] = z;
             }
         }
     }
