@@ -24,8 +24,10 @@ pub(crate) fn with_windows(
     surface: &Surface,
     sky: Option<Vec<f32>>,
 ) -> Option<Vec<f32>> {
-    let has_lamps = surface.emission_linear.iter().flatten().any(|e| *e > 0.0);
-    let Some((middle, size)) = extent(surface).filter(|_| has_lamps) else { return sky };
+    if !surface.shines() {
+        return sky;
+    }
+    let Some((middle, size)) = extent(surface) else { return sky };
     let is_window = |i: usize| {
         (Vec3::from(gaussians.means[i]) - middle).length() > FAR * size
             && is_clipped(gaussians, i as u32)

@@ -56,11 +56,11 @@ pub(super) fn on_depth(vote: &Vote<'_>, plane: Plane) -> Plane {
     for _ in 0..DEPTH_FITS {
         by_depth = least_squares(&held(&by_depth), by_depth).unwrap_or(by_depth);
     }
-    let all: usize = regions().map(|r| r.samples.len()).sum();
-    let is_held = held(&by_depth).len() as f32 >= HELD * all as f32;
-    // Of all pieces: either may show others than it starts with.
-    let gain = |plane: &Plane| vote.gain(&(0..vote.pieces.len()).collect::<Vec<_>>(), plane);
-    if is_held && gain(&by_depth) >= gain(&plane) { by_depth } else { plane }
+    let samples: usize = regions().map(|r| r.samples.len()).sum();
+    let is_held = held(&by_depth).len() as f32 >= HELD * samples as f32;
+    // Either may be shown by other pieces than it starts with.
+    let all: Vec<usize> = (0..vote.pieces.len()).collect();
+    if is_held && vote.gain(&all, &by_depth) >= vote.gain(&all, &plane) { by_depth } else { plane }
 }
 
 /// The plane near one at right angles to up to two of `others`, where it is nearly so and that explains about as much.

@@ -29,8 +29,8 @@ pub(in crate::steps::surface) fn joined(
         }
         let shades = shades(views);
         let photos = Photos::new(views, maps, &shades);
-        let mut same = alike.iter().filter_map(|&p| same_wall(&photos, &planes, p, regions, voxel));
-        let Some([kept, dropped]) = same.next() else { return planes };
+        let same = |&pair: &[usize; 2]| same_wall(&photos, &planes, pair, regions, voxel);
+        let Some([kept, dropped]) = alike.iter().find_map(same) else { return planes };
         put(&planes[kept], &planes[dropped], regions, views, maps, voxel);
         planes.remove(dropped);
     }
