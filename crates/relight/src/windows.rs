@@ -6,7 +6,6 @@
 use glam::Vec3;
 use motes_math::luminance::luminance;
 use motes_math::median::quantile;
-use motes_math::sh::SH_C0;
 use motes_math::srgb;
 use motes_scene::{Gaussians, Surface};
 
@@ -43,8 +42,8 @@ pub(crate) fn with_windows(
 
 /// Whether photos show a Gaussian clipped, by its captured color as a mean over directions.
 pub(crate) fn is_clipped(gaussians: &Gaussians, i: u32) -> bool {
-    let encoded = Vec3::from_slice(&gaussians.sh_of(i as usize)[..3]) * SH_C0 as f32 + 0.5;
-    luminance(encoded.map(|v| srgb::decode(v.clamp(0.0, 1.0)))) >= CLIPPED
+    let linear = gaussians.mean_color(i as usize).map(|v| srgb::decode(v.clamp(0.0, 1.0)));
+    luminance(linear) >= CLIPPED
 }
 
 /// Middle of the vertices, and the distance of nearly all of them from it.
@@ -61,6 +60,8 @@ fn extent(surface: &Surface) -> Option<(Vec3, f32)> {
 
 #[cfg(test)]
 mod tests {
+    use motes_math::sh::SH_C0;
+
     use super::*;
 
     /// White near and far, gray far; and a surface about the middle.

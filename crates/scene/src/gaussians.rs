@@ -149,6 +149,12 @@ impl Gaussians {
         &self.sh[i * stride..(i + 1) * stride]
     }
 
+    /// sRGB-encoded color of one Gaussian as a mean over directions, not bounded.
+    pub fn mean_color(&self, i: usize) -> [f32; 3] {
+        let sh = self.sh_of(i);
+        [0, 1, 2].map(|c| 0.5 + SH_C0 as f32 * sh[c])
+    }
+
     /// Keeps the Gaussians of `rows`, in that order; a row may repeat.
     pub fn gather(&mut self, rows: &[u32]) {
         fn pick<T: Copy>(values: &[T], rows: &[u32]) -> Vec<T> {

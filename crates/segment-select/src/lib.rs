@@ -57,7 +57,7 @@ pub use overlay::{overlay, selection_mask};
 pub use picture_segmenter::{PictureMask, PicturePrompt, PictureSegmenter};
 pub use plane::SupportPlane;
 pub use projected::{ProjectedPrompts, Resolved};
-pub use property::{base_color, property};
+pub use property::property;
 pub use provider::{Asked, GraphCut, MaskProvider};
 pub use seeds::Seeds;
 pub use segment::SegmentOptions;

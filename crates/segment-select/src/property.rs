@@ -1,21 +1,14 @@
 //! Values of Gaussians by name.
 
-use motes_math::sh::SH_C0;
 use motes_math::sigmoid::sigmoid;
 use motes_scene::{ColumnValues, Gaussians};
 
 use crate::color::lab_from_srgb;
 use crate::error::SelectError;
 
-/// sRGB-encoded color of a Gaussian without its dependence on direction.
-pub fn base_color(gaussians: &Gaussians, i: usize) -> [f32; 3] {
-    let sh = gaussians.sh_of(i);
-    [0, 1, 2].map(|k| 0.5 + SH_C0 as f32 * sh[k])
-}
-
-/// The same as L*a*b*.
+/// L*a*b* of a Gaussian's color without its dependence on direction.
 pub(crate) fn base_lab(gaussians: &Gaussians, i: usize) -> [f32; 3] {
-    lab_from_srgb(base_color(gaussians, i))
+    lab_from_srgb(gaussians.mean_color(i))
 }
 
 /// Names that are not columns of the file.
@@ -69,7 +62,7 @@ pub fn property(gaussians: &Gaussians, name: &str) -> Result<Vec<f64>, SelectErr
         }),
         "red" | "green" | "blue" => {
             let k = usize::from(bare == "green") + 2 * usize::from(bare == "blue");
-            of(&|i| if raw { gaussians.sh_of(i)[k] } else { base_color(gaussians, i)[k] })
+            of(&|i| if raw { gaussians.sh_of(i)[k] } else { gaussians.mean_color(i)[k] })
         }
         _ if numbered(bare, "rot_").is_some_and(|k| k < 4) => {
             let k = numbered(bare, "rot_").unwrap_or(0);
@@ -81,7 +74,7 @@ pub fn property(gaussians: &Gaussians, name: &str) -> Result<Vec<f64>, SelectErr
         }
         _ if numbered(bare, "f_dc_").is_some_and(|k| k < 3) => {
             let k = numbered(bare, "f_dc_").unwrap_or(0);
-            of(&|i| if raw { gaussians.sh_of(i)[k] } else { base_color(gaussians, i)[k] })
+            of(&|i| if raw { gaussians.sh_of(i)[k] } else { gaussians.mean_color(i)[k] })
         }
         _ if numbered(bare, "f_rest_").is_some_and(|k| k < 3 * rest) => {
             // The file has all coefficients of red, then of green, then of blue.

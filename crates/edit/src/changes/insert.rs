@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use glam::{DQuat, DVec3};
 use motes_codecs::mesh::Mesh;
-use motes_math::sh::SH_C0;
 use motes_math::srgb;
 use motes_scene::{
     CONFIDENCE_COLUMN, ColumnValues, ExtraColumn, Gaussians, MATERIAL_COLUMNS, Materials, Residual,
@@ -259,10 +258,8 @@ pub(crate) fn guessed_materials(gaussians: &Gaussians) -> Materials {
         let axis = if axis.is_finite() { axis } else { DVec3::Z };
         axis.as_vec3().to_array()
     };
-    let base = |row: usize| {
-        let sh = gaussians.sh_of(row);
-        [0, 1, 2].map(|c| srgb::decode((0.5 + sh[c] * SH_C0 as f32).max(0.0).clamp(0.0, 1.0)))
-    };
+    let base =
+        |row: usize| gaussians.mean_color(row).map(|v| srgb::decode(v.max(0.0).clamp(0.0, 1.0)));
     Materials {
         normals: (0..n).map(normal).collect(),
         base_color_linear: (0..n).map(base).collect(),
