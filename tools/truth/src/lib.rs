@@ -135,8 +135,7 @@ pub fn make(
     let (capture, light) = &recipe.capture_light;
     say(&format!("{}: {train} photos under {capture}", recipe.name));
     let (picture, photos) = take(light, 0..train, options.samples, 0)?;
-    let exposure =
-        options.exposure.unwrap_or_else(|| exposure_of(&photos, &guides, recipe.is_masked));
+    let exposure = options.exposure.unwrap_or_else(|| exposure_of(&photos, &guides, &recipe));
     let out = Folder::create(folder, exposure).context("the folder of the scene")?;
     let out = out.taken_with(camera.clone()).with_masks(recipe.is_masked);
     out.light(capture, &picture)?;
@@ -184,10 +183,16 @@ fn expose<'a>(
 }
 
 /// The exposure that leaves [`CLIPPED`] of the pixels too bright, to three digits.
-fn exposure_of(photos: &[ImageF32], guides: &[Buffers], is_masked: bool) -> f64 {
+fn exposure_of(photos: &[ImageF32], guides: &[Buffers], recipe: &scenes::SceneRecipe) -> f64 {
+    // 1 is the ground, whether the scene has one or not.
+    let first_lamp = 2 + recipe.things.len();
+    let is_metered = |coverage: f32, id: u8| {
+        (!recipe.is_masked || coverage > 0.0)
+            && (recipe.meters_lamps || usize::from(id) < first_lamp)
+    };
     let of_photo = |(photo, guide): (&ImageF32, &Buffers)| -> Vec<f32> {
-        let pixels = photo.data.chunks_exact(3).zip(&guide.coverage.data);
-        let counted = pixels.filter(|(_, coverage)| !is_masked || **coverage > 0.0);
+        let pixels = photo.data.chunks_exact(3).zip(guide.coverage.data.iter().zip(&guide.ids));
+        let counted = pixels.filter(|(_, (coverage, id))| is_metered(**coverage, **id));
         counted.map(|(c, _)| c[0].max(c[1]).max(c[2])).collect()
     };
     let mut brightest: Vec<f32> = photos.iter().zip(guides).flat_map(of_photo).collect();

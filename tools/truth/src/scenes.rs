@@ -6,8 +6,10 @@ mod garden;
 mod hall;
 mod hillside;
 mod kitchen;
+mod lounge;
 mod matte;
 mod studio;
+mod yard;
 
 use glam::{DVec3, EulerRot, Mat3, Vec2, Vec3};
 use motes_math::srgb;
@@ -38,6 +40,10 @@ pub enum SceneName {
     Hall,
     /// A figure that hangs in the air, masked in the photos, seen from all sides and from below.
     Figure,
+    /// A sofa, a table and a shelf between three walls, lit by a lamp and a window; photographed by a phone.
+    Lounge,
+    /// A brick wall, paving, a bench and a bicycle in hard sun, with sky beside and above; photographed by a phone.
+    Yard,
 }
 
 /// A thing on the ground.
@@ -129,6 +135,8 @@ pub struct SceneRecipe {
     pub walls: Vec<Wall>,
     /// Lamps and windows: lit in the photos, dark in the relit pictures.
     pub lamps: Vec<Lamp>,
+    /// The camera exposes for its lamps, too; else for what they shine at, and they burn out.
+    pub meters_lamps: bool,
     /// Where the cameras are.
     pub views: Views,
     /// Photos show its things alone: what is around them is transparent.
@@ -211,6 +219,8 @@ impl SceneName {
             Self::Kitchen => kitchen::recipe(),
             Self::Hall => hall::recipe(),
             Self::Figure => figure::recipe(),
+            Self::Lounge => lounge::recipe(),
+            Self::Yard => yard::recipe(),
         }
     }
 }

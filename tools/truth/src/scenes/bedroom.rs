@@ -27,6 +27,7 @@ pub(super) fn recipe() -> SceneRecipe {
         things: things(),
         walls: walls(),
         lamps: lamps(),
+        meters_lamps: true,
         views: Views {
             distance: 1.15,
             elevation_deg: (16.0, 48.0),

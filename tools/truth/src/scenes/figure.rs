@@ -21,6 +21,7 @@ pub(super) fn recipe() -> SceneRecipe {
         things: things(),
         walls: Vec::new(),
         lamps: Vec::new(),
+        meters_lamps: true,
         views: Views {
             distance: 2.3,
             elevation_deg: (-24.0, 46.0),

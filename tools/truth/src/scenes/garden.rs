@@ -20,6 +20,7 @@ pub(super) fn recipe() -> SceneRecipe {
         things: things(),
         walls: Vec::new(),
         lamps: Vec::new(),
+        meters_lamps: true,
         views: Views {
             distance: 1.8,
             elevation_deg: (8.0, 42.0),

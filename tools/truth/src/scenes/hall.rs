@@ -25,6 +25,7 @@ pub(super) fn recipe() -> SceneRecipe {
         things: things(),
         walls: walls(),
         lamps: lamps(),
+        meters_lamps: true,
         views: Views {
             distance: 2.2,
             elevation_deg: (6.0, 34.0),

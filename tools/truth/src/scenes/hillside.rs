@@ -71,6 +71,7 @@ pub(super) fn recipe() -> SceneRecipe {
         ],
         walls: Vec::new(),
         lamps: Vec::new(),
+        meters_lamps: true,
         views: Views::around(1.85, 25.0, 58.0),
         is_masked: false,
         faults: Vec::new(),

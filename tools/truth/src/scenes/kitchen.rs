@@ -31,6 +31,7 @@ pub(super) fn recipe() -> SceneRecipe {
             paint: paint(Pattern::Patches, &[0xd9d4c8, 0xcfcabd, 0xe2ddd2], 0.16, 0.7, 0.0),
         }],
         lamps: Vec::new(),
+        meters_lamps: true,
         views: Views {
             distance: 2.3,
             elevation_deg: (6.0, 30.0),

@@ -47,6 +47,7 @@ pub(super) fn recipe() -> SceneRecipe {
         ],
         walls: Vec::new(),
         lamps: Vec::new(),
+        meters_lamps: true,
         views: Views::around(1.75, 27.0, 56.0),
         is_masked: false,
         faults: Vec::new(),

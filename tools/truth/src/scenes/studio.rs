@@ -51,6 +51,7 @@ pub(super) fn recipe() -> SceneRecipe {
         ],
         walls: Vec::new(),
         lamps: Vec::new(),
+        meters_lamps: true,
         views: Views::around(1.9, 26.0, 60.0),
         is_masked: false,
         faults: Vec::new(),

@@ -19,12 +19,12 @@ use super::solve::LitPoints;
 use crate::illumination::{CellLight, Lamp};
 use crate::observation::{SeenView, TracedSurface};
 
-/// Share of the photos of a vertex that have to show it clipped.
-const CLIPPED_SHARE: f32 = 0.5;
+/// Share of the photos of a vertex that have to show it clipped: what a lamp lights is clipped in long exposures only.
+const CLIPPED_SHARE: f32 = 0.8;
 /// Photos that have to show it at all, where there are so many.
 const LEAST_VIEWS: usize = 2;
-/// Least channel of a clipped vertex over its largest: below it, not all channels are clipped.
-const LEAST_CHANNEL: f32 = 0.8;
+/// A channel is clipped from this share of the most clipped one on, linear: compression blurs the rim of what is white.
+const LEAST_CHANNEL: f32 = 0.95;
 /// Triangles of the smallest piece.
 const LEAST_TRIANGLES: usize = 6;
 /// Most pieces, the largest first.
@@ -60,15 +60,18 @@ impl Lamps {
             let (mut seen, mut count, mut sum) = (0usize, 0usize, Vec3::ZERO);
             for (view, pixel) in pixels {
                 seen += 1;
-                if view.photo.clipped.get(pixel).is_some_and(|clipped| *clipped) {
+                let radiance = view.photo.radiance_linear.at(pixel);
+                if view.photo.clipped.get(pixel).is_some_and(|clipped| *clipped)
+                    && is_burnt_out(radiance, view.photo.gain)
+                {
                     count += 1;
-                    sum += view.photo.radiance_linear.at(pixel);
+                    sum += radiance;
                 }
             }
             match seen {
                 0 => Shown::Nowhere,
                 _ if seen >= least_views && count as f32 > CLIPPED_SHARE * seen as f32 => {
-                    Shown::of(sum / count as f32)
+                    Shown::Clipped(sum / count as f32)
                 }
                 _ => Shown::Dark,
             }
@@ -178,15 +181,11 @@ enum Shown {
     Clipped(Vec3),
 }
 
-impl Shown {
-    /// Of the mean radiance where any channel is clipped.
-    fn of(radiance: Vec3) -> Self {
-        if radiance.min_element() >= LEAST_CHANNEL * radiance.max_element() {
-            Self::Clipped(radiance)
-        } else {
-            Self::Dark
-        }
-    }
+/// Whether a clipped pixel of a photo of this gain is clipped in all channels: at the largest value of the photo, or at 1 in the
+/// exposure of the model.
+fn is_burnt_out(radiance: Vec3, gain: [f32; 3]) -> bool {
+    let share = radiance / Vec3::from(gain).recip().min(Vec3::ONE);
+    share.min_element() >= LEAST_CHANNEL * share.max_element()
 }
 
 /// Lets every piece take in vertices next to it that no photo shows, ring by ring, until they are as many as it has: the far side
@@ -311,9 +310,16 @@ mod tests {
 
     #[test]
     fn what_is_clipped_in_one_channel_is_lit() {
-        let clipped = |radiance: Vec3| matches!(Shown::of(radiance), Shown::Clipped(_));
-        assert!(clipped(Vec3::new(0.84, 0.82, 0.7)) && clipped(Vec3::ONE));
-        assert!(!clipped(Vec3::new(0.92, 0.65, 0.32)) && !clipped(Vec3::new(0.8, 0.9, 0.6)));
+        let even = [1.0; 3];
+        assert!(is_burnt_out(Vec3::new(1.0, 0.99, 0.97), even));
+        assert!(!is_burnt_out(Vec3::new(0.92, 0.65, 0.32), even));
+        // Plaster beside a lamp, as bright as white paper in red and green.
+        assert!(!is_burnt_out(Vec3::new(1.0, 1.0, 0.9), even));
+        // A photo whose white is bluish, of a longer exposure; one of a shorter exposure is cut off at 1.
+        assert!(is_burnt_out(Vec3::new(0.8, 0.77, 0.74), [1.25, 1.3, 1.35]));
+        assert!(is_burnt_out(Vec3::new(1.0, 0.98, 0.96), [0.7, 0.8, 0.9]));
+        // A photo that its capture says is darker.
+        assert!(is_burnt_out(Vec3::new(0.5, 0.49, 0.49), even));
     }
 
     #[test]
