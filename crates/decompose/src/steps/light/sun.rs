@@ -27,8 +27,11 @@ const STRENGTHS: [f32; 9] = [0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0];
 /// Cells of the even light whose directions are looked at closely, and steps along a side of them.
 const CLOSELY: usize = 3;
 const STEPS: usize = 8;
-/// Share of the cost of an even light that a sun has to save: soft boxes save 2 to 6 %, suns 9 to 20 %.
+/// Share of the cost of an even light that a sun has to save: soft boxes save 2 to 6 %, suns 9 to 20 %, over coarse texture 5 %.
 const LEAST_SAVING: f64 = 0.08;
+/// The same for a sun that gives as much as all other light, which soft boxes do not: they look like one of an eighth to a quarter.
+const LEAST_SAVING_OF_STRONG: f64 = 0.04;
+const STRONG: f32 = 1.0;
 /// A light is sharp where a cell divided so often, with those that touch it, gives this share of all light.
 const SHARP_LEVEL: u32 = 2;
 const LEAST_SHARE: f32 = 0.1;
@@ -81,7 +84,8 @@ impl SunSearch<'_> {
         });
         let all: Vec<Sun> = fine.collect();
         let best = all.into_iter().reduce(|a, b| if b.saving > a.saving { b } else { a })?;
-        (best.saving >= LEAST_SAVING).then_some(best)
+        let least = if best.strength >= STRONG { LEAST_SAVING_OF_STRONG } else { LEAST_SAVING };
+        (best.saving >= least).then_some(best)
     }
 
     /// Mean of `V (n · w)⁺` over a cell.

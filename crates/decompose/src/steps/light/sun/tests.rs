@@ -50,13 +50,24 @@ fn even() -> CellLight {
 
 /// Tiles of two colors under a sky of radiance 1 and a sun.
 fn lit(scene: &TracedSurface, samples: &[Sample], sun: Vec3, strength: f32) -> LitPoints {
+    lit_tiles(scene, samples, sun, strength, 4.0)
+}
+
+/// The same with this many tiles per unit.
+fn lit_tiles(
+    scene: &TracedSurface,
+    samples: &[Sample],
+    sun: Vec3,
+    strength: f32,
+    tiles: f32,
+) -> LitPoints {
     let transport = TracedCells::default().transport(scene, samples, &even(), &OPTIONS);
     let mut lit = LitPoints { radiance: vec![Vec3::ONE; samples.len()], transport };
     let sky = lit.shading(&even().sources());
     let shade = |(s, sky): (&Sample, Vec3)| {
         let origin = offset_origin(s.position, s.geometric_normal, sun, BIAS);
         let open = f32::from(!scene.tracer.occluded(&Ray::new(origin, sun)));
-        let tile = (s.position.x * 4.0).floor() + (s.position.y * 4.0).floor();
+        let tile = (s.position.x * tiles).floor() + (s.position.y * tiles).floor();
         let base = if tile.rem_euclid(2.0) == 0.0 { 0.5 } else { 0.2 };
         (sky + Vec3::new(1.2, 1.0, 0.8) * (strength * open * s.normal.dot(sun).max(0.0))) * base
     };
@@ -82,6 +93,20 @@ fn the_shadow_of_a_ball_tells_where_the_sun_is_and_how_strong() {
         assert!(off < 3.0, "{off} degrees");
         assert_eq!(found.strength, 4.0);
     }
+}
+
+#[test]
+fn a_sun_that_saves_little_over_texture_is_found_and_a_weak_one_is_not() {
+    let (scene, samples) = (scene(), samples());
+    let sun = Vec3::new(0.3, -0.5, 0.8).normalize();
+    let of = |strength: f32, tiles: f32| {
+        found(&scene, &samples, &lit_tiles(&scene, &samples, sun, strength, tiles))
+    };
+    let strong = of(2.0, 5.0).unwrap();
+    println!("strength {}, saves {}", strong.strength, strong.saving);
+    assert!(strong.saving < LEAST_SAVING && strong.strength >= STRONG, "{strong:?}");
+    assert!(strong.direction.angle_between(sun).to_degrees() < 5.0, "{strong:?}");
+    assert!(of(0.2, 5.0).is_none());
 }
 
 #[test]
