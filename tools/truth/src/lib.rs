@@ -182,7 +182,7 @@ fn expose<'a>(
         .collect()
 }
 
-/// The exposure that leaves [`CLIPPED`] of the pixels too bright, to three digits.
+/// The exposure that leaves [`CLIPPED`] of the metered pixels too bright, to three digits.
 fn exposure_of(photos: &[ImageF32], guides: &[Buffers], recipe: &scenes::SceneRecipe) -> f64 {
     // 1 is the ground, whether the scene has one or not.
     let first_lamp = 2 + recipe.things.len();
