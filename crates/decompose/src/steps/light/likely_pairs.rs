@@ -20,21 +20,10 @@ const CHROMA: f32 = 0.4;
 const WIDE: f32 = 1.5;
 /// Added to the key of such pairs.
 const ACROSS_SHADOWS: u64 = 0x5ad0;
-/// Neighborhood of pairs that tell of local light, as a share of the distance to the cameras: a gradient is told by what is apart.
-const LOCAL_RADIUS: f32 = 0.15;
-/// Difference of their normals: what is apart and faces elsewhere is another thing, whose base color local light would explain.
-pub(super) const LOCAL_TURN: f32 = 0.4;
 /// Weight of pairs that are not both on a flat piece: their normals err by degrees, which flattens the light.
 const UNSURE: f32 = 0.2;
 /// Weight of a pair of one point under two lights against a full pair.
 const SAME_POINT: f32 = 4.0;
-
-/// How much points with these normals count as a pair; 0 from twice `turn` on, since many faint pairs would still tie one face to
-/// another that nothing else holds.
-pub(super) fn facing(a: Vec3, b: Vec3, turn: f32) -> f32 {
-    let turned = ((a - b) / turn).length_squared();
-    if turned < 4.0 { (-0.5 * turned).exp() } else { 0.0 }
-}
 
 /// Which neighbors are chosen.
 struct PairKey {
@@ -43,21 +32,12 @@ struct PairKey {
     radius: f32,
     /// Difference of log chromaticity at which base colors are no longer alike.
     chroma: f32,
-    /// Difference of normals at which base colors are no longer alike.
-    turn: f32,
-}
-
-impl PairKey {
-    /// Of neighbors that face any way.
-    fn near(seed: u64, chroma: f32) -> Self {
-        Self { seed, radius: RADIUS, chroma, turn: f32::INFINITY }
-    }
 }
 
 impl LightProblem<'_> {
     /// Pairs of rows near each other, of any color.
     pub(super) fn near_pairs(&self, rows: &[Vec<u32>], lit: &[LitPoints], seed: u64) -> Vec<Pair> {
-        self.pairs(rows, lit, &[], PairKey::near(seed, CHROMA))
+        self.pairs(rows, lit, &[], seed, RADIUS)
     }
 
     /// Pairs of rows whose base colors under these lights are alike. Pairs that the shadow of a sun divides may differ more in color, as
@@ -71,7 +51,7 @@ impl LightProblem<'_> {
     ) -> Vec<Pair> {
         let base: Vec<Vec<Vec3>> =
             lit.iter().zip(lights).map(|(l, light)| base_colors(l, light)).collect();
-        let mut pairs = self.pairs(rows, lit, &base, PairKey::near(seed, CHROMA));
+        let mut pairs = self.pairs(rows, lit, &base, seed, RADIUS);
         let open: Vec<_> = lights.iter().zip(lit).map(|(e, lit)| open_to_sun(e, lit)).collect();
         if open.iter().any(Option::is_some) {
             let none = |lit: &LitPoints| vec![0.0; lit.radiance.len()];
@@ -80,32 +60,23 @@ impl LightProblem<'_> {
             let open: Vec<f32> = open.into_iter().zip(lit).flat_map(of).collect();
             let divided = |p: &Pair| (open[p.a as usize] - open[p.b as usize]).abs() > 0.5;
             let seed = seed.wrapping_add(ACROSS_SHADOWS);
-            let wide = self.neighbors(rows, lit, &base, PairKey::near(seed, WIDE));
+            let key = PairKey { seed, radius: RADIUS, chroma: WIDE };
+            let wide = self.neighbors(rows, lit, &base, key);
             pairs.extend(wide.into_iter().filter(divided));
         }
         pairs
     }
 
-    /// Pairs of rows that tell of local light, by their base colors under the light at infinity.
-    pub(super) fn local_pairs(
+    /// Pairs of rows whose base colors are taken to be alike, within `radius` (share of the distance to the cameras).
+    pub(super) fn pairs(
         &self,
         rows: &[Vec<u32>],
         lit: &[LitPoints],
         base: &[Vec<Vec3>],
         seed: u64,
+        radius: f32,
     ) -> Vec<Pair> {
-        let key = PairKey { seed, radius: LOCAL_RADIUS, chroma: CHROMA, turn: LOCAL_TURN };
-        self.pairs(rows, lit, base, key)
-    }
-
-    /// Pairs of rows whose base colors are taken to be alike.
-    fn pairs(
-        &self,
-        rows: &[Vec<u32>],
-        lit: &[LitPoints],
-        base: &[Vec<Vec3>],
-        key: PairKey,
-    ) -> Vec<Pair> {
+        let key = PairKey { seed, radius, chroma: CHROMA };
         let mut pairs = self.neighbors(rows, lit, base, key);
         pairs.extend(self.same_points(rows));
         pairs
@@ -149,18 +120,13 @@ impl LightProblem<'_> {
             };
             all.extend(choose_pairs(&positions, colors, &pair_options).into_iter().map(|pair| {
                 let [a, b] = [pair.a, pair.b].map(|row| rows[row as usize] as usize);
-                let faces = facing(self.samples[a].normal, self.samples[b].normal, key.turn);
                 let sure = self.samples[a].sheet != 0 && self.samples[b].sheet != 0;
                 let weight = self.options.weight_base_color * if sure { 1.0 } else { UNSURE };
                 let shown = [pair.a, pair.b]
                     .map(|row| lit.radiance[row as usize].max(Vec3::splat(DIM)).map(f32::ln));
                 let alike =
                     prior.map_or(1.0, |prior| likeness(prior[a] - prior[b], shown[0] - shown[1]));
-                Pair {
-                    a: pair.a + start,
-                    b: pair.b + start,
-                    weight: weight * pair.weight * faces * alike,
-                }
+                Pair { a: pair.a + start, b: pair.b + start, weight: weight * pair.weight * alike }
             }));
             start += rows.len() as u32;
         }
