@@ -180,6 +180,16 @@ fn thing(
     }
 }
 
+/// A thing whose lowest point is `lift` above the ground.
+fn raised(thing: Thing, lift: f32) -> Thing {
+    Thing { lift, ..thing }
+}
+
+/// A thing of size 1 that is not turned.
+fn at(name: &'static str, shape: Shape, paint: &Paint, place: (f32, f32), lift: f32) -> Thing {
+    raised(thing(name, shape, paint.clone(), 1.0, place, (0.0, 0.0, 0.0)), lift)
+}
+
 fn sky(azimuth_deg: f64, elevation_deg: f64, turbidity: f64, irradiance: f32) -> Light {
     let sky =
         SunSky { azimuth_deg, elevation_deg, turbidity, ground_albedo: 0.25, ..SunSky::default() };

@@ -4,7 +4,7 @@ use std::f32::consts::PI;
 
 use glam::{DVec3, Vec3};
 
-use super::{SceneRecipe, Thing, Views, Wall, block, overcast, paint, sky, thing};
+use super::{SceneRecipe, Thing, Views, Wall, block, overcast, paint, raised, sky, thing};
 use crate::faults::Fault;
 use crate::lamps::{Lamp, LampShape};
 use crate::lights::Light;
@@ -100,10 +100,6 @@ fn lamps() -> Vec<Lamp> {
 
 fn on_bed(thing: Thing) -> Thing {
     Thing { lift: thing.lift + BED, ..thing }
-}
-
-fn raised(thing: Thing, lift: f32) -> Thing {
-    Thing { lift, ..thing }
 }
 
 fn things() -> Vec<Thing> {

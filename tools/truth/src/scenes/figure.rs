@@ -4,7 +4,7 @@ use std::f32::consts::FRAC_PI_2;
 
 use glam::{DVec3, Vec3};
 
-use super::{SceneRecipe, Thing, Views, block, overcast, paint, sky, soft_boxes, thing};
+use super::{SceneRecipe, Thing, Views, block, overcast, paint, raised, sky, soft_boxes, thing};
 use crate::faults::Fault;
 use crate::shapes::Shape;
 use crate::texture::Pattern;
@@ -41,10 +41,6 @@ pub(super) fn recipe() -> SceneRecipe {
     }
 }
 
-fn at(thing: Thing, lift: f32) -> Thing {
-    Thing { lift, ..thing }
-}
-
 /// A figure of clay with a hat, a scarf and a staff, and a lantern of brass in the other hand.
 fn things() -> Vec<Thing> {
     let none = (0.0, 0.0, 0.0);
@@ -60,15 +56,18 @@ fn things() -> Vec<Thing> {
     let scarf = Shape::Torus { ring: 0.13, tube: 0.045 };
     let leg = || block(0.08, 0.1, 0.14, 0.4);
     vec![
-        at(thing("leg_1", leg(), glaze.clone(), 1.0, (0.0, 0.13), none), 0.0),
-        at(thing("leg_2", leg(), glaze.clone(), 1.0, (0.0, -0.13), none), 0.02),
-        at(thing("body", body, clay.clone(), 1.0, (0.0, 0.0), (0.0, 0.0, 0.4)), 0.2),
-        at(thing("scarf", scarf, wool, 1.0, (0.0, 0.0), (0.1, 0.05, 0.0)), 0.62),
-        at(thing("head", head, clay.clone(), 1.0, (0.0, 0.0), none), 0.66),
-        at(thing("hat", block(0.17, 0.17, 0.09, 1.3), glaze, 1.0, (0.0, 0.0), none), 0.88),
-        at(thing("arm_1", arm, clay.clone(), 1.0, (0.02, 0.33), (0.9, 0.0, 0.0)), 0.38),
-        at(thing("arm_2", arm, clay, 1.0, (0.05, -0.32), (-FRAC_PI_2, 0.0, 0.3)), 0.42),
-        at(thing("staff", staff, wood, 1.0, (0.04, 0.45), (0.08, 0.0, 0.0)), 0.06),
-        at(thing("lantern", block(0.07, 0.07, 0.1, 0.5), brass, 1.0, (0.06, -0.47), none), 0.24),
+        raised(thing("leg_1", leg(), glaze.clone(), 1.0, (0.0, 0.13), none), 0.0),
+        raised(thing("leg_2", leg(), glaze.clone(), 1.0, (0.0, -0.13), none), 0.02),
+        raised(thing("body", body, clay.clone(), 1.0, (0.0, 0.0), (0.0, 0.0, 0.4)), 0.2),
+        raised(thing("scarf", scarf, wool, 1.0, (0.0, 0.0), (0.1, 0.05, 0.0)), 0.62),
+        raised(thing("head", head, clay.clone(), 1.0, (0.0, 0.0), none), 0.66),
+        raised(thing("hat", block(0.17, 0.17, 0.09, 1.3), glaze, 1.0, (0.0, 0.0), none), 0.88),
+        raised(thing("arm_1", arm, clay.clone(), 1.0, (0.02, 0.33), (0.9, 0.0, 0.0)), 0.38),
+        raised(thing("arm_2", arm, clay, 1.0, (0.05, -0.32), (-FRAC_PI_2, 0.0, 0.3)), 0.42),
+        raised(thing("staff", staff, wood, 1.0, (0.04, 0.45), (0.08, 0.0, 0.0)), 0.06),
+        raised(
+            thing("lantern", block(0.07, 0.07, 0.1, 0.5), brass, 1.0, (0.06, -0.47), none),
+            0.24,
+        ),
     ]
 }

@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 
-use super::{SceneRecipe, Thing, Views, block, overcast, paint, sky, soft_boxes, thing};
+use super::{SceneRecipe, Thing, Views, block, overcast, paint, raised, sky, soft_boxes, thing};
 use crate::faults::Fault;
 use crate::shapes::Shape;
 use crate::texture::Pattern;
@@ -50,7 +50,6 @@ fn things() -> Vec<Thing> {
     let stone = paint(Pattern::Speckles, &[0x9a958c, 0x6d6962, 0xbab4a8], 0.06, 0.9, 0.0);
     let leaves = |count, leaf| Shape::Leaves { radius: 0.5, leaf, count };
     let stem = Shape::Capsule { radius: 0.016, half_length: 0.42 };
-    let raised = |thing: Thing, lift: f32| Thing { lift, ..thing };
     let mut all = vec![
         thing("pot", Shape::Vase { radius: 0.34, half_height: 0.4 }, clay, 0.55, (0.0, 0.0), none),
         raised(thing("shrub", leaves(700, 0.07), box_leaf, 0.62, (0.0, 0.0), none), 0.36),

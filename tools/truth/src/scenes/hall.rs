@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 
-use super::{SceneRecipe, Thing, Views, Wall, block, overcast, paint, sky, thing};
+use super::{SceneRecipe, Thing, Views, Wall, block, overcast, paint, raised, sky, thing};
 use crate::faults::Fault;
 use crate::lamps::{Lamp, LampShape};
 use crate::lights::Light;
@@ -84,10 +84,6 @@ fn lamps() -> Vec<Lamp> {
     ]
 }
 
-fn at(thing: Thing, lift: f32) -> Thing {
-    Thing { lift, ..thing }
-}
-
 fn glass(thing: Thing, lift: f32) -> Thing {
     Thing { is_glass: true, lift, ..thing }
 }
@@ -114,12 +110,18 @@ fn things() -> Vec<Thing> {
     let leaves = Shape::Leaves { radius: 0.16, leaf: 0.07, count: 130 };
     let back = WALL - 0.02;
     let mut all = vec![
-        at(
+        raised(
             thing("table", block(0.5, 0.17, 0.018, 0.1), oak, 1.0, (0.0, 0.68), none),
             TABLE - 0.036,
         ),
-        at(thing("mirror", block(0.3, 0.01, 0.38, 0.06), silver(), 1.0, (-0.2, back), none), 0.95),
-        at(thing("poster", block(0.2, 0.008, 0.27, 0.06), poster, 1.0, (0.42, back), none), 1.02),
+        raised(
+            thing("mirror", block(0.3, 0.01, 0.38, 0.06), silver(), 1.0, (-0.2, back), none),
+            0.95,
+        ),
+        raised(
+            thing("poster", block(0.2, 0.008, 0.27, 0.06), poster, 1.0, (0.42, back), none),
+            1.02,
+        ),
         glass(
             thing(
                 "pane",
@@ -132,11 +134,11 @@ fn things() -> Vec<Thing> {
             1.02,
         ),
         glass(thing("vase", vase, clear, 0.26, (-0.28, 0.64), none), TABLE),
-        at(thing("bouquet", leaves, leaf, 1.0, (-0.28, 0.64), none), TABLE + 0.2),
-        at(thing("bowl", block(0.13, 0.13, 0.055, 0.9), glaze, 1.0, (0.16, 0.66), none), TABLE),
-        at(thing("basket", block(0.17, 0.17, 0.16, 0.5), reed, 1.0, (0.3, 0.5), none), 0.0),
-        at(thing("stand", pole(0.78), iron.clone(), 1.0, (0.86, 0.56), none), 0.0),
-        at(
+        raised(thing("bouquet", leaves, leaf, 1.0, (-0.28, 0.64), none), TABLE + 0.2),
+        raised(thing("bowl", block(0.13, 0.13, 0.055, 0.9), glaze, 1.0, (0.16, 0.66), none), TABLE),
+        raised(thing("basket", block(0.17, 0.17, 0.16, 0.5), reed, 1.0, (0.3, 0.5), none), 0.0),
+        raised(thing("stand", pole(0.78), iron.clone(), 1.0, (0.86, 0.56), none), 0.0),
+        raised(
             thing(
                 "coat",
                 Shape::Cloth { axes: Vec3::new(0.14, 0.09, 0.4), wrinkles: 0.03 },
@@ -156,18 +158,24 @@ fn things() -> Vec<Thing> {
     ] {
         all.push(thing(name, leg(), iron.clone(), 1.0, (x, y), none));
     }
-    for (name, turn) in [("hook_1", 0.0), ("hook_2", 2.1), ("hook_3", 4.2)] {
-        let hook = Shape::Torus { ring: 0.05, tube: 0.009 };
-        let (s, c) = f32::sin_cos(turn);
-        let turned = (std::f32::consts::FRAC_PI_2, 0.0, turn);
-        all.push(at(
-            thing(name, hook, iron.clone(), 1.0, (0.86 + 0.06 * c, 0.56 + 0.06 * s), turned),
-            1.4,
-        ));
-    }
+    all.extend(hooks(&iron));
     let rail = |name, x: f32, half: f32| {
-        at(thing(name, block(0.012, 0.016, half, 0.2), frame.clone(), 1.0, (x, back), none), 0.93)
+        raised(
+            thing(name, block(0.012, 0.016, half, 0.2), frame.clone(), 1.0, (x, back), none),
+            0.93,
+        )
     };
     all.extend([rail("frame_1", -0.515, 0.4), rail("frame_2", 0.115, 0.4)]);
     all
+}
+
+/// Rings about the top of the coat stand.
+fn hooks(iron: &Paint) -> [Thing; 3] {
+    [("hook_1", 0.0), ("hook_2", 2.1), ("hook_3", 4.2)].map(|(name, turn)| {
+        let hook = Shape::Torus { ring: 0.05, tube: 0.009 };
+        let (s, c) = f32::sin_cos(turn);
+        let place = (0.86 + 0.06 * c, 0.56 + 0.06 * s);
+        let turned = (std::f32::consts::FRAC_PI_2, 0.0, turn);
+        raised(thing(name, hook, iron.clone(), 1.0, place, turned), 1.4)
+    })
 }

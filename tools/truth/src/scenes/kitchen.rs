@@ -4,7 +4,7 @@ use std::f32::consts::FRAC_PI_2;
 
 use glam::{DVec3, Vec3};
 
-use super::{SceneRecipe, Thing, Views, Wall, block, overcast, paint, sky, thing};
+use super::{SceneRecipe, Thing, Views, Wall, block, overcast, paint, raised, sky, thing};
 use crate::shapes::Shape;
 use crate::texture::{Paint, Pattern};
 
@@ -57,10 +57,6 @@ fn lacquer() -> Paint {
     paint(Pattern::Clouds, &[0x8fa387, 0x96a98e, 0x889c80], 0.35, 0.5, 0.0)
 }
 
-fn at(thing: Thing, lift: f32) -> Thing {
-    Thing { lift, ..thing }
-}
-
 /// A door with its handle; `lift` is the lower end of the door, `grip` that of the handle.
 fn door(
     names: [&'static str; 2],
@@ -75,8 +71,8 @@ fn door(
     let board = block(half_width, 0.015, half_height, 0.08);
     let none = (0.0, 0.0, 0.0);
     [
-        at(thing(names[0], board, lacquer(), 1.0, (x, front), none), lift),
-        at(thing(names[1], bar, steel, 1.0, (x, front - 0.013 - HANDLE), along_x), grip),
+        raised(thing(names[0], board, lacquer(), 1.0, (x, front), none), lift),
+        raised(thing(names[1], bar, steel, 1.0, (x, front - 0.013 - HANDLE), along_x), grip),
     ]
 }
 
@@ -85,9 +81,12 @@ fn things() -> Vec<Thing> {
     let stone = paint(Pattern::Speckles, &[0x6f6a63, 0x3f3c38, 0xa9a297], 0.07, 0.45, 0.0);
     let carcass = |name, shape, place| thing(name, shape, lacquer(), 1.0, place, none);
     let mut all = vec![
-        at(carcass("cabinet_carcass", block(0.9, 0.27, 0.4, 0.06), (0.0, 0.15)), 0.06),
-        at(thing("counter", block(0.95, 0.31, 0.02, 0.06), stone, 1.0, (0.0, 0.14), none), 0.86),
-        at(carcass("cabinet_upper", block(0.6, 0.16, 0.3, 0.06), (0.25, 0.28)), 1.4),
+        raised(carcass("cabinet_carcass", block(0.9, 0.27, 0.4, 0.06), (0.0, 0.15)), 0.06),
+        raised(
+            thing("counter", block(0.95, 0.31, 0.02, 0.06), stone, 1.0, (0.0, 0.14), none),
+            0.86,
+        ),
+        raised(carcass("cabinet_upper", block(0.6, 0.16, 0.3, 0.06), (0.25, 0.28)), 1.4),
     ];
     let [low, high] = FRONTS;
     for (names, x) in [
@@ -110,6 +109,6 @@ fn things() -> Vec<Thing> {
     let bowl = thing("bowl", block(0.15, 0.15, 0.07, 0.85), copper, 1.0, (-0.18, 0.08), none);
     let lemon = Shape::Capsule { radius: 0.045, half_length: 0.03 };
     let lemon = thing("lemon", lemon, peel, 1.0, (0.2, 0.0), (1.571, 0.0, 0.6));
-    all.extend([jug, bowl, lemon].map(|thing| at(thing, COUNTER)));
+    all.extend([jug, bowl, lemon].map(|thing| raised(thing, COUNTER)));
     all
 }

@@ -2,17 +2,16 @@
 
 use glam::{DVec3, Vec3};
 
-use super::{SceneRecipe, Thing, Views, Wall, block, overcast, paint, sky, thing};
+use super::{SceneRecipe, Thing, Views, Wall, at, block, overcast, paint, sky};
 use crate::faults::Fault;
 use crate::lamps::{Lamp, LampShape};
 use crate::lights::Light;
 use crate::shapes::Shape;
-use crate::texture::{Paint, Pattern};
+use crate::texture::Pattern;
 
 /// Where the back wall is, and the seat of the sofa before it; meters as everything here.
 const BACK: f32 = 1.35;
 const SEAT: f32 = 0.38;
-const NONE: (f32, f32, f32) = (0.0, 0.0, 0.0);
 
 pub(super) fn recipe() -> SceneRecipe {
     let parquet = paint(Pattern::Boards, &[0x9a6f45, 0xa87c51, 0x8b623b], 0.11, 0.32, 0.0);
@@ -80,10 +79,6 @@ fn lamps() -> Vec<Lamp> {
             radiance: Vec3::new(0.84, 0.94, 1.1) * 4.5,
         },
     ]
-}
-
-fn at(name: &'static str, shape: Shape, paint: &Paint, place: (f32, f32), lift: f32) -> Thing {
-    Thing { lift, ..thing(name, shape, paint.clone(), 1.0, place, NONE) }
 }
 
 fn turned(thing: Thing, radians: f32) -> Thing {

@@ -2,14 +2,13 @@
 
 use glam::{DVec3, Vec3};
 
-use super::{SceneRecipe, Thing, Views, Wall, block, overcast, paint, sky, thing};
+use super::{SceneRecipe, Thing, Views, Wall, at, block, overcast, paint, sky};
 use crate::faults::Fault;
 use crate::shapes::Shape;
-use crate::texture::{Paint, Pattern};
+use crate::texture::Pattern;
 
 /// Where the wall is, in units of the scene.
 const WALL: f32 = 0.75;
-const NONE: (f32, f32, f32) = (0.0, 0.0, 0.0);
 
 pub(super) fn recipe() -> SceneRecipe {
     let slabs = [0x8f8a82, 0x9d978d, 0x7f7a73, 0xa8a196];
@@ -52,10 +51,6 @@ fn walls() -> Vec<Wall> {
         up: Vec3::new(0.0, 0.0, 1.15),
         paint: paint(Pattern::Patches, &brick, 0.1, 0.95, 0.0),
     }]
-}
-
-fn at(name: &'static str, shape: Shape, paint: &Paint, place: (f32, f32), lift: f32) -> Thing {
-    Thing { lift, ..thing(name, shape, paint.clone(), 1.0, place, NONE) }
 }
 
 /// Slats on two feet.

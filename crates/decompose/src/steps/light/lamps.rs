@@ -60,10 +60,11 @@ impl Lamps {
             let (mut seen, mut count, mut sum) = (0usize, 0usize, Vec3::ZERO);
             for (view, pixel) in pixels {
                 seen += 1;
+                if !view.photo.clipped.get(pixel).is_some_and(|clipped| *clipped) {
+                    continue;
+                }
                 let radiance = view.photo.radiance_linear.at(pixel);
-                if view.photo.clipped.get(pixel).is_some_and(|clipped| *clipped)
-                    && is_burnt_out(radiance, view.photo.gain)
-                {
+                if is_burnt_out(radiance, view.photo.gain) {
                     count += 1;
                     sum += radiance;
                 }
@@ -313,6 +314,7 @@ mod tests {
         let even = [1.0; 3];
         assert!(is_burnt_out(Vec3::new(1.0, 0.99, 0.97), even));
         assert!(!is_burnt_out(Vec3::new(0.92, 0.65, 0.32), even));
+        assert!(!is_burnt_out(Vec3::new(0.8, 0.9, 0.6), even));
         // Plaster beside a lamp, as bright as white paper in red and green.
         assert!(!is_burnt_out(Vec3::new(1.0, 1.0, 0.9), even));
         // A photo whose white is bluish, of a longer exposure; one of a shorter exposure is cut off at 1.
