@@ -11,8 +11,6 @@ use crate::illumination::CellLight;
 
 /// Added to the key of the pairs, of those that the local light is found by.
 const LOCAL_PAIRS: u64 = 0x10ca1;
-/// Neighborhood of those pairs, as a share of the distance to the cameras: a gradient is told by what is apart.
-const LOCAL_RADIUS: f32 = 0.15;
 /// Turns of light at infinity and local light.
 const LOCAL_TURNS: u64 = 2;
 
@@ -36,7 +34,7 @@ impl LightProblem<'_> {
             (sample.position, sample.normal)
         };
         let places: Vec<(Vec3, Vec3)> = rows_of_one.iter().map(place).collect();
-        let (base, pairs) = self.local_pairs(lights, rows, lit_of_one);
+        let (base, pairs) = self.local_problem(lights, rows, lit_of_one);
         let points = local::Points { places: &places, log_base: &base };
         let costs = local::judge(&points, &pairs, self.distance)?;
         let light = local::fit(&points, &pairs, self.distance)?;
@@ -54,7 +52,7 @@ impl LightProblem<'_> {
             let seed = self.seed.wrapping_add(LOCAL_PAIRS + turn);
             let pairs = self.pairs_under(lights, rows, &even, seed);
             solve(lights, &even, &pairs, &mut [], &self.solve_options());
-            let (base, pairs) = self.local_pairs(lights, rows, lit_of_one);
+            let (base, pairs) = self.local_problem(lights, rows, lit_of_one);
             let points = local::Points { places: &places, log_base: &base };
             found.light = local::fit(&points, &pairs, self.distance)?;
         }
@@ -62,7 +60,7 @@ impl LightProblem<'_> {
     }
 
     /// Logarithms of what this light at infinity leaves, and the pairs that should be alike in it.
-    fn local_pairs(
+    fn local_problem(
         &self,
         lights: &[CellLight],
         rows: &[Vec<u32>],
@@ -72,6 +70,6 @@ impl LightProblem<'_> {
         let log = |b: &Vec3| b.max(Vec3::splat(DIM)).map(f32::ln);
         let log_base = base[0].iter().map(log).collect();
         let seed = self.seed.wrapping_add(LOCAL_PAIRS);
-        (log_base, self.pairs(rows, std::slice::from_ref(lit), &base, seed, LOCAL_RADIUS))
+        (log_base, self.local_pairs(rows, std::slice::from_ref(lit), &base, seed))
     }
 }

@@ -3,11 +3,12 @@
 use glam::Vec3;
 
 use super::evidence::likeness;
-use super::pairs::{Pair, PairOptions, choose_pairs};
+use super::pairs::{Likeness, Pair, PairOptions, choose_pairs};
 use super::problem::{DIM, LightProblem, base_colors};
 use super::solve::LitPoints;
 use super::sun::open_to_sun;
 use crate::illumination::CellLight;
+use crate::observation::Sample;
 
 /// Neighborhood of pairs, as a share of the distance between camera and point.
 const RADIUS: f32 = 0.05;
@@ -20,6 +21,10 @@ const CHROMA: f32 = 0.4;
 const WIDE: f32 = 1.5;
 /// Added to the key of such pairs.
 const ACROSS_SHADOWS: u64 = 0x5ad0;
+/// Neighborhood of pairs that tell of local light, as a share of the distance to the cameras: a gradient is told by what is apart.
+const LOCAL_RADIUS: f32 = 0.15;
+/// Difference of their normals: what is apart and faces elsewhere is another thing, whose base color local light would explain.
+const LOCAL_TURN: f32 = 0.4;
 /// Weight of pairs that are not both on a flat piece: their normals err by degrees, which flattens the light.
 const UNSURE: f32 = 0.2;
 /// Weight of a pair of one point under two lights against a full pair.
@@ -32,12 +37,21 @@ struct PairKey {
     radius: f32,
     /// Difference of log chromaticity at which base colors are no longer alike.
     chroma: f32,
+    /// Difference of unit normals at which base colors are no longer alike; none: they face any way.
+    turn: Option<f32>,
+}
+
+impl PairKey {
+    /// Of neighbors that face any way.
+    fn near(seed: u64, chroma: f32) -> Self {
+        Self { seed, radius: RADIUS, chroma, turn: None }
+    }
 }
 
 impl LightProblem<'_> {
     /// Pairs of rows near each other, of any color.
     pub(super) fn near_pairs(&self, rows: &[Vec<u32>], lit: &[LitPoints], seed: u64) -> Vec<Pair> {
-        self.pairs(rows, lit, &[], seed, RADIUS)
+        self.pairs(rows, lit, &[], PairKey::near(seed, CHROMA))
     }
 
     /// Pairs of rows whose base colors under these lights are alike. Pairs that the shadow of a sun divides may differ more in color, as
@@ -51,7 +65,7 @@ impl LightProblem<'_> {
     ) -> Vec<Pair> {
         let base: Vec<Vec<Vec3>> =
             lit.iter().zip(lights).map(|(l, light)| base_colors(l, light)).collect();
-        let mut pairs = self.pairs(rows, lit, &base, seed, RADIUS);
+        let mut pairs = self.pairs(rows, lit, &base, PairKey::near(seed, CHROMA));
         let open: Vec<_> = lights.iter().zip(lit).map(|(e, lit)| open_to_sun(e, lit)).collect();
         if open.iter().any(Option::is_some) {
             let none = |lit: &LitPoints| vec![0.0; lit.radiance.len()];
@@ -60,23 +74,32 @@ impl LightProblem<'_> {
             let open: Vec<f32> = open.into_iter().zip(lit).flat_map(of).collect();
             let divided = |p: &Pair| (open[p.a as usize] - open[p.b as usize]).abs() > 0.5;
             let seed = seed.wrapping_add(ACROSS_SHADOWS);
-            let key = PairKey { seed, radius: RADIUS, chroma: WIDE };
-            let wide = self.neighbors(rows, lit, &base, key);
+            let wide = self.neighbors(rows, lit, &base, PairKey::near(seed, WIDE));
             pairs.extend(wide.into_iter().filter(divided));
         }
         pairs
     }
 
-    /// Pairs of rows whose base colors are taken to be alike, within `radius` (share of the distance to the cameras).
-    pub(super) fn pairs(
+    /// Pairs of rows that tell of local light, by their base colors under the light at infinity.
+    pub(super) fn local_pairs(
         &self,
         rows: &[Vec<u32>],
         lit: &[LitPoints],
         base: &[Vec<Vec3>],
         seed: u64,
-        radius: f32,
     ) -> Vec<Pair> {
-        let key = PairKey { seed, radius, chroma: CHROMA };
+        let key = PairKey { seed, radius: LOCAL_RADIUS, chroma: CHROMA, turn: Some(LOCAL_TURN) };
+        self.pairs(rows, lit, base, key)
+    }
+
+    /// Pairs of rows whose base colors are taken to be alike.
+    fn pairs(
+        &self,
+        rows: &[Vec<u32>],
+        lit: &[LitPoints],
+        base: &[Vec<Vec3>],
+        key: PairKey,
+    ) -> Vec<Pair> {
         let mut pairs = self.neighbors(rows, lit, base, key);
         pairs.extend(self.same_points(rows));
         pairs
@@ -107,18 +130,10 @@ impl LightProblem<'_> {
         let mut all = Vec::new();
         let mut start = 0;
         for (l, (rows, lit)) in rows.iter().zip(lit).enumerate() {
-            let positions: Vec<Vec3> =
-                rows.iter().map(|&p| self.samples[p as usize].position).collect();
             let (colors, chroma) =
                 base.get(l).map_or((&lit.radiance, f32::INFINITY), |base| (base, key.chroma));
-            let pair_options = PairOptions {
-                count: 8,
-                among: AMONG,
-                radius: key.radius * self.distance,
-                chroma,
-                seed: key.seed,
-            };
-            all.extend(choose_pairs(&positions, colors, &pair_options).into_iter().map(|pair| {
+            let chosen = self.chosen(rows, colors, PairKey { chroma, ..key });
+            all.extend(chosen.into_iter().map(|pair| {
                 let [a, b] = [pair.a, pair.b].map(|row| rows[row as usize] as usize);
                 let sure = self.samples[a].sheet != 0 && self.samples[b].sheet != 0;
                 let weight = self.options.weight_base_color * if sure { 1.0 } else { UNSURE };
@@ -131,5 +146,24 @@ impl LightProblem<'_> {
             start += rows.len() as u32;
         }
         all
+    }
+
+    /// Pairs of points of these colors, as drawn.
+    fn chosen(&self, points: &[u32], colors: &[Vec3], key: PairKey) -> Vec<Pair> {
+        let likeness = Likeness { radius: key.radius * self.distance, chroma: key.chroma };
+        let options = PairOptions { count: 8, among: AMONG, seed: key.seed };
+        let colored = points.iter().map(|&p| &self.samples[p as usize]).zip(colors);
+        match key.turn {
+            None => {
+                let of = |(s, c): (&Sample, &Vec3)| likeness.feature(s.position, *c);
+                choose_pairs(&colored.map(of).collect::<Vec<_>>(), &options)
+            }
+            Some(turn) => {
+                let of = |(s, c): (&Sample, &Vec3)| {
+                    likeness.facing_feature(s.position, *c, s.normal, turn)
+                };
+                choose_pairs(&colored.map(of).collect::<Vec<_>>(), &options)
+            }
+        }
     }
 }

@@ -29,38 +29,52 @@ pub(crate) struct Pair {
 pub(crate) struct PairOptions {
     /// Per point.
     pub count: usize,
-    /// Nearest neighbors, in position and chromaticity, that they are drawn from.
+    /// Nearest neighbors that they are drawn from.
     pub among: usize,
-    /// Distance of a neighborhood, world units.
-    pub radius: f32,
-    /// Difference of log chromaticity at which two colors are no longer alike; infinite: all are.
-    pub chroma: f32,
     /// Key of the choice.
     pub seed: u64,
 }
 
-/// Chooses pairs among points at `positions` with these colors (linear, positive).
+/// Distances at which two points are no longer alike.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Likeness {
+    /// World units.
+    pub radius: f32,
+    /// Difference of log chromaticity; infinite: all are alike.
+    pub chroma: f32,
+}
+
+impl Likeness {
+    /// Place and color (linear, positive) of a point in units of these distances.
+    pub(crate) fn feature(self, position: Vec3, color: Vec3) -> [f32; 5] {
+        let p = position / self.radius;
+        let l = color.max(Vec3::splat(1e-4)).to_array().map(f32::ln);
+        [p.x, p.y, p.z, (l[0] - l[1]) / self.chroma, (l[2] - l[1]) / self.chroma]
+    }
+
+    /// The same with its normal, in units of `turn` (difference of unit vectors).
+    pub(crate) fn facing_feature(
+        self,
+        position: Vec3,
+        color: Vec3,
+        normal: Vec3,
+        turn: f32,
+    ) -> [f32; 8] {
+        let [x, y, z, r, b] = self.feature(position, color);
+        let n = normal / turn;
+        [x, y, z, r, b, n.x, n.y, n.z]
+    }
+}
+
+/// Chooses pairs among points of these features, whose distance is that of a normal distribution: `exp(-d²/2)` weighs a pair.
 ///
 /// Only near ones: far pairs of like chromaticity were tried and tie unlike things together (a beige
 /// animal to a darker beige table), which costs more than the ties give.
-pub(crate) fn choose_pairs(
-    positions: &[Vec3],
-    colors: &[Vec3],
+pub(crate) fn choose_pairs<const K: usize>(
+    features: &[[f32; K]],
     options: &PairOptions,
 ) -> Vec<Pair> {
-    let chroma = colors.iter().map(|c| {
-        let l = c.max(Vec3::splat(1e-4)).to_array().map(f32::ln);
-        [(l[0] - l[1]) / options.chroma, (l[2] - l[1]) / options.chroma]
-    });
-    let features: Vec<[f32; 5]> = positions
-        .iter()
-        .zip(chroma)
-        .map(|(p, c)| {
-            let p = *p / options.radius;
-            [p.x, p.y, p.z, c[0], c[1]]
-        })
-        .collect();
-    let Ok(tree) = ImmutableKdTree::<f32, 5>::new_from_slice(&features) else {
+    let Ok(tree) = ImmutableKdTree::<f32, K>::new_from_slice(features) else {
         return Vec::new();
     };
     let Some(wanted) = NonZero::new(options.among.max(1)) else {

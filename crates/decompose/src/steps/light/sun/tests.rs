@@ -5,7 +5,7 @@ use motes_scene::{Convention, Surface};
 use motes_shading::environment::Orientation;
 use rand::RngExt;
 
-use super::super::pairs::{PairOptions, choose_pairs};
+use super::super::pairs::{Likeness, PairOptions, choose_pairs};
 use super::super::transport::{TracedCells, TransportOptions};
 use super::*;
 use crate::toy_ball::ball;
@@ -76,9 +76,10 @@ fn lit_tiles(
 }
 
 fn found(scene: &TracedSurface, samples: &[Sample], lit: &LitPoints) -> Option<Sun> {
-    let positions: Vec<Vec3> = samples.iter().map(|s| s.position).collect();
-    let options = PairOptions { count: 8, among: 100, radius: 0.3, chroma: f32::INFINITY, seed: 6 };
-    let pairs = choose_pairs(&positions, &lit.radiance, &options);
+    let likeness = Likeness { radius: 0.3, chroma: f32::INFINITY };
+    let features: Vec<[f32; 5]> =
+        samples.iter().zip(&lit.radiance).map(|(s, l)| likeness.feature(s.position, *l)).collect();
+    let pairs = choose_pairs(&features, &PairOptions { count: 8, among: 100, seed: 6 });
     let (points, even) = (samples.iter().collect(), &even());
     SunSearch { scene, points, even, lit, pairs: &pairs, sigma: 0.05, ray_bias: BIAS }.find()
 }
