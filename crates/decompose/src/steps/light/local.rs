@@ -24,7 +24,7 @@ const MOST_ANCHORS: usize = 1200;
 /// `λ`.
 const CURVATURE: f32 = 0.05;
 /// `μ`: holds the mean, which pairs do not tell.
-const SIZE: f32 = 1e-3;
+const SIZE: f32 = 5e-3;
 /// `σ` of `ρ`, as that of the light.
 const SIGMA: f32 = 0.05;
 /// Rounds of reweighting.
