@@ -98,6 +98,9 @@ impl Parts {
     }
 }
 
+/// Directions per pixel, by the model's share in what is shown: its noise is seen as far as the model is.
+const SHARES: [(f32, u32); 3] = [(0.5, 1), (0.125, 4), (0.0, 16)];
+
 /// Directions per pixel.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Samples {
@@ -130,14 +133,14 @@ impl Shading<'_> {
             Shader::new(self.light, &self.scene.tracer, indirect, options(divisor))
                 .with_emitters(self.lamps)
         };
-        let whole = shader(1);
-        let quarter = (!buffer.edges.is_empty()).then(|| shader(4));
+        let by_share = SHARES.map(|(_, divisor)| [shader(divisor), shader(4 * divisor)]);
         let shade_pixel = |pixel: usize| -> Lit {
             let Some(sight) = &buffer.sight[pixel] else { return Lit::default() };
             let item = 4 * pixel as u64;
             let edge = buffer.edges.binary_search_by_key(&(pixel as u32), |(p, _)| *p);
-            match (&quarter, edge) {
-                (Some(quarter), Ok(edge)) => {
+            let [whole, quarter] = &by_share[level(buffer.model_share(pixel))];
+            match edge {
+                Ok(edge) => {
                     let sights = buffer.edges[edge].1.iter().zip(item..);
                     let seen = sights.filter_map(|(s, item)| s.as_ref().map(|s| (s, item)));
                     mean(seen.map(|(sight, item)| {
@@ -159,6 +162,11 @@ impl Shading<'_> {
         }
         lit
     }
+}
+
+/// Which of [`SHARES`] a share of the model is at least.
+fn level(model_share: f32) -> usize {
+    SHARES.iter().position(|(least, _)| model_share >= *least).unwrap_or(SHARES.len() - 1)
 }
 
 /// Indices of `pixels`, tile by tile: rays from one place meet the same part of the surface.
@@ -189,4 +197,16 @@ fn mean(all: impl Iterator<Item = Shaded>) -> Lit {
     lit.visibility *= share;
     lit.variance *= share * share;
     lit
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_hardly_shown_takes_few_samples() {
+        let divisor = |share: f32| SHARES[level(share)].1;
+        assert_eq!([1.0, 0.5, 0.49, 0.125, 0.12, 0.0].map(divisor), [1, 1, 4, 4, 16, 16]);
+        assert_eq!(divisor(f32::NAN), 16);
+    }
 }

@@ -234,6 +234,15 @@ impl GBuffer {
         buffer
     }
 
+    /// Share of the model in what is shown of a pixel, 0 to 1; where no surface was met the model stands on nothing.
+    pub(crate) fn model_share(&self, pixel: usize) -> f32 {
+        let Some(drawn) = &self.ratio else { return 1.0 };
+        let alpha = drawn.captured.alpha.data[pixel].max(LEAST_ALPHA);
+        let is_on_surface = self.sight[pixel].is_some_and(|sight| sight.on_surface);
+        let share = drawn.model_share.color.data[3 * pixel] / alpha;
+        if is_on_surface { share.clamp(0.0, 1.0) } else { 0.0 }
+    }
+
     fn find_edges(&self, shown: &StandIn<'_>) -> Vec<(u32, [Option<Sight>; 4])> {
         const QUARTERS: [[f64; 2]; 4] = [[0.25, 0.25], [0.75, 0.25], [0.25, 0.75], [0.75, 0.75]];
         (0..self.sight.len())

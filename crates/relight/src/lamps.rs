@@ -32,6 +32,14 @@ pub(crate) struct Lights<'a> {
     pub(crate) lamps: Option<&'a Emitters>,
 }
 
+impl Lights<'_> {
+    /// Whether these are the very same.
+    pub(crate) fn is(&self, other: &Self) -> bool {
+        let lamps = [self.lamps, other.lamps].map(|lamps| lamps.map(std::ptr::from_ref));
+        std::ptr::eq(self.environment, other.environment) && lamps[0] == lamps[1]
+    }
+}
+
 /// The lamps that shine under a light which is so much like that of the photos; a light that is not known is taken for theirs.
 pub(crate) fn shining(
     scene: &RelightScene,

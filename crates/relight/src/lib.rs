@@ -10,6 +10,7 @@
 //! quality costs.
 
 mod bake;
+mod captured_light;
 mod compose;
 mod coverage;
 mod deferred;
@@ -18,6 +19,7 @@ mod disputed;
 pub mod files;
 mod first_triangles;
 mod g_buffer;
+mod graph;
 mod lamps;
 pub mod lift;
 mod light;

@@ -46,9 +46,19 @@ pub(crate) fn reading(
     shown: &QualityOptions,
     seed: u64,
 ) -> Option<Reading> {
-    let caution = if shown.shows_model_alone() { 0.0 } else { shown.caution };
     let preview = QualityOptions::of(Quality::Preview);
-    let quality = QualityOptions { bounces: Some(0), caution, ..preview };
+    let (light_samples, brdf_samples) = preview.samples();
+    // Of the quality that is shown, the pictures keep what the scene has ready: the ratio to the light of the photos.
+    let quality = QualityOptions {
+        quality: shown.quality,
+        light_samples: Some(light_samples),
+        brdf_samples: Some(brdf_samples),
+        shade_every: Some(preview.shade_every() as u32),
+        denoise: Some(preview.denoise_strength()),
+        bounces: Some(0),
+        caution: if shown.shows_model_alone() { 0.0 } else { shown.caution },
+        ..preview
+    };
     let relighter = Relighter::new(scene, light, &quality, seed);
     let chosen = PICTURES.min(frames.len());
     let (mut luminances, mut largest) = (Vec::new(), Vec::new());

@@ -11,12 +11,12 @@ use rayon::prelude::*;
 use crate::compose::{Background, Composition, Picture, compose};
 use crate::deferred::{Lit, Parts, Samples, Shading};
 use crate::denoise::{Grid, denoise, luminances};
-use crate::g_buffer::{GBuffer, LEAST_ALPHA, Layers, Sight};
+use crate::g_buffer::{GBuffer, Layers, Sight};
 use crate::lamps::{Lights, share_of_lamps, shining, switched_off};
 use crate::log_layer;
 use crate::options::{QualityOptions, ViewTransform};
 use crate::radiance_cache::RadianceCache;
-use crate::ratio::{Ratio, likeness_share};
+use crate::ratio::{Ratio, RatioOptions, likeness_share};
 use crate::residual_share::{apply_residual, likeness, share_under};
 use crate::scene::RelightScene;
 use crate::sky::Land;
@@ -69,8 +69,13 @@ impl<'a> Relighter<'a> {
         let local_share = alike.map_or(0.0, likeness_share);
         let ratio = alike.filter(|_| !options.shows_model_alone());
         let off = switched_off(scene, &lit);
-        let ratio = ratio
-            .and_then(|alike| Ratio::new(scene, &lit, &off, alike, options.caution, samples, seed));
+        let ratio_options = RatioOptions {
+            caution: options.caution,
+            samples: options.samples().0.min(samples),
+            samples_of_captured: samples,
+            seed,
+        };
+        let ratio = ratio.and_then(|alike| Ratio::new(scene, &lit, &off, alike, &ratio_options));
         let land = Land::of(scene, 1.0 - of_environment.map_or(0.0, likeness_share));
         let (view, options) = (ViewTransform::default(), options.clone());
         Self {
@@ -178,16 +183,16 @@ impl<'a> Relighter<'a> {
     fn apply_ratio(&self, buffer: &GBuffer, lit: &mut [Lit]) {
         let (Some(ratio), Some(drawn)) = (&self.ratio, &buffer.ratio) else { return };
         lit.par_iter_mut().enumerate().with_min_len(1024).for_each(|(i, lit)| {
-            let Some(sight) = &buffer.sight[i] else { return };
+            if buffer.sight[i].is_none() {
+                return;
+            }
             let alpha = drawn.captured.alpha.data[i];
             let at = |of: &Rendering| Vec3::from_slice(&of.color.data[3 * i..3 * i + 3]);
             let (captured, log_ratio) = (at(&drawn.captured), at(&drawn.log_ratio));
             let shown = ratio.pixel(captured, log_ratio, alpha, buffer.coverage[i]);
-            let share = at(&drawn.model_share).x / alpha.max(LEAST_ALPHA);
-            // Where no surface was met the model stands on nothing.
-            let share = if sight.on_surface { share.clamp(0.0, 1.0) } else { 0.0 };
-            let share = ratio.believed(share, lit.parts.total(), shown);
+            let share = ratio.believed(buffer.model_share(i), lit.parts.total(), shown);
             lit.parts = lit.parts.toward(shown, 1.0 - share);
+            lit.variance *= share * share;
         });
     }
 

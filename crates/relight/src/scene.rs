@@ -1,6 +1,6 @@
 //! A decomposed scene, ready for light.
 
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use glam::Vec3;
 use motes_math::srgb;
@@ -15,6 +15,7 @@ use motes_shading::tracing::{
 };
 use thiserror::Error;
 
+use crate::captured_light::CapturedLight;
 use crate::disputed::without_disputed;
 use crate::log_layer;
 use crate::residual::SceneResidual;
@@ -71,6 +72,8 @@ pub struct RelightScene {
     pub(crate) tracer: MeshTracer,
     /// Found when it is first asked for: only ratios of light take it.
     undisputed: OnceLock<Option<MeshTracer>>,
+    /// The same.
+    pub(crate) captured_light: OnceLock<Arc<CapturedLight>>,
     /// Lamps of the surface, as they shine in the photos.
     pub(crate) lamps: Option<Emitters>,
     /// Degree 0; colors are base color, sRGB-encoded, as they are blended.
@@ -138,6 +141,7 @@ impl RelightScene {
             surface,
             tracer,
             undisputed: OnceLock::new(),
+            captured_light: OnceLock::new(),
             lamps,
             base_color_splats,
             property_splats,

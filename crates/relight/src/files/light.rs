@@ -102,12 +102,12 @@ impl<'s> NewLight<'s> {
             return Ok(());
         }
         let (scene, none) = (&self.loaded.scene, || None);
-        let Some(own) = self.loaded.own_environment() else { return Ok(()) };
+        let Some(own) = &scene.own_environment else { return Ok(()) };
         let rotate = self.options.env_rotate;
         let light = self.source.light(rotate, Exposure::Factor(1.0), &self.place(), &none);
         let light = light.or_bad_input()?.environment;
         let read = |light| meter::reading(scene, light, frames, quality, seed);
-        let readings = [&own, &light].map(read);
+        let readings = [own, &light].map(read);
         if let [Some(own), Some(new)] = readings {
             let up = scene.up_in_world.as_dvec3();
             let lux = LUMENS_PER_WATT * luminance_f64(irradiance(&light.harmonics(), up));

@@ -18,7 +18,7 @@
 //! The ratio of two lights is smooth where texture, wrong normals and wrong materials are not, and it is 1 under the scene's
 //! own light: there the picture is the splat itself (Liu, Shan & Zhang 2001; the quotient image of Riklin-Raviv & Shashua 2001).
 
-mod graph;
+mod captured;
 mod received;
 
 use std::borrow::Cow;
@@ -28,18 +28,18 @@ use motes_math::falloff::quartic_falloff;
 use motes_math::luminance::luminance;
 use motes_math::median::median;
 use motes_math::sh::{MAX_SH_DEGREE, SH_C0, sh_coefficients};
-use motes_math::sigmoid::sigmoid;
 use motes_math::srgb;
 use motes_scene::{Gaussians, LAMP_BASE_COLOR};
 use motes_shading::environment::{Environment, irradiance};
 use rayon::prelude::*;
 
+use crate::captured_light::CapturedLight;
+use crate::graph::Graph;
 use crate::lamps::Lights;
 use crate::log_layer;
 use crate::scene::RelightScene;
-use crate::surface_point::surface_point;
-use graph::Graph;
-use received::{Received, floor};
+use captured::{alike, captured_light};
+use received::floor;
 
 /// Jacobi steps; information travels one neighbor each.
 const ROUNDS: u32 = 32;
@@ -57,10 +57,20 @@ const LEAST_RADIANCE: f32 = 1e-4;
 /// of it is another light's picture.
 const METAL: f32 = 0.3;
 
-/// How far what is unexplained over a neighborhood is that of each of its Gaussians alone.
-const UNEXPLAINED_ANCHOR: f32 = 0.05;
 /// How far the light on a lamp that is off is that of each of its Gaussians alone.
 const LAMP_ANCHOR: f32 = 0.1;
+
+/// How a ratio is found.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RatioOptions {
+    /// 0 (the model everywhere) to 1 (the captured colors).
+    pub(crate) caution: f32,
+    /// Directions per Gaussian to the new light.
+    pub(crate) samples: u32,
+    /// The same to that of the photos, which all lights share.
+    pub(crate) samples_of_captured: u32,
+    pub(crate) seed: u64,
+}
 
 /// A scene's captured colors, and what they are multiplied with under a light.
 #[derive(Debug)]
@@ -85,56 +95,48 @@ impl Ratio {
         light: &Lights<'_>,
         off: &[Option<u32>],
         likeness: f32,
-        caution: f32,
-        samples: u32,
-        seed: u64,
+        options: &RatioOptions,
     ) -> Option<Self> {
         let own = scene.own_environment.as_ref()?;
-        let confidence = scene.confidence.as_deref()?;
         let own = Lights { environment: own, lamps: scene.lamps.as_ref() };
         let is_black = |light: &Lights<'_>| light.environment.is_black() && light.lamps.is_none();
         if is_black(&own) || is_black(light) || scene.gaussians.is_empty() {
             return None;
         }
-        let graph = Graph::new(&scene.gaussians.means);
-        let trust = Trust::of(scene, confidence.to_vec());
-        let places = places(scene, &graph, &trust);
-        let received = Received::new(scene, [light, &own], &places, samples, seed);
-        let floors = [&received.new, &received.own].map(|lit| floor(lit));
-        let raw = log_ratios([&received.new, &received.own], floors);
-        let trust = trust.where_agreed(&received.agreed);
-        let alike = |i: usize, j: usize| {
-            let cosine = places[i].1.dot(places[j].1).max(0.0);
-            cosine * cosine * trust.area[j]
+        let captured = captured_light(scene, &own, options.samples_of_captured, options.seed)?;
+        let CapturedLight { graph, places, .. } = &*captured;
+        let new = if light.is(&own) {
+            Cow::Borrowed(&captured.lit)
+        } else {
+            Cow::Owned(received::lit(scene, light, places, options.samples, options.seed))
         };
+        let floors = [&new, &captured.lit].map(|lit| floor(&lit.radiance));
+        let raw = log_ratios([&new.radiance, &captured.lit.radiance], floors);
+        let trust = captured.trust.where_agreed(&new.agreed);
         let anchor = |i: usize| mix(ANCHOR, trust.confidence[i].powi(2));
-        let smooth = graph.smoothed(&raw, &anchor, &alike, ROUNDS);
+        let smooth = graph.smoothed(&raw, &anchor, &alike(places, &trust.area), ROUNDS);
         let different = 1.0 - likeness_share(likeness);
-        let of_lamps = own.lamps.map(|lamps| received::of_lamps(lamps, &places, seed));
-        let open = [light, &own].map(|light| {
-            let of_lamps = of_lamps.as_deref().filter(|_| light.lamps.is_some());
-            unshadowed(light.environment, &places, of_lamps)
-        });
-        let open = log_ratios([&open[0], &open[1]], floors);
+        let of_lamps = captured.of_lamps.as_deref().filter(|_| light.lamps.is_some());
+        let open = unshadowed(light.environment, places, of_lamps);
+        let open = log_ratios([&open, &captured.open], floors);
         let offset = medians(smooth.iter().zip(&open).map(|(v, open)| *v - *open));
         let common = medians(smooth.iter().copied());
-        let of_own_light = of_own_light(scene, &graph, &alike);
         let limited = smooth.iter().zip(&open).enumerate().map(|(i, (v, open))| {
             let range = mix(RANGE, trust.confidence[i]);
             let middle = *open + offset;
             let limited = middle + (*v - middle).map(|v| range * (v / range).tanh());
             let is_off = off.get(i).is_some_and(Option::is_some);
-            if is_off { Vec3::ZERO } else { limited - common - of_own_light[i] * different }
+            if is_off { Vec3::ZERO } else { limited - common - captured.log_own[i] * different }
         });
         let log_ratio: Vec<Vec3> = limited.collect();
         let splats = log_layer::drawn(&log_ratio, &scene.gaussians);
-        let model_share = model_share(scene, &graph, &trust.area, &received.agreed, caution)
+        let model_share = model_share(scene, graph, &trust.area, &new.agreed, options.caution)
             .into_iter()
             .map(|share| share * different)
             .collect();
         let lamps = if off.iter().any(Option::is_some) {
             let lit =
-                graph.smoothed(&received.new, &|_| LAMP_ANCHOR, &|_, j| trust.area[j], ROUNDS);
+                graph.smoothed(&new.radiance, &|_| LAMP_ANCHOR, &|_, j| trust.area[j], ROUNDS);
             let unlit =
                 |on_lamp: u32| LAMP_BASE_COLOR * lit[on_lamp as usize] / common.map(f32::exp);
             let off = (0u32..).zip(off).filter_map(|(i, on_lamp)| Some((i, unlit((*on_lamp)?))));
@@ -209,29 +211,6 @@ fn mix([low, high]: [f32; 2], t: f32) -> f32 {
     low + (high - low) * t
 }
 
-/// What is known of every Gaussian.
-struct Trust {
-    /// Of its material and its place, 0 to 1.
-    confidence: Vec<f32>,
-    /// How much its neighbors listen to it: its opacity.
-    area: Vec<f32>,
-}
-
-impl Trust {
-    fn of(scene: &RelightScene, confidence: Vec<f32>) -> Self {
-        let logits = &scene.gaussians.opacity_logits;
-        Self { confidence, area: logits.iter().map(|&logit| sigmoid(logit)).collect() }
-    }
-
-    /// A value is known as far as no disputed shadow is part of it.
-    fn where_agreed(mut self, agreed: &[f32]) -> Self {
-        for (confidence, agreed) in self.confidence.iter_mut().zip(agreed) {
-            *confidence *= agreed;
-        }
-        self
-    }
-}
-
 /// Share of the model in what is shown under a light that is nothing like the scene's own, of every Gaussian.
 fn model_share(
     scene: &RelightScene,
@@ -256,58 +235,6 @@ fn model_share(
     // Single Gaussians are judged by few pixels.
     let known = graph.smoothed(&known, &|_| 1.0, &|_, j| area[j], ROUNDS / 8);
     known.iter().zip(&scene.materials.metallic).map(|(k, m)| share(k.x, *m) * k.y).collect()
-}
-
-/// Where light falls on every Gaussian: normals follow their neighbors where they are not sure, and rays start off
-/// the Gaussian by its own thickness there, since nobody knows how deep in it the surface is.
-fn places(scene: &RelightScene, graph: &Graph, trust: &Trust) -> Vec<(Vec3, Vec3)> {
-    let first: Vec<(Vec3, Vec3)> = (0..scene.gaussians.len())
-        .into_par_iter()
-        .with_min_len(1024)
-        .map(|i| surface_point(scene, i))
-        .collect();
-    let normals: Vec<Vec3> = first.iter().map(|(_, n)| *n).collect();
-    let anchor = |i: usize| mix(ANCHOR, trust.confidence[i].powi(2));
-    let smooth = graph.smoothed(&normals, &anchor, &|_, j| trust.area[j], ROUNDS / 4);
-    let placed = |i: usize| {
-        let (position, normal) = first[i];
-        let smooth = smooth[i].normalize_or(normal);
-        let unsure = 1.0 - trust.confidence[i];
-        (position + smooth * (unsure * thickness(&scene.gaussians, i, smooth)), smooth)
-    };
-    (0..first.len()).into_par_iter().with_min_len(1024).map(placed).collect()
-}
-
-/// Standard deviation of a Gaussian along a unit vector; 0 where it is not finite.
-fn thickness(gaussians: &Gaussians, i: usize, along: Vec3) -> f32 {
-    let [w, x, y, z] = gaussians.rotations[i];
-    let local = glam::Quat::from_xyzw(x, y, z, w).normalize().inverse() * along;
-    let scales = Vec3::from(gaussians.log_scales[i]).map(f32::exp);
-    let deviation = (local * scales).length();
-    if deviation.is_finite() { deviation } else { 0.0 }
-}
-
-/// Logarithm of what is smooth in the captured colors and goes with the light that it is part of, of every Gaussian: the local light, and
-/// what the model left unexplained over a neighborhood.
-fn of_own_light(
-    scene: &RelightScene,
-    graph: &Graph,
-    alike: &(impl Fn(usize, usize) -> f32 + Sync),
-) -> Vec<Vec3> {
-    let mut smooth = vec![Vec3::ZERO; scene.gaussians.len()];
-    if let Some(residual) = &scene.residual {
-        let unexplained = |i: usize| {
-            let log_ratio = residual.log_ratio(i, &[SH_C0 as f32]);
-            if log_ratio.is_finite() { log_ratio } else { Vec3::ZERO }
-        };
-        let all = (0..smooth.len()).into_par_iter().with_min_len(1024);
-        let unexplained: Vec<Vec3> = all.map(unexplained).collect();
-        smooth = graph.smoothed(&unexplained, &|_| UNEXPLAINED_ANCHOR, alike, ROUNDS / 4);
-    }
-    if let Some(local) = &scene.local_log_factor {
-        smooth.iter_mut().zip(local).for_each(|(smooth, local)| *smooth += *local);
-    }
-    smooth
 }
 
 /// Radiance of white matte Gaussians with nothing around them: of the environment from its harmonics, and what lamps add.

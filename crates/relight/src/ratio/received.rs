@@ -8,6 +8,7 @@ use motes_shading::environment::Environment;
 use motes_shading::integrate::{IntegrationOptions, Shader, SurfacePoint};
 use motes_shading::tracing::{Empty, MeshTracer};
 
+use crate::captured_light::Lit;
 use crate::lamps::Lights;
 use crate::scene::RelightScene;
 use crate::surface_point::white_matte;
@@ -19,52 +20,38 @@ const AMBIENT: f32 = 0.15;
 /// Natural logarithm of the light with over without a disputed shadow at which a value counts half.
 const DISPUTED_LOG_RATIO: f32 = 0.35;
 
-/// Of every Gaussian.
-pub(super) struct Received {
-    /// Under the new light: radiance of white Lambert matter, direct light with shadows.
-    pub(super) new: Vec<Vec3>,
-    /// Under the scene's own.
-    pub(super) own: Vec<Vec3>,
-    /// How far the new light is the same with and without disputed shadows, 0 to 1; empty without any.
-    pub(super) agreed: Vec<f32>,
-}
-
-impl Received {
-    /// At `places`, each with its normal. A disputed shadow has half its strength.
-    pub(super) fn new(
-        scene: &RelightScene,
-        [new, own]: [&Lights<'_>; 2],
-        places: &[(Vec3, Vec3)],
-        samples: u32,
-        seed: u64,
-    ) -> Self {
-        let points = white(places);
-        let options = IntegrationOptions {
-            light_samples: samples,
-            brdf_samples: samples / 2,
-            ray_bias: scene.ray_bias,
-            seed,
-            ..IntegrationOptions::default()
-        };
-        let lit = |tracer: &MeshTracer, light: &Lights<'_>| -> Vec<Vec3> {
-            let shader =
-                Shader::new(light.environment, tracer, None, options).with_emitters(light.lamps);
-            shader.shade(&points, FIRST_ITEM).iter().map(|s| s.total()).collect()
-        };
-        let [mut new_lit, mut own_lit] = [new, own].map(|light| lit(&scene.tracer, light));
-        let mut agreed = Vec::new();
-        if let Some(rest) = scene.undisputed() {
-            let without = [new, own].map(|light| lit(rest, light));
-            let floor = luminance(floor(&new_lit));
-            agreed = new_lit.iter().zip(&without[0]).map(|(a, b)| alike(*a, *b, floor)).collect();
-            for (with, without) in [&mut new_lit, &mut own_lit].into_iter().zip(&without) {
-                for (with, without) in with.iter_mut().zip(without) {
-                    *with = 0.5 * (*with + *without);
-                }
-            }
+/// Light at `places`, each with its normal.
+pub(super) fn lit(
+    scene: &RelightScene,
+    light: &Lights<'_>,
+    places: &[(Vec3, Vec3)],
+    samples: u32,
+    seed: u64,
+) -> Lit {
+    let points = white(places);
+    let options = IntegrationOptions {
+        light_samples: samples,
+        brdf_samples: samples / 2,
+        ray_bias: scene.ray_bias,
+        seed,
+        ..IntegrationOptions::default()
+    };
+    let under = |tracer: &MeshTracer| -> Vec<Vec3> {
+        let shader =
+            Shader::new(light.environment, tracer, None, options).with_emitters(light.lamps);
+        shader.shade(&points, FIRST_ITEM).iter().map(|s| s.total()).collect()
+    };
+    let mut radiance = under(&scene.tracer);
+    let mut agreed = Vec::new();
+    if let Some(rest) = scene.undisputed() {
+        let without = under(rest);
+        let floor = luminance(floor(&radiance));
+        agreed = radiance.iter().zip(&without).map(|(a, b)| alike(*a, *b, floor)).collect();
+        for (with, without) in radiance.iter_mut().zip(&without) {
+            *with = 0.5 * (*with + *without);
         }
-        Self { new: new_lit, own: own_lit, agreed }
     }
+    Lit { radiance, agreed }
 }
 
 /// Radiance of white Lambert matter at `places` that lamps light, with nothing between.

@@ -9,12 +9,12 @@ const NEIGHBORS: usize = 8;
 
 /// Who lies beside whom.
 #[derive(Debug)]
-pub(super) struct Graph {
+pub(crate) struct Graph {
     neighbors: Vec<u32>,
 }
 
 impl Graph {
-    pub(super) fn new(means: &[[f32; 3]]) -> Self {
+    pub(crate) fn new(means: &[[f32; 3]]) -> Self {
         Self { neighbors: nearest_neighbors(means, NEIGHBORS) }
     }
 
@@ -23,7 +23,7 @@ impl Graph {
     }
 
     /// The least value of each Gaussian and its neighbors.
-    pub(super) fn eroded(&self, values: &[f32]) -> Vec<f32> {
+    pub(crate) fn eroded(&self, values: &[f32]) -> Vec<f32> {
         let least = |i: usize| {
             let around = self.around(i).iter().map(|&j| values[j as usize]);
             around.fold(values[i], f32::min)
@@ -33,7 +33,7 @@ impl Graph {
 
     /// `rounds` Jacobi steps toward the minimum of
     /// `Σ a_i |x_i - v_i|² + Σ_j w_ij |x_i - x_j|²`, from `x = v`, with anchors `a` of the values.
-    pub(super) fn smoothed(
+    pub(crate) fn smoothed(
         &self,
         values: &[Vec3],
         anchor: &(impl Fn(usize) -> f32 + Sync),
