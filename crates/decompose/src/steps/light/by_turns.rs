@@ -11,12 +11,13 @@ use crate::illumination::CellLight;
 
 /// Added to the key of the pairs, of those that the local light is found by.
 const LOCAL_PAIRS: u64 = 0x10ca1;
-/// Turns of light at infinity and local light.
+/// Turns of light at infinity and local light where no lamps are found: a light at infinity that stands for a lamp is wrong everywhere
+/// else. With lamps it stands for none, and would drift with the local light from face to face.
 const LOCAL_TURNS: u64 = 2;
 
 impl LightProblem<'_> {
-    /// What the light at infinity leaves of one capture, where neighbors are more alike with it; both are found by turns, since a light
-    /// at infinity that stands for a lamp is wrong everywhere else. None of several captures, whose rows are several lights'.
+    /// What the light at infinity leaves of one capture, where neighbors are more alike with it; without lamps both are found by turns.
+    /// None of several captures, whose rows are several lights'.
     /// `lamp_share` is that of all light on the points that lamps give.
     pub(super) fn local_light(
         &self,
@@ -45,7 +46,8 @@ impl LightProblem<'_> {
         }
         let transport = lit_of_one.transport.clone();
         let mut even = [LitPoints { transport, radiance: Vec::new() }];
-        for turn in 0..LOCAL_TURNS {
+        let turns = if found.has_lamps() { 0 } else { LOCAL_TURNS };
+        for turn in 0..turns {
             let radiance = lit_of_one.radiance.iter().zip(&places);
             even[0].radiance =
                 radiance.map(|(l, (x, n))| *l / found.light.factor(*x, *n)).collect();

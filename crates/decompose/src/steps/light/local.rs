@@ -70,10 +70,14 @@ impl FoundLocal {
         if without > 0.0 { 1.0 - with / without } else { 0.0 }
     }
 
+    /// Whether lamps give a share of the light that tells.
+    pub(crate) fn has_lamps(&self) -> bool {
+        self.lamp_share >= LAMP_SHARE
+    }
+
     /// Whether it is part of the model.
     pub(crate) fn is_kept(&self, wanted: Switch) -> bool {
-        let has_lamps = self.lamp_share >= LAMP_SHARE;
-        let least = if has_lamps { LEAST_SPREAD_BY_LAMPS } else { LEAST_SPREAD };
+        let least = if self.has_lamps() { LEAST_SPREAD_BY_LAMPS } else { LEAST_SPREAD };
         let is_evident = self.saved() >= LEAST_SAVING && self.spread >= least;
         wanted == Switch::On || is_evident
     }
