@@ -19,6 +19,9 @@ const COVERED: f32 = 0.5;
 const SURE: f32 = 0.35;
 /// A layer is shown when the reciprocal depth of the Gaussians is nearer to its own than this share of the way to the first layer.
 const CLEAR: f32 = 0.25;
+/// A layer that is shown within this many ray biases behind the first gets its light through what is not there: its model stands on
+/// nothing.
+const LID: f32 = 40.0;
 /// Layers of the surface that a ray goes through at most.
 const MOST_LAYERS: usize = 8;
 
@@ -93,7 +96,9 @@ impl<'a> StandIn<'a> {
             let is_front = hit.hit.geometric_normal.dot(ray.direction) < 0.0;
             let is_apart = behind > first.depth + apart;
             if is_front && is_apart && (shown - to).abs() <= CLEAR * (from - to) {
-                return Sight { depth: behind, ..Sight::of(self.scene, &rest, cosine, &hit) };
+                let on_surface = behind > first.depth + LID * step;
+                let shown = Sight::of(self.scene, &rest, cosine, &hit);
+                return Sight { depth: behind, on_surface, ..shown };
             }
             if behind > depth + apart {
                 break;
@@ -186,6 +191,10 @@ pub(crate) mod tests {
     }
 
     fn seen_in(scene: &RelightScene) -> [Option<f32>; 2] {
+        sights_in(scene).map(|sight| sight.map(|s| s.depth))
+    }
+
+    fn sights_in(scene: &RelightScene) -> [Option<Sight>; 2] {
         let camera = Pinhole { width: 30, height: 30, fx: 90.0, fy: 90.0, cx: 15.0, cy: 15.0 };
         let eye = DVec3::new(0.0, 0.0, f64::from(EYE));
         let rotation = glam::DQuat::from_rotation_x(std::f64::consts::PI);
@@ -195,8 +204,7 @@ pub(crate) mod tests {
             Painter::new(&scene.property_splats, &camera, &pose, &RenderOptions::default());
         let stand_in = StandIn::new(scene, &rays, painter, &pose);
         let first = first_triangles(&scene.surface, &camera, &pose)[15 * 30 + 15];
-        let of = |sight: Option<Sight>| sight.map(|s| s.depth);
-        [of(stand_in.surface(Some(first), 15.5, 15.5)), of(stand_in.surface(None, 14.25, 14.75))]
+        [stand_in.surface(Some(first), 15.5, 15.5), stand_in.surface(None, 14.25, 14.75)]
     }
 
     fn assert_depth(found: [Option<f32>; 2], depth: f32) {
@@ -213,6 +221,18 @@ pub(crate) mod tests {
         assert_depth(seen(&[1.4], &[0.0, 1.5, 2.0]), EYE - 1.5);
         // Layers that touch are one.
         assert_depth(seen(&[0.0], &[0.0, 0.01]), EYE - 0.01);
+    }
+
+    #[test]
+    fn the_model_of_a_layer_right_under_one_that_is_not_there_stands_on_nothing() {
+        let bias = scene(&[0.0], &[0.0]).ray_bias;
+        let found = |biases: f32| {
+            let sights = sights_in(&scene(&[0.0], &[0.0, biases * bias])).map(Option::unwrap);
+            assert_depth(sights.map(|s| Some(s.depth)), EYE);
+            sights.map(|s| s.on_surface)
+        };
+        assert_eq!(found(0.5 * LID), [false; 2]);
+        assert_eq!(found(1.2 * LID), [true; 2]);
     }
 
     #[test]
