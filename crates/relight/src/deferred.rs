@@ -98,7 +98,7 @@ impl Parts {
     }
 }
 
-/// Directions per pixel, by the model's share in what is shown: its noise is seen as far as the model is.
+/// Least share of the model in what is shown, and what the number of directions is divided by: noise is seen as far as the model is.
 const SHARES: [(f32, u32); 3] = [(0.5, 1), (0.125, 4), (0.0, 16)];
 
 /// Directions per pixel.

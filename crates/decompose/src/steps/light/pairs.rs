@@ -98,3 +98,35 @@ pub(crate) fn choose_pairs<const K: usize>(
         .flatten()
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_faces_elsewhere_is_no_neighbor() {
+        // A floor and a wall of 20 x 20 points, 0.5 wide.
+        let place = |i: u32| {
+            let (u, v) = ((i % 20) as f32 / 40.0, (i / 20 % 20) as f32 / 40.0);
+            if i < 400 { (Vec3::new(u, v, 0.0), Vec3::Z) } else { (Vec3::new(u, 0.0, v), Vec3::Y) }
+        };
+        let places: Vec<(Vec3, Vec3)> = (0..800).map(place).collect();
+        let likeness = Likeness { radius: 0.1, chroma: f32::INFINITY };
+        let options = PairOptions { count: 8, among: 200, seed: 1 };
+        let across = |pairs: &[Pair]| {
+            let weight = |of: &dyn Fn(&&Pair) -> bool| -> f32 {
+                pairs.iter().filter(of).map(|p| p.weight).sum()
+            };
+            weight(&|p| (p.a < 400) != (p.b < 400)) / weight(&|_| true)
+        };
+        let near: Vec<_> = places.iter().map(|(x, _)| likeness.feature(*x, Vec3::ONE)).collect();
+        let facing: Vec<_> =
+            places.iter().map(|(x, n)| likeness.facing_feature(*x, Vec3::ONE, *n, 0.5)).collect();
+        let pairs = choose_pairs(&facing, &options);
+        let by_normals = across(&pairs);
+        let by_place = across(&choose_pairs(&near, &options));
+        println!("across the fold: by place {by_place:.3}, by normals {by_normals:.4}");
+        assert!(by_place > 0.05 && by_normals < 0.002, "{by_place} {by_normals}");
+        assert!(pairs.len() > 800, "{} pairs", pairs.len());
+    }
+}
