@@ -40,6 +40,8 @@ pub(crate) struct Sight {
     pub(crate) depth: f32,
     /// From the surface, not from the Gaussians.
     pub(crate) on_surface: bool,
+    /// Right behind a layer of the surface that is not there, and so in its shadow.
+    pub(crate) in_false_shadow: bool,
     /// What the surface sends out there on its own where its lamps shine.
     pub(crate) emitted: Vec3,
 }
@@ -130,7 +132,9 @@ impl Sight {
         let normal = toward(hit.normal, to_viewer);
         let depth = hit.distance * cosine;
         let emitted = scene.emitted(&hit.hit);
-        Self { position: hit.position, normal, to_viewer, depth, on_surface: true, emitted }
+        let (on_surface, in_false_shadow) = (true, false);
+        let position = hit.position;
+        Self { position, normal, to_viewer, depth, on_surface, in_false_shadow, emitted }
     }
 }
 
@@ -234,13 +238,14 @@ impl GBuffer {
         buffer
     }
 
-    /// Share of the model in what is shown of a pixel, 0 to 1; where no surface was met the model stands on nothing.
+    /// Share of the model in what is shown of a pixel, 0 to 1; where no surface was met, or in the shadow of one that is not there, the
+    /// model stands on nothing.
     pub(crate) fn model_share(&self, pixel: usize) -> f32 {
         let Some(drawn) = &self.ratio else { return 1.0 };
         let alpha = drawn.captured.alpha.data[pixel].max(LEAST_ALPHA);
-        let is_on_surface = self.sight[pixel].is_some_and(|sight| sight.on_surface);
+        let stands = self.sight[pixel].is_some_and(|s| s.on_surface && !s.in_false_shadow);
         let share = drawn.model_share.color.data[3 * pixel] / alpha;
-        if is_on_surface { share.clamp(0.0, 1.0) } else { 0.0 }
+        if stands { share.clamp(0.0, 1.0) } else { 0.0 }
     }
 
     fn find_edges(&self, shown: &StandIn<'_>) -> Vec<(u32, [Option<Sight>; 4])> {

@@ -19,8 +19,7 @@ const COVERED: f32 = 0.5;
 const SURE: f32 = 0.35;
 /// A layer is shown when the reciprocal depth of the Gaussians is nearer to its own than this share of the way to the first layer.
 const CLEAR: f32 = 0.25;
-/// A layer that is shown within this many ray biases behind the first gets its light through what is not there: its model stands on
-/// nothing.
+/// A layer that is shown within this many ray biases behind the first is in the shadow of what is not there.
 const LID: f32 = 40.0;
 /// Layers of the surface that a ray goes through at most.
 const MOST_LAYERS: usize = 8;
@@ -96,9 +95,9 @@ impl<'a> StandIn<'a> {
             let is_front = hit.hit.geometric_normal.dot(ray.direction) < 0.0;
             let is_apart = behind > first.depth + apart;
             if is_front && is_apart && (shown - to).abs() <= CLEAR * (from - to) {
-                let on_surface = behind > first.depth + LID * step;
+                let in_false_shadow = behind <= first.depth + LID * step;
                 let shown = Sight::of(self.scene, &rest, cosine, &hit);
-                return Sight { depth: behind, on_surface, ..shown };
+                return Sight { depth: behind, in_false_shadow, ..shown };
             }
             if behind > depth + apart {
                 break;
@@ -117,7 +116,8 @@ impl<'a> StandIn<'a> {
         let normal = (2.0 * encoded - Vec3::ONE).normalize_or(to_viewer);
         let (position, normal) = (ray.at(depth / cosine), toward(normal, to_viewer));
         let emitted = Vec3::ZERO;
-        Some(Sight { position, normal, to_viewer, depth, on_surface: false, emitted })
+        let (on_surface, in_false_shadow) = (false, false);
+        Some(Sight { position, normal, to_viewer, depth, on_surface, in_false_shadow, emitted })
     }
 
     /// z in the camera; none where there is nothing.
@@ -224,15 +224,15 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn the_model_of_a_layer_right_under_one_that_is_not_there_stands_on_nothing() {
+    fn a_layer_right_under_one_that_is_not_there_is_in_its_shadow() {
         let bias = scene(&[0.0], &[0.0]).ray_bias;
         let found = |biases: f32| {
             let sights = sights_in(&scene(&[0.0], &[0.0, biases * bias])).map(Option::unwrap);
             assert_depth(sights.map(|s| Some(s.depth)), EYE);
-            sights.map(|s| s.on_surface)
+            sights.map(|s| (s.on_surface, s.in_false_shadow))
         };
-        assert_eq!(found(0.5 * LID), [false; 2]);
-        assert_eq!(found(1.2 * LID), [true; 2]);
+        assert_eq!(found(0.5 * LID), [(true, true); 2]);
+        assert_eq!(found(1.2 * LID), [(true, false); 2]);
     }
 
     #[test]

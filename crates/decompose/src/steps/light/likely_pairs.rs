@@ -22,9 +22,9 @@ const WIDE: f32 = 1.5;
 /// Added to the key of such pairs.
 const ACROSS_SHADOWS: u64 = 0x5ad0;
 /// Neighborhood of pairs that tell of local light, as a share of the distance to the cameras: a gradient is told by what is apart.
-const LOCAL_RADIUS: f32 = 0.15;
+pub(super) const LOCAL_RADIUS: f32 = 0.15;
 /// Difference of their normals: what is apart and faces elsewhere is another thing, whose base color local light would explain.
-const LOCAL_TURN: f32 = 0.5;
+pub(super) const LOCAL_TURN: f32 = 0.5;
 /// Weight of pairs that are not both on a flat piece: their normals err by degrees, which flattens the light.
 const UNSURE: f32 = 0.2;
 /// Weight of a pair of one point under two lights against a full pair.

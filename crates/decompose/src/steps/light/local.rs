@@ -244,6 +244,9 @@ fn solve(start: &LocalLight, weights: &[Weights], log_base: &[Vec3], pairs: &[Pa
 
 #[cfg(test)]
 mod tests {
+    use super::super::likely_pairs::{LOCAL_RADIUS, LOCAL_TURN};
+    use super::super::pairs::tests::fold;
+    use super::super::pairs::{Likeness, PairOptions, choose_pairs};
     use super::*;
 
     fn find(points: &Points<'_>, pairs: &[Pair], distance: f32) -> Option<FoundLocal> {
@@ -312,6 +315,31 @@ mod tests {
         println!("board: saved {:.3}", board.saved());
         assert!(board.saved() < LEAST_SAVING, "{}", board.saved());
         assert!(![halves, board].iter().any(|found| found.is_kept(Switch::Auto)));
+    }
+
+    /// Mean log factor of a light wall (log 1) over that of the dark floor (log 0) before it, with pairs that are alike in normal
+    /// within `turn`.
+    fn step_at_a_fold(turn: f32) -> f32 {
+        let places = fold();
+        let log_base: Vec<Vec3> =
+            (0..800).map(|i| Vec3::splat(if i < 400 { 0.0 } else { 1.0 })).collect();
+        let likeness = Likeness { radius: LOCAL_RADIUS, chroma: f32::INFINITY };
+        let feature = |(x, n): &(Vec3, Vec3)| likeness.facing_feature(*x, Vec3::ONE, *n, turn);
+        let features: Vec<[f32; 8]> = places.iter().map(feature).collect();
+        let pairs = choose_pairs(&features, &PairOptions { count: 8, among: 200, seed: 1 });
+        let light = fit(&Points { places: &places, log_base: &log_base }, &pairs, 1.0).unwrap();
+        let factors = places.iter().map(|(x, n)| light.log_factor(*x, *n).x);
+        let (floor, wall): (Vec<(usize, f32)>, Vec<_>) =
+            factors.enumerate().partition(|(i, _)| *i < 400);
+        let mean = |of: Vec<(usize, f32)>| of.iter().map(|(_, f)| f).sum::<f32>() / 400.0;
+        mean(wall) - mean(floor)
+    }
+
+    #[test]
+    fn a_wall_that_is_lighter_than_the_floor_is_painted() {
+        let (alike, step) = (step_at_a_fold(1e9), step_at_a_fold(LOCAL_TURN));
+        println!("the fold's pairs: whole {alike:.3}, by their normals {step:.3}");
+        assert!(alike > 0.5 && step.abs() < 0.1, "{alike} {step}");
     }
 
     #[test]

@@ -100,17 +100,21 @@ pub(crate) fn choose_pairs<const K: usize>(
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
 
-    #[test]
-    fn what_faces_elsewhere_is_no_neighbor() {
-        // A floor and a wall of 20 x 20 points, 0.5 wide.
+    /// A floor, and behind it a wall, of 20 x 20 points each, 0.5 wide, with their normals.
+    pub(in super::super) fn fold() -> Vec<(Vec3, Vec3)> {
         let place = |i: u32| {
             let (u, v) = ((i % 20) as f32 / 40.0, (i / 20 % 20) as f32 / 40.0);
             if i < 400 { (Vec3::new(u, v, 0.0), Vec3::Z) } else { (Vec3::new(u, 0.0, v), Vec3::Y) }
         };
-        let places: Vec<(Vec3, Vec3)> = (0..800).map(place).collect();
+        (0..800).map(place).collect()
+    }
+
+    #[test]
+    fn what_faces_elsewhere_is_no_neighbor() {
+        let places = fold();
         let likeness = Likeness { radius: 0.1, chroma: f32::INFINITY };
         let options = PairOptions { count: 8, among: 200, seed: 1 };
         let across = |pairs: &[Pair]| {
