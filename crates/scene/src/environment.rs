@@ -42,6 +42,8 @@ pub enum ScaleAnchor {
     AlbedoAnchor,
     /// Highlights: dielectrics reflect a known share.
     Specular,
+    /// The sky, as photos show it.
+    Sky,
     /// Nothing but what base colors usually are.
     Prior,
 }

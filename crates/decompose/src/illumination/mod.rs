@@ -3,6 +3,8 @@
 pub(crate) mod cells;
 mod local_light;
 mod octahedron;
+pub(crate) mod seen_sky;
+mod sky_dome;
 mod texels;
 
 pub use cells::{Cell, CellLight, Lamp, environment};

@@ -26,7 +26,7 @@ pub use map::{EnvironmentError, EnvironmentMap, MapOptions};
 pub use motes_scene::Convention;
 pub use orientation::{MapAxes, Orientation, direction_from_uv, uv_from_direction};
 pub use overcast::OvercastSky;
-pub use sky::{SkyError, SunSky};
+pub use sky::{SkyError, SkyRadiance, SunSky};
 pub use solar_position::{SolarPosition, UniversalTime, solar_position};
 pub use studio::StudioLight;
 pub use sun::SunDisc;

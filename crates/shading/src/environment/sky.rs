@@ -96,8 +96,7 @@ impl SunSky {
         height: usize,
         options: &MapOptions,
     ) -> Result<(EnvironmentMap, SunDisc), SkyError> {
-        let state = self.state()?;
-        let to_sun = self.to_sun_in_map();
+        let sky = self.radiance()?;
         let (elevation, albedo) = (self.elevation_deg.to_radians(), self.ground_albedo);
         let sun = sun_radiance(elevation, self.turbidity, self.forward_scatter);
 
@@ -110,7 +109,7 @@ impl SunSky {
                 let (u, v) = ((x as f64 + 0.5) / width as f64, (y as f64 + 0.5) / height as f64);
                 let d = direction_from_uv(u, v);
                 if d.y > 0.0 {
-                    let radiance = radiance(&state, d, to_sun);
+                    let radiance = sky.at(d).as_dvec3();
                     irradiance += radiance * (d.y * solid_angle);
                     image.pixel_mut(x, y).copy_from_slice(&radiance.as_vec3().to_array());
                 }
@@ -125,9 +124,17 @@ impl SunSky {
             }
         }
         let map = EnvironmentMap::new(&image, options)?;
-        let world = options.orientation.world_from_map(to_sun).as_vec3();
+        let world = options.orientation.world_from_map(sky.to_sun).as_vec3();
         let disc = SunDisc::new(world, SOLAR_RADIUS, sun.as_vec3() * options.exposure);
         Ok((map, disc))
+    }
+
+    /// Radiance of the sky without its sun.
+    ///
+    /// # Errors
+    /// When a number is out of its range.
+    pub fn radiance(&self) -> Result<SkyRadiance, SkyError> {
+        Ok(SkyRadiance { state: self.state()?, to_sun: self.to_sun_in_map() })
     }
 
     fn to_sun_in_map(self) -> DVec3 {
@@ -161,13 +168,21 @@ impl SunSky {
     }
 }
 
-fn radiance(state: &SkyState, d: DVec3, to_sun: DVec3) -> DVec3 {
-    let theta = d.y.clamp(-1.0, 1.0).acos() as f32;
-    // The chord is exact for small angles, where the aureole is.
-    let gamma = (2.0 * (0.5 * (d - to_sun).length()).min(1.0).asin()) as f32;
-    let channel = |c| state.radiance(theta, gamma, c);
-    // The fit dips below 0 far from a low sun in clear air.
-    Vec3::new(channel(Channel::R), channel(Channel::G), channel(Channel::B))
-        .max(Vec3::ZERO)
-        .as_dvec3()
+/// The sky without its sun: Hosek & Wilkie 2012.
+#[derive(Debug)]
+pub struct SkyRadiance {
+    state: SkyState,
+    to_sun: DVec3,
+}
+
+impl SkyRadiance {
+    /// Linear radiance from a direction, a unit vector of the map's frame (y up) above the horizon.
+    pub fn at(&self, d: DVec3) -> Vec3 {
+        let theta = d.y.clamp(-1.0, 1.0).acos() as f32;
+        // The chord is exact for small angles, where the aureole is.
+        let gamma = (2.0 * (0.5 * (d - self.to_sun).length()).min(1.0).asin()) as f32;
+        let channel = |c| self.state.radiance(theta, gamma, c);
+        // The fit dips below 0 far from a low sun in clear air.
+        Vec3::new(channel(Channel::R), channel(Channel::G), channel(Channel::B)).max(Vec3::ZERO)
+    }
 }

@@ -10,6 +10,7 @@ mod model;
 use glam::Vec3;
 
 use super::samples::SeenView;
+use crate::illumination::seen_sky::SkyPixel;
 use mask::Pixels;
 pub(crate) use mask::Shown;
 use model::SkyModel;
@@ -48,6 +49,28 @@ impl FoundSky {
             && self.explained >= LEAST_EXPLAINED
             && self.surface <= MOST_SURFACE
             && self.below <= MOST_BELOW
+    }
+}
+
+impl FoundSky {
+    /// The sky's pixels in these photos, every second one along each side.
+    pub(crate) fn pixels(&self, views: &[SeenView<'_>]) -> Vec<SkyPixel> {
+        let of_view = |(view, mask): (&SeenView<'_>, &Vec<Shown>)| -> Vec<SkyPixel> {
+            let (photo, width) = (view.photo, view.photo.camera.width);
+            let pixel = |i: usize| {
+                let (x, y) = (i % width, i / width);
+                if mask[i] != Shown::Sky || x % 2 + y % 2 > 0 {
+                    return None;
+                }
+                Some(SkyPixel {
+                    direction: view.rays.direction(x as f32 + 0.5, y as f32 + 0.5),
+                    radiance: photo.radiance_linear.at(i),
+                    is_clipped: photo.clipped.get(i).copied().unwrap_or(false),
+                })
+            };
+            (0..mask.len()).filter_map(pixel).collect()
+        };
+        views.iter().zip(&self.masks).flat_map(of_view).collect()
     }
 }
 

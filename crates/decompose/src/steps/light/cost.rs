@@ -1,5 +1,9 @@
 //! Weights of the cost of a light, and its robust norm.
 
+use std::sync::Arc;
+
+use crate::illumination::seen_sky::SeenSky;
+
 /// Weights and schedule.
 #[derive(Clone, Debug)]
 pub struct SolveOptions {
@@ -11,6 +15,8 @@ pub struct SolveOptions {
     pub scale: f32,
     /// `λ_color`.
     pub color: f32,
+    /// `λ_above`, where nothing is said of it.
+    pub above: f32,
     /// `λ_glossy`.
     pub glossy: f32,
     /// `anchor`: typical base color.
@@ -21,6 +27,8 @@ pub struct SolveOptions {
     pub steps: u32,
     /// Rate of the first step, log units.
     pub rate: f32,
+    /// What photos show of the sky, which cells keep to.
+    pub(crate) sky: Arc<SeenSky>,
     /// Name and weight of priors without a field here.
     pub others: Vec<(&'static str, f32)>,
 }

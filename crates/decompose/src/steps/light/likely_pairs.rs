@@ -30,6 +30,10 @@ const UNSURE: f32 = 0.2;
 /// Weight of a pair of one point under two lights against a full pair.
 const SAME_POINT: f32 = 4.0;
 
+/// Difference of the normals of two points at which base colors are no longer alike: a floor is darker than the wall behind it, and light
+/// from where the cameras stand, which casts no shadow that they see, would make them alike.
+const TURN: f32 = 0.7;
+
 /// Which neighbors are chosen.
 struct PairKey {
     seed: u64,
@@ -37,14 +41,14 @@ struct PairKey {
     radius: f32,
     /// Difference of log chromaticity at which base colors are no longer alike.
     chroma: f32,
-    /// Difference of unit normals at which base colors are no longer alike; none: they face any way.
-    turn: Option<f32>,
+    /// Difference of unit normals at which base colors are no longer alike.
+    turn: f32,
 }
 
 impl PairKey {
-    /// Of neighbors that face any way.
+    /// Of neighbors.
     fn near(seed: u64, chroma: f32) -> Self {
-        Self { seed, radius: RADIUS, chroma, turn: None }
+        Self { seed, radius: RADIUS, chroma, turn: TURN }
     }
 }
 
@@ -88,7 +92,7 @@ impl LightProblem<'_> {
         base: &[Vec<Vec3>],
         seed: u64,
     ) -> Vec<Pair> {
-        let key = PairKey { seed, radius: LOCAL_RADIUS, chroma: CHROMA, turn: Some(LOCAL_TURN) };
+        let key = PairKey { seed, radius: LOCAL_RADIUS, chroma: CHROMA, turn: LOCAL_TURN };
         self.pairs(rows, lit, base, key)
     }
 
@@ -153,17 +157,8 @@ impl LightProblem<'_> {
         let likeness = Likeness { radius: key.radius * self.distance, chroma: key.chroma };
         let options = PairOptions { count: 8, among: AMONG, seed: key.seed };
         let colored = points.iter().map(|&p| &self.samples[p as usize]).zip(colors);
-        match key.turn {
-            None => {
-                let of = |(s, c): (&Sample, &Vec3)| likeness.feature(s.position, *c);
-                choose_pairs(&colored.map(of).collect::<Vec<_>>(), &options)
-            }
-            Some(turn) => {
-                let of = |(s, c): (&Sample, &Vec3)| {
-                    likeness.facing_feature(s.position, *c, s.normal, turn)
-                };
-                choose_pairs(&colored.map(of).collect::<Vec<_>>(), &options)
-            }
-        }
+        let of =
+            |(s, c): (&Sample, &Vec3)| likeness.facing_feature(s.position, *c, s.normal, key.turn);
+        choose_pairs(&colored.map(of).collect::<Vec<_>>(), &options)
     }
 }

@@ -20,7 +20,7 @@ use std::sync::Arc;
 use crate::report::{Term, numbers};
 use crate::state::{Illumination, State};
 use motes_math::luminance::luminance;
-use motes_scene::Switch;
+use motes_scene::{ScaleAnchor, Switch};
 
 pub use cost::SolveOptions;
 pub use options::Options;
@@ -34,13 +34,16 @@ pub fn run(state: &mut State<'_>, options: &Options) -> Vec<Term> {
     let (mut sharp, mut sun, mut lamps, mut local) = (None, None, None, None);
     if state.inputs.known.lights.is_empty() {
         let problem = problem::LightProblem::of(state, options);
+        let sky = !problem.sky.is_empty();
         let found = problem.with_candidates(&state.observed.views).solve();
         sharp = sharp_light(&found);
         sun = Some(sun_term(&found));
         lamps = lamps_term(&found);
         local = found.local;
         state.light_cells = found.cells;
+        let anchor = if sky { ScaleAnchor::Sky } else { ScaleAnchor::Environment };
         state.illumination = Illumination {
+            anchor,
             lamp_of_vertex: found.lamp_of_vertex,
             ..Illumination::of_cells(found.lights)
         };

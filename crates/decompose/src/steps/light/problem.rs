@@ -1,5 +1,7 @@
 //! Rounds of tracing, solving and dividing cells.
 
+use std::sync::Arc;
+
 use glam::Vec3;
 use motes_scene::Switch;
 use motes_shading::environment::Orientation;
@@ -12,6 +14,7 @@ use super::options::Options;
 use super::solve::{LitPoints, solve};
 use super::transport::{TracedCells, TransportOptions, bounce};
 use crate::appearance::ModelOptions;
+use crate::illumination::seen_sky::SeenSky;
 use crate::illumination::{Cell, CellLight};
 use crate::observation::{Observed, Sample, SeenView, TracedSurface};
 use crate::state::State;
@@ -24,6 +27,8 @@ pub(super) const SHARE: f32 = 0.03;
 const STIFF: f32 = 100.0;
 /// Share of the cost that lamps have to save.
 const LEAST_SAVING: f32 = 0.01;
+/// Weight of light from above where photos show no sky.
+const ABOVE: f32 = 0.1;
 /// Rays to every lamp from every point.
 const LAMP_RAYS: u32 = 32;
 /// Radiance below which what photos show has no color that could be told, photo units.
@@ -48,6 +53,8 @@ pub(crate) struct LightProblem<'a> {
     pub lamps: Lamps,
     /// Per sample: logarithm of a base color that was predicted elsewhere, up to one factor per photo.
     pub prior_log_base: Option<Vec<Vec3>>,
+    /// What photos show of the sky.
+    pub sky: Arc<SeenSky>,
     /// Rays and weights.
     pub options: &'a Options,
     /// The usual range of base colors, and whether there are shadows.
@@ -93,6 +100,7 @@ impl<'a> LightProblem<'a> {
             distance: state.camera_distance,
             orientation: state.orientation(),
             prior_log_base: prior_log_base(samples, views, &state.inputs.known.base_color_priors),
+            sky: state.seen_sky(),
             options,
             model: state.inputs.model,
             ray_bias: state.ray_bias(),
@@ -218,13 +226,16 @@ impl<'a> LightProblem<'a> {
         SolveOptions {
             smooth: self.options.weight_smooth_light,
             white: self.options.weight_white_light,
-            scale: self.model.weight_albedo_range,
+            // A sky that photos show sets the scale.
+            scale: if self.sky.is_empty() { self.model.weight_albedo_range } else { 0.0 },
+            above: if self.sky.is_empty() { ABOVE } else { 0.0 },
             color: self.options.weight_light_color,
             glossy: 0.0,
             typical_base_color: self.model.typical_base_color,
             sigma: 0.05,
             steps: 200,
             rate: 0.1,
+            sky: Arc::clone(&self.sky),
             others: others.map(|prior| (prior.prior().name(), prior.weight())).collect(),
         }
     }

@@ -32,9 +32,10 @@ use rayon::prelude::*;
 use super::cost::{SolveOptions, rho};
 use super::glossy::Glossy;
 use super::pairs::Pair;
-use super::priors::{CellSum, LIGHT_PRIORS, LightPrior, Lighting, PointSum, Slopes};
+use super::priors::{CellSum, LIGHT_PRIORS, LightPrior, Lighting, PointSum, Slopes, Sources};
 use super::transport::Transport;
-use crate::illumination::CellLight;
+use crate::illumination::seen_sky::SeenSky;
+use crate::illumination::{Cell, CellLight};
 
 /// Smallest irradiance over π that a logarithm is taken of, photo units.
 const FLOOR: f32 = 1e-4;
@@ -85,14 +86,13 @@ fn weighted(options: &SolveOptions) -> Weighted {
     all.filter(|(_, weight)| *weight != 0.0).collect()
 }
 
-/// Cost and gradient by `θ`, channels interleaved, one light after the other; the last `lamps` columns of each are lamps.
+/// Cost and gradient by `θ`, channels interleaved, one light after the other.
 #[expect(clippy::too_many_arguments, reason = "each is another part of the cost")]
 pub(crate) fn cost_and_gradient(
     theta: &[f32],
     lit: &[LitPoints],
     pairs: &[Pair],
-    neighbors: &[(u32, u32)],
-    lamps: usize,
+    sources: &Sources,
     glossy: &[Glossy],
     options: &SolveOptions,
     priors: &[(&dyn LightPrior, f32)],
@@ -112,8 +112,7 @@ pub(crate) fn cost_and_gradient(
     let lighting = Lighting {
         theta,
         lights: lit.len(),
-        lamps,
-        neighbors,
+        sources,
         shading: &shading,
         log_base: &log_base,
         options,
@@ -185,10 +184,9 @@ pub(crate) fn solve(
     let Some(first_light) = lights.first() else {
         return (0.0, 0.0);
     };
-    let lamps = first_light.lamps.len();
-    let columns = (first_light.cells.len() + lamps).max(1);
-    let neighbors = first_light.neighbors();
-    let ranges = ranges(lights);
+    let columns = (first_light.cells.len() + first_light.lamps.len()).max(1);
+    let sources = Sources::of(first_light, &options.sky);
+    let ranges = ranges(lights, &options.sky);
     let all = lights.iter().flat_map(CellLight::sources);
     let mut theta: Vec<f32> = all.flat_map(|e| e.to_array().map(|v| v.max(1e-5).ln())).collect();
     let (mut first, mut second) = (vec![0.0; theta.len()], vec![0.0; theta.len()]);
@@ -203,7 +201,7 @@ pub(crate) fn solve(
             }
         }
         let (cost, gradient) =
-            cost_and_gradient(&theta, lit, pairs, &neighbors, lamps, glossy, options, &priors);
+            cost_and_gradient(&theta, lit, pairs, &sources, glossy, options, &priors);
         if step == 0 {
             start = cost;
         }
@@ -234,138 +232,18 @@ pub(crate) fn solve(
 }
 
 /// Least and largest logarithm of every source, channels interleaved.
-fn ranges(lights: &[CellLight]) -> Vec<[f32; 2]> {
+fn ranges(lights: &[CellLight], sky: &SeenSky) -> Vec<[f32; 2]> {
+    let of_cell = |cell: &Cell| {
+        let [least, most] = sky.range(cell).unwrap_or([-Vec3::INFINITY, Vec3::INFINITY]);
+        [0, 1, 2].map(|c| [least[c].max(-LOG_RANGE), most[c].min(LOG_RANGE)])
+    };
     let of = |light: &CellLight| -> Vec<[f32; 2]> {
         let seen = light.lamps.iter().flat_map(|lamp| lamp.seen.to_array());
         let of_lamp = |seen: f32| [1.0, MOST_EXCESS].map(|excess| (excess * seen.max(FLOOR)).ln());
-        let of_cells = vec![[-LOG_RANGE, LOG_RANGE]; 3 * light.cells.len()];
-        of_cells.into_iter().chain(seen.map(of_lamp)).collect()
+        light.cells.iter().flat_map(of_cell).chain(seen.map(of_lamp)).collect()
     };
     lights.iter().flat_map(of).collect()
 }
 
 #[cfg(test)]
-mod tests {
-    use super::super::glossy::{GlossyPoint, GlossyView};
-    use super::*;
-
-    const NEIGHBORS: [(u32, u32); 5] = [(0, 1), (1, 2), (2, 3), (3, 4), (4, 0)];
-
-    fn noise(i: usize) -> f32 {
-        (i as f32 * 12.9898).sin() * 0.5 + 0.5
-    }
-
-    /// Seven points under each of two lights of five cells.
-    fn lit_points() -> Vec<LitPoints> {
-        let (points, columns) = (7, 5);
-        [0, 500]
-            .into_iter()
-            .map(|k| LitPoints {
-                transport: Transport {
-                    cells: (0..points * columns).map(|i| 0.02 + 0.2 * noise(k + i)).collect(),
-                    bounce: (0..points).map(|i| Vec3::splat(0.05 * noise(k + 90 + i))).collect(),
-                    columns,
-                },
-                radiance: (0..points)
-                    .map(|i| {
-                        Vec3::new(
-                            0.1 + noise(k + i),
-                            0.2 + noise(k + i + 30),
-                            0.3 + noise(k + i + 60),
-                        )
-                    })
-                    .collect(),
-            })
-            .collect()
-    }
-
-    fn options() -> SolveOptions {
-        SolveOptions {
-            smooth: 0.3,
-            white: 0.2,
-            scale: 0.5,
-            glossy: 1.0,
-            color: 0.7,
-            typical_base_color: 0.3,
-            sigma: 0.2,
-            steps: 1,
-            rate: 0.1,
-            others: vec![("even-light", 0.4)],
-        }
-    }
-
-    /// Compares a gradient with difference quotients of its cost.
-    fn check(at: impl Fn(&[f32]) -> (f64, Vec<f32>)) -> Result<(), String> {
-        let theta: Vec<f32> = (0..30).map(|i| noise(i + 200) - 0.4).collect();
-        let (_, gradient) = at(&theta);
-        let mut largest = 0.0f64;
-        for i in 0..theta.len() {
-            let moved = |d: f32| {
-                let mut t = theta.clone();
-                t[i] += d;
-                at(&t).0
-            };
-            let step = 5e-3;
-            let numeric = (moved(step) - moved(-step)) / (2.0 * f64::from(step));
-            let analytic = f64::from(gradient[i]);
-            largest = largest.max(numeric.abs());
-            if (numeric - analytic).abs() >= 2e-3 * analytic.abs() + 2e-5 {
-                return Err(format!("{i}: {numeric} {analytic}"));
-            }
-        }
-        if largest > 1e-3 { Ok(()) } else { Err("it has no slope".into()) }
-    }
-
-    #[test]
-    fn the_gradient_of_every_prior_is_that_of_its_cost() {
-        let (lit, options) = (lit_points(), options());
-        for prior in LIGHT_PRIORS {
-            let at = |theta: &[f32]| {
-                cost_and_gradient(theta, &lit, &[], &NEIGHBORS, 1, &[], &options, &[(*prior, 0.7)])
-            };
-            check(at).unwrap_or_else(|error| panic!("{}: {error}", prior.name()));
-        }
-    }
-
-    #[test]
-    fn the_gradient_is_that_of_the_cost() {
-        let (points, columns) = (7, 5);
-        let (lit, options) = (lit_points(), options());
-        let pairs: Vec<Pair> = (0..30)
-            .map(|i| Pair {
-                a: (i % 14) as u32,
-                b: ((i * 3 + 1) % 14) as u32,
-                weight: 0.2 + noise(i),
-            })
-            .collect();
-        // A point of each kind under each light, seen three times.
-        let glossy: Vec<Glossy> = [0, 700]
-            .into_iter()
-            .map(|k| {
-                let view = |p: usize, v: usize| GlossyView {
-                    lobe: (0..3)
-                        .map(|j| {
-                            let cell = (p + v + 2 * j) % columns;
-                            (cell as u32, Vec3::new(0.2, 0.3, 0.4) * noise(k + 7 * p + 3 * v + j))
-                        })
-                        .collect(),
-                    bounce: Vec3::splat(0.1 * noise(k + p + v)),
-                    radiance: Vec3::splat(0.2 + noise(k + 50 + 5 * p + v)),
-                    weight: 0.1 + 0.1 * noise(k + v),
-                };
-                let point = |p: usize| GlossyPoint {
-                    row: (2 * p + 1) as u32,
-                    is_dielectric: p != 1,
-                    unit: 0.3 + noise(k + p),
-                    views: (0..3).map(|v| view(p, v)).collect(),
-                };
-                Glossy::new((0..3).map(point).collect(), &vec![Vec3::new(0.3, 0.5, 0.7); points])
-            })
-            .collect();
-        let priors = weighted(&options);
-        let at = |theta: &[f32]| {
-            cost_and_gradient(theta, &lit, &pairs, &NEIGHBORS, 1, &glossy, &options, &priors)
-        };
-        check(at).unwrap();
-    }
-}
+mod tests;

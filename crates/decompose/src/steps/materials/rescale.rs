@@ -33,10 +33,14 @@ pub(crate) fn rescale(
     let by_base = anchored(&seen.samples, &light.materials, &anchors);
     light.anchor = match by_base {
         Some(_) => ScaleAnchor::AlbedoAnchor,
+        None if light.anchor == ScaleAnchor::Sky => ScaleAnchor::Sky,
         None if scale.log_spread < TELLING_SPREAD => ScaleAnchor::Specular,
         None => ScaleAnchor::Prior,
     };
-    let on_light = by_base.unwrap_or_else(|| scale.factor(systematic));
+    let on_light = by_base.unwrap_or_else(|| match light.anchor {
+        ScaleAnchor::Sky => Vec3::splat(scale.least.max(0.0).exp()),
+        _ => scale.factor(systematic),
+    });
     light.base_color_factor /= on_light;
     light.cells.iter_mut().for_each(|cells| cells.scale(on_light));
     light.lights = light.cells.iter().map(environment).collect();

@@ -47,6 +47,8 @@ pub(super) fn fit_to_reflections(
     let options = SolveOptions {
         smooth: SMOOTHER * by_shading.smooth,
         scale: HOLD,
+        // Reflections tell where light comes from.
+        above: 0.0,
         glossy: weight,
         typical_base_color: typical(&base),
         rate: 0.05,

@@ -1,6 +1,8 @@
 //! Priors of the light: a file each, and the list.
 
 mod even_light;
+mod expected_sky;
+mod light_from_above;
 mod prior;
 mod smooth_light;
 mod typical_base_color;
@@ -12,6 +14,7 @@ use std::str::FromStr;
 use motes_formats::named_weight::parse_named_weight;
 use serde::{Deserialize, Serialize};
 
+pub(super) use prior::Sources;
 pub use prior::{CellSum, LightPrior, Lighting, PointSum, Slopes};
 
 /// Every prior, in the order in which they are summed.
@@ -20,6 +23,8 @@ pub static LIGHT_PRIORS: &[&dyn LightPrior] = &[
     &smooth_light::SmoothLight,
     &white_light::WhiteLight,
     &even_light::EvenLight,
+    &light_from_above::LightFromAbove,
+    &expected_sky::ExpectedSky,
 ];
 
 /// A prior without a flag of its own and its weight, as text `NAME=WEIGHT`.

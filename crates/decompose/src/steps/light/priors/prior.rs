@@ -1,7 +1,11 @@
 //! What a prior of the light is given and what it adds.
 
+use std::f32::consts::PI;
+
 use glam::Vec3;
 
+use crate::illumination::CellLight;
+use crate::illumination::seen_sky::SeenSky;
 use crate::steps::light::cost::SolveOptions;
 
 /// A prior of the light: a file in this folder, named in [`super::LIGHT_PRIORS`]. It acts on what points receive and on the
@@ -18,10 +22,16 @@ pub trait LightPrior: Sync {
         None
     }
 
+    /// Its weight in a solve where `--light-prior` says nothing.
+    fn usual_weight(&self, _options: &SolveOptions) -> f32 {
+        0.0
+    }
+
     /// Its weight in a solve: what `--light-prior` said.
     fn weight(&self, options: &SolveOptions) -> f32 {
         let own = options.others.iter().filter(|(name, _)| *name == self.name());
-        own.map(|(_, weight)| weight).sum()
+        let said = own.map(|(_, weight)| *weight).reduce(|a, b| a + b);
+        said.unwrap_or_else(|| self.usual_weight(options))
     }
 
     /// Adds its cost and slopes by what points receive and by their base colors.
@@ -31,16 +41,38 @@ pub trait LightPrior: Sync {
     fn add_cells(&self, _light: &Lighting<'_>, _weight: f32, _sum: &mut CellSum) {}
 }
 
+/// What is known of the cells and lamps of a light, whatever they send.
+pub struct Sources {
+    /// Number of lamps, whose radiances follow those of the cells of each light.
+    pub lamps: usize,
+    /// Cells of one light that touch.
+    pub neighbors: Vec<(u32, u32)>,
+    /// Sine of the elevation of every cell.
+    pub heights: Vec<f32>,
+    /// Logarithm of the radiance that is expected of every cell, where photos show a sky.
+    pub expected: Vec<Option<Vec3>>,
+}
+
+impl Sources {
+    /// Those of a light under a sky.
+    pub(in crate::steps::light) fn of(light: &CellLight, sky: &SeenSky) -> Self {
+        Self {
+            lamps: light.lamps.len(),
+            neighbors: light.neighbors(),
+            heights: light.cells.iter().map(|cell| (PI * (cell.v + 0.5 * cell.dv)).cos()).collect(),
+            expected: light.cells.iter().map(|cell| sky.expected(cell)).collect(),
+        }
+    }
+}
+
 /// A light while it is solved for.
 pub struct Lighting<'a> {
     /// Log radiance of every cell, photo units; channels interleaved, one light after the other.
     pub theta: &'a [f32],
     /// Number of lights, which have the same cells.
     pub lights: usize,
-    /// Number of lamps, whose radiances follow those of the cells of each light.
-    pub lamps: usize,
-    /// Cells of one light that touch.
-    pub neighbors: &'a [(u32, u32)],
+    /// The cells and lamps of each light.
+    pub sources: &'a Sources,
     /// Irradiance over π of every point, photo units.
     pub shading: &'a [Vec3],
     /// Logarithm of the base color that follows, of every point.
@@ -57,7 +89,7 @@ impl Lighting<'_> {
 
     /// The first of them that are cells.
     pub(in crate::steps::light) fn of_cells(&self) -> usize {
-        self.per_light() - (3 * self.lamps).min(self.per_light())
+        self.per_light() - (3 * self.sources.lamps).min(self.per_light())
     }
 }
 

@@ -33,11 +33,11 @@ impl LightPrior for SmoothLight {
         let CellSum { cost, gradient } = sum;
         let (theta, lights, colored) = (light.theta, light.lights, light.options.color);
         let columns = theta.len() / (3 * lights.max(1));
-        let share = weight / (light.neighbors.len() * lights).max(1) as f32;
+        let share = weight / (light.sources.neighbors.len() * lights).max(1) as f32;
         let pairs_of_cells = (0..lights).flat_map(|l| {
             let of =
                 move |&(i, j): &(u32, u32)| (i as usize + l * columns, j as usize + l * columns);
-            light.neighbors.iter().map(of)
+            light.sources.neighbors.iter().map(of)
         });
         for (i, j) in pairs_of_cells {
             for c in 0..3 {
