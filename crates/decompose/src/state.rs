@@ -1,10 +1,8 @@
 //! What the steps of a decomposition work on: the inputs, which stay, and the state, which each step changes a part of.
 
-use std::sync::Arc;
-
 use glam::Vec3;
 use motes_raster::RenderOptions;
-use motes_scene::{Gaussians, ImageF32, Materials, Residual, ScaleAnchor, Surface, Switch};
+use motes_scene::{Gaussians, ImageF32, Materials, Residual, ScaleAnchor, Surface};
 use motes_shading::emitters::Emitters;
 use motes_shading::environment::{
     Convention, Environment, MapAxes, Orientation, direction_from_uv,
@@ -13,15 +11,10 @@ use motes_shading::tracing::{Ray, Tracer};
 
 use crate::appearance::{FoundMaterials, ModelOptions, PixelShading};
 use crate::error::DecomposeError;
-use crate::illumination::seen_sky::SeenSky;
 use crate::illumination::{CellLight, environment};
-use crate::observation::sky::find_sky;
-use crate::observation::{Observed, Photo, Sample, TracedSurface, ViewRays};
+use crate::observation::{Observed, Photo, TracedSurface, ViewRays};
 
 /// Distance at which rays leave the surface, as a share of the distance between camera and point: some pixels.
-/// Cosine of the angle to up within which a point is ground.
-const FACES_UP: f32 = 0.8;
-
 const RAY_BIAS: f32 = 3e-3;
 
 /// The base color at a pixel of a photo, linear.
@@ -285,31 +278,6 @@ impl<'a> State<'a> {
             sent.iter_mut().zip(&emission).for_each(|(sent, lamp)| *sent = sent.max(*lamp));
         }
         all
-    }
-
-    /// Geometric mean of what points that face up send out, linear, photo units; none where none does.
-    fn ground_radiance(&self) -> Option<Vec3> {
-        let faces_up = |s: &&Sample| s.normal.dot(self.up_in_world) > FACES_UP;
-        let facing_up = self.observed.samples.iter().filter(faces_up);
-        let logs = facing_up
-            .filter_map(|s| s.body_radiance(0))
-            .map(|l| l.max(Vec3::splat(1e-4)).map(f32::ln));
-        let (sum, count) = logs.fold((Vec3::ZERO, 0.0f32), |(sum, n), log| (sum + log, n + 1.0));
-        (count > 0.0).then(|| (sum / count).map(f32::exp))
-    }
-
-    /// What photos show of the sky, where it is one; nothing of several captures.
-    pub(crate) fn seen_sky(&self) -> Arc<SeenSky> {
-        let (inputs, views) = (self.inputs, &self.observed.views);
-        if inputs.model.sky == Switch::Off || inputs.light_count() != 1 {
-            return Arc::default();
-        }
-        let sky = find_sky(views, self.up_in_world);
-        if !sky.is_sky() {
-            return Arc::default();
-        }
-        let pixels = sky.pixels(views);
-        Arc::new(SeenSky::new(&pixels, self.ground_radiance(), &self.orientation()))
     }
 
     /// Whether one bounce of light belongs to the model.

@@ -2,7 +2,6 @@
 
 use glam::{DVec3, Vec3};
 use motes_shading::environment::{Orientation, direction_from_uv, uv_from_direction};
-
 use rayon::prelude::*;
 
 use super::cells::Cell;
@@ -40,7 +39,7 @@ struct Seen {
 pub(crate) struct SeenSky {
     /// Per texel, row by row; none where photos show nothing.
     seen: Vec<Option<Seen>>,
-    /// Per texel: logarithm of the radiance that is expected there; none below the horizon.
+    /// Per texel: logarithm of the radiance that is expected there; none where nothing is.
     expected: Vec<Option<Vec3>>,
 }
 
@@ -93,6 +92,13 @@ impl SeenSky {
     /// Whether photos show none of it.
     pub(crate) fn is_empty(&self) -> bool {
         self.seen.is_empty()
+    }
+
+    /// Whether the scale of the light follows: photos show some of it, and most of that is not clipped.
+    pub(crate) fn sets_scale(&self) -> bool {
+        let (clipped, open): (Vec<&Seen>, Vec<&Seen>) =
+            self.seen.iter().flatten().partition(|seen| seen.is_clipped);
+        open.len() > clipped.len()
     }
 
     /// Least and largest logarithm of the radiance of a cell, per channel; none where photos show too little of it.
@@ -155,6 +161,7 @@ mod tests {
             (0..light.cells.len()).filter(|&k| sky.range(&light.cells[k]).is_some()).collect();
         // 16 columns of four rows above the horizon, which is below row 7.
         assert_eq!(known.len(), 64);
+        assert!(sky.sets_scale());
         assert!(known.iter().all(|k| k % 32 < 16 && (4..8).contains(&(k / 32))), "{known:?}");
         let [least, most] = sky.range(&light.cells[7 * 32]).unwrap();
         let log = Vec3::new(0.2, 0.4, 0.6).map(f32::ln);
@@ -166,7 +173,7 @@ mod tests {
     fn a_clipped_sky_may_be_brighter() {
         let (sky, light) = half(Vec3::ONE, true);
         let [least, most] = sky.range(&light.cells[7 * 32]).unwrap();
-        assert!(least.is_finite() && most.x == f32::INFINITY);
+        assert!(least.is_finite() && most.x == f32::INFINITY && !sky.sets_scale());
     }
 
     #[test]
@@ -178,7 +185,7 @@ mod tests {
         let beside = sky.expected(&light.cells[6 * 32 + 17]).unwrap();
         assert!((beside.map(f32::exp) - Vec3::new(0.2, 0.4, 0.6)).abs().max_element() < 0.15);
         let none = SeenSky::default();
-        assert!(none.is_empty() && none.range(&light.cells[0]).is_none());
+        assert!(none.is_empty() && !none.sets_scale() && none.range(&light.cells[0]).is_none());
         assert!(none.expected(&light.cells[0]).is_none());
     }
 }

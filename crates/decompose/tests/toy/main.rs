@@ -2,6 +2,7 @@
 
 mod lamp;
 mod scene;
+mod sky;
 
 use decompose::{
     DecomposeError, DecomposeOptions, Inputs, Known, Photo, Pipeline, RenderedView, Report, State,

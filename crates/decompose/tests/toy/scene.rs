@@ -117,6 +117,16 @@ pub(crate) fn photos(
     light: &Environment,
     material: impl Fn(Vec3) -> Material,
 ) -> Vec<Photo> {
+    photos_from(|k| 1.6 + 0.8 * f64::from(k % 3), scene, light, material)
+}
+
+/// Photos from twelve places round the ball at these heights.
+pub(crate) fn photos_from(
+    height: impl Fn(u32) -> f64,
+    scene: &TracedSurface,
+    light: &Environment,
+    material: impl Fn(Vec3) -> Material,
+) -> Vec<Photo> {
     let camera = Pinhole { fx: 90.0, fy: 90.0, cx: 48.0, cy: 36.0, width: SIZE.0, height: SIZE.1 };
     let options = IntegrationOptions {
         light_samples: 64,
@@ -134,8 +144,7 @@ pub(crate) fn photos(
     (0..12u32)
         .map(|k| {
             let phi = f64::from(k) * std::f64::consts::TAU / 12.0;
-            let height = 1.6 + 0.8 * f64::from(k % 3);
-            let eye = DVec3::new(3.0 * phi.cos(), 3.0 * phi.sin(), height);
+            let eye = DVec3::new(3.0 * phi.cos(), 3.0 * phi.sin(), height(k));
             let mut photo = Photo {
                 gain: [1.0; 3],
                 name: format!("view_{k:02}.png"),

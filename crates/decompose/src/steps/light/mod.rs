@@ -11,6 +11,7 @@ mod options;
 pub(crate) mod pairs;
 mod priors;
 pub(crate) mod problem;
+mod sky;
 pub(crate) mod solve;
 mod sun;
 pub(crate) mod transport;
@@ -34,7 +35,7 @@ pub fn run(state: &mut State<'_>, options: &Options) -> Vec<Term> {
     let (mut sharp, mut sun, mut lamps, mut local) = (None, None, None, None);
     if state.inputs.known.lights.is_empty() {
         let problem = problem::LightProblem::of(state, options);
-        let sky = !problem.sky.is_empty();
+        let sky = problem.sky.sets_scale();
         let found = problem.with_candidates(&state.observed.views).solve();
         sharp = sharp_light(&found);
         sun = Some(sun_term(&found));

@@ -11,6 +11,7 @@ use super::evidence::prior_log_base;
 use super::lamps::Lamps;
 use super::local::FoundLocal;
 use super::options::Options;
+use super::sky::seen_sky;
 use super::solve::{LitPoints, solve};
 use super::transport::{TracedCells, TransportOptions, bounce};
 use crate::appearance::ModelOptions;
@@ -100,7 +101,7 @@ impl<'a> LightProblem<'a> {
             distance: state.camera_distance,
             orientation: state.orientation(),
             prior_log_base: prior_log_base(samples, views, &state.inputs.known.base_color_priors),
-            sky: state.seen_sky(),
+            sky: seen_sky(state),
             options,
             model: state.inputs.model,
             ray_bias: state.ray_bias(),
@@ -227,7 +228,7 @@ impl<'a> LightProblem<'a> {
             smooth: self.options.weight_smooth_light,
             white: self.options.weight_white_light,
             // A sky that photos show sets the scale.
-            scale: if self.sky.is_empty() { self.model.weight_albedo_range } else { 0.0 },
+            scale: if self.sky.sets_scale() { 0.0 } else { self.model.weight_albedo_range },
             above: if self.sky.is_empty() { ABOVE } else { 0.0 },
             color: self.options.weight_light_color,
             glossy: 0.0,

@@ -32,9 +32,12 @@ pub fn run(
     of_materials: &materials::Options,
 ) -> Result<Option<Term>, DecomposeError> {
     let mut traced = TracedCells::default();
-    if !(options.weight_reflected_light > 0.0) || !state.inputs.known.lights.is_empty() {
+    let is_told = !state.inputs.known.lights.is_empty();
+    let reflects = state.illumination.materials.reflects();
+    if !(options.weight_reflected_light > 0.0) || is_told || !reflects {
         return Ok(None);
     }
+    let problem = LightProblem::of(state, by_shading);
     let mut fitted: Option<Illumination> = None;
     for _ in 0..options.reflected_light_rounds {
         // Materials that were found under a light too soft may be other ones under this.
@@ -43,7 +46,6 @@ pub fn run(
             break;
         }
         let mut cells = now.cells.clone();
-        let problem = LightProblem::of(state, by_shading);
         let weight = options.weight_reflected_light;
         fit_to_reflections(&problem, &mut cells, &now.materials, weight, &mut traced);
         let lights: Vec<_> = cells.iter().map(environment).collect();
