@@ -87,7 +87,6 @@ fn weighted(options: &SolveOptions) -> Weighted {
 }
 
 /// Cost and gradient by `θ`, channels interleaved, one light after the other.
-#[expect(clippy::too_many_arguments, reason = "each is another part of the cost")]
 pub(crate) fn cost_and_gradient(
     theta: &[f32],
     lit: &[LitPoints],
