@@ -25,7 +25,7 @@ pub struct ModelOptions {
     #[arg(long, value_enum, default_value_t, help_heading = "Model")]
     pub indirect: Switch,
 
-    /// Sky in the photos: relight shows the new light there
+    /// Sky in the photos: it is part of the light, and relight shows the new light there
     #[arg(long, value_enum, default_value_t, help_heading = "Model")]
     pub sky: Switch,
 

@@ -8,6 +8,7 @@ mod mask;
 mod model;
 
 use glam::Vec3;
+use motes_scene::Switch;
 
 use super::samples::SeenView;
 use crate::illumination::seen_sky::SkyPixel;
@@ -43,6 +44,15 @@ pub(crate) struct FoundSky {
 }
 
 impl FoundSky {
+    /// Whether it is taken for a sky; `On` takes whatever looks like one.
+    pub(crate) fn is_kept(&self, wanted: Switch) -> bool {
+        match wanted {
+            Switch::Off => false,
+            Switch::On => self.area > 0.0,
+            Switch::Auto => self.is_sky(),
+        }
+    }
+
     /// Whether it is a sky.
     pub(crate) fn is_sky(&self) -> bool {
         self.photos >= LEAST_PHOTOS

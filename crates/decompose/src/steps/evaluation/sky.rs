@@ -29,11 +29,7 @@ pub(super) fn run(state: &State<'_>) -> (Vec<f32>, Term) {
         Switch::Off => FoundSky::default(),
         _ => find_sky(&state.observed.views, state.up_in_world),
     };
-    let is_kept = match wanted {
-        Switch::Off => false,
-        Switch::On => found.area > 0.0,
-        Switch::Auto => found.is_sky(),
-    };
+    let is_kept = found.is_kept(wanted);
     let sky = if is_kept { lifted(state, &found) } else { Vec::new() };
     (sky, term(&found, is_kept, wanted))
 }

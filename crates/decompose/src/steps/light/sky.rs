@@ -21,7 +21,7 @@ pub(super) fn seen_sky(state: &State<'_>) -> Arc<SeenSky> {
         return Arc::default();
     }
     let sky = find_sky(views, up);
-    if !sky.is_sky() {
+    if !sky.is_kept(inputs.model.sky) {
         return Arc::default();
     }
     let ground = ground_radiance(&state.observed.samples, up);
