@@ -24,8 +24,12 @@ pub(super) fn seen_sky(state: &State<'_>) -> Arc<SeenSky> {
     if !sky.is_kept(inputs.model.sky) {
         return Arc::default();
     }
+    let pixels = sky.pixels(views);
+    if pixels.is_empty() {
+        return Arc::default();
+    }
     let ground = ground_radiance(&state.observed.samples, up);
-    Arc::new(SeenSky::new(&sky.pixels(views), ground, &state.orientation()))
+    Arc::new(SeenSky::new(&pixels, ground, &state.orientation()))
 }
 
 /// Geometric mean of what points that face up send out, linear, photo units; none where none does.

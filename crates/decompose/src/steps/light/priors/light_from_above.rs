@@ -1,5 +1,5 @@
 //! `λ mean (d_j - mean d)²`, `d_j = θ_j - log(5) (1 + h_j) / 2` with `h` the sine of the elevation, per light and channel: the zenith is five
-//! times as bright as the nadir. Skies, ceilings and lamps are above (Dror et al. 2001 measured it), and light from where the cameras
+//! times as bright as the nadir. Skies, ceilings and lamps are above (Dror et al. 2004 see it in photographed maps), and light from where the cameras
 //! stand casts no shadow that they see, so shading alone hardly tells the two apart.
 
 use super::prior::{CellSum, LightPrior, Lighting};
