@@ -7,8 +7,8 @@ use rayon::prelude::*;
 use super::cells::Cell;
 use super::sky_dome::SkyDome;
 
-/// Columns of the map that what is seen is gathered in: 2.8 degrees.
-const COLUMNS: usize = 128;
+/// Columns and rows of the map that what is seen is gathered in: 2.8 degrees.
+const SIZE: [usize; 2] = [128, 64];
 /// Least share of a cell that photos show, below which it is not known.
 const LEAST_SHARE: f32 = 0.25;
 /// Half the range within which a cell stays of what photos show of it, natural logarithm.
@@ -42,9 +42,6 @@ pub(crate) struct SeenSky {
     /// Per texel: logarithm of the radiance that is expected there; none where nothing is.
     expected: Vec<Option<Vec3>>,
 }
-
-/// Columns and rows of the map.
-const SIZE: [usize; 2] = [COLUMNS, COLUMNS / 2];
 
 /// The texel at a place of the map.
 fn texel_at(u: f64, v: f64) -> usize {

@@ -5,7 +5,7 @@
 //! how well they explain what is seen: a strip above the horizon does not tell them apart, and should not choose one.
 
 use glam::{DVec3, Vec3};
-use motes_shading::environment::{SkyRadiance, SunSky};
+use motes_shading::environment::{OvercastSky, SkyRadiance, SunSky};
 use rayon::prelude::*;
 
 /// Steps of the sun's azimuth.
@@ -28,7 +28,7 @@ impl Kind {
     fn log(&self, d: DVec3) -> Vec3 {
         match self {
             Self::Clear(sky) => sky.at(d).max(Vec3::splat(1e-6)).map(f32::ln),
-            Self::Overcast => Vec3::splat((1.0 + 2.0 * d.y as f32).ln()),
+            Self::Overcast => Vec3::splat((OvercastSky::over_horizon(d.y) as f32).ln()),
         }
     }
 }

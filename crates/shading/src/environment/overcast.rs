@@ -26,6 +26,11 @@ impl Default for OvercastSky {
 }
 
 impl OvercastSky {
+    /// Radiance over that of the horizon, by the sine of the elevation (0 to 1).
+    pub fn over_horizon(sin_elevation: f64) -> f64 {
+        1.0 + 2.0 * sin_elevation
+    }
+
     /// The map in the unit of [`super::SunSky`] times the exposure of `options`; `height` rows, twice as many columns.
     ///
     /// # Errors
@@ -42,7 +47,7 @@ impl OvercastSky {
         for y in 0..height {
             let sin_elevation = (PI * (y as f64 + 0.5) / height as f64).cos();
             if sin_elevation > 0.0 {
-                let radiance = (zenith * (1.0 + 2.0 * sin_elevation) / 3.0) as f32;
+                let radiance = (zenith * Self::over_horizon(sin_elevation) / 3.0) as f32;
                 (0..2 * height).for_each(|x| image.pixel_mut(x, y).fill(radiance));
             }
         }

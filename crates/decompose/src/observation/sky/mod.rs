@@ -60,9 +60,7 @@ impl FoundSky {
             && self.surface <= MOST_SURFACE
             && self.below <= MOST_BELOW
     }
-}
 
-impl FoundSky {
     /// The sky's pixels in these photos, every second one along each side.
     pub(crate) fn pixels(&self, views: &[SeenView<'_>]) -> Vec<SkyPixel> {
         let of_view = |(view, mask): (&SeenView<'_>, &Vec<Shown>)| -> Vec<SkyPixel> {

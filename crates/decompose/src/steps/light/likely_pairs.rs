@@ -46,7 +46,7 @@ struct PairKey {
 }
 
 impl PairKey {
-    /// Of neighbors.
+    /// Of neighbors that face one way.
     fn near(seed: u64, chroma: f32) -> Self {
         Self { seed, radius: RADIUS, chroma, turn: TURN }
     }

@@ -94,9 +94,8 @@ fn the_gradient_of_every_prior_is_that_of_its_cost() {
 fn cells_keep_to_the_sky_that_photos_show() {
     let orientation = Orientation::new(Convention::Blender);
     let mut lights = [CellLight::uniform(4, 2, Vec3::ONE, orientation)];
-    let towards = lights[0].cells[1].direction(0.5, 0.5, &orientation);
     let shown = Vec3::new(0.1, 0.2, 0.4);
-    // All over the cell, at some distance from its edges.
+    // All over the cell.
     let places = (0..900).map(|i| ((i % 30) as f32 / 30.0, (i / 30) as f32 / 30.0));
     let pixels: Vec<SkyPixel> = places
         .map(|(s, t)| SkyPixel {
@@ -114,7 +113,7 @@ fn cells_keep_to_the_sky_that_photos_show() {
     let lit = [LitPoints { transport, radiance: vec![Vec3::ONE; 7] }];
     let pairs: Vec<Pair> = (0..7).map(|a| Pair { a, b: (a + 3) % 7, weight: 1.0 }).collect();
     solve(&mut lights, &lit, &pairs, &mut [], &SolveOptions { steps: 50, sky, ..options() });
-    let found = lights[0].radiance[lights[0].cell_toward(towards).unwrap()];
+    let found = lights[0].radiance[1];
     assert!(((found / shown).map(f32::ln)).abs().max_element() < 0.11, "{found}");
     assert!(lights[0].radiance[6].x > 0.3, "{}", lights[0].radiance[6]);
 }
