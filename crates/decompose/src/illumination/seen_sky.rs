@@ -1,11 +1,11 @@
 //! What photos show of the sky: light that need not be found.
 
-use glam::{DVec3, Vec3};
+use glam::{BVec3, DVec3, Vec3};
 use motes_shading::environment::{Orientation, direction_from_uv, uv_from_direction};
 use rayon::prelude::*;
 
 use super::cells::Cell;
-use super::sky_dome::SkyDome;
+use super::sky_dome::{Seen, SkyDome};
 
 /// Columns and rows of the map that what is seen is gathered in: 2.8 degrees.
 const SIZE: [usize; 2] = [128, 64];
@@ -23,15 +23,8 @@ pub(crate) struct SkyPixel {
     pub direction: Vec3,
     /// Linear, photo units.
     pub radiance: Vec3,
-    /// Whether the sky may be brighter than the photo can say.
-    pub is_clipped: bool,
-}
-
-/// One direction of the sky, as photos show it.
-#[derive(Clone, Copy, Debug)]
-struct Seen {
-    log_radiance: Vec3,
-    is_clipped: bool,
+    /// Channels in which the sky may be brighter than the photo can say.
+    pub is_clipped: BVec3,
 }
 
 /// What photos show of the sky, on a map.
@@ -41,6 +34,35 @@ pub(crate) struct SeenSky {
     seen: Vec<Option<Seen>>,
     /// Per texel: logarithm of the radiance that is expected there; none where nothing is.
     expected: Vec<Option<Vec3>>,
+}
+
+/// What the pixels of a texel add up to, per channel.
+#[derive(Clone, Copy, Debug, Default)]
+struct Sums {
+    log_radiance: Vec3,
+    count: f32,
+    /// The same of those that are not clipped.
+    open_log_radiance: Vec3,
+    open: Vec3,
+}
+
+impl Sums {
+    fn add(&mut self, pixel: &SkyPixel) {
+        let log = pixel.radiance.max(Vec3::splat(DARKEST)).map(f32::ln);
+        let open = Vec3::select(pixel.is_clipped, Vec3::ZERO, Vec3::ONE);
+        self.log_radiance += log;
+        self.count += 1.0;
+        self.open_log_radiance += open * log;
+        self.open += open;
+    }
+
+    /// A channel is clipped where most pixels are.
+    fn seen(&self, direction: DVec3) -> Option<Seen> {
+        let is_clipped = self.open.cmplt(Vec3::splat(0.5 * self.count));
+        let (all, open) = (self.log_radiance / self.count, self.open_log_radiance / self.open);
+        let log_radiance = Vec3::select(is_clipped, all, open);
+        (self.count > 0.0).then_some(Seen { direction, log_radiance, is_clipped })
+    }
 }
 
 /// The texel at a place of the map.
@@ -58,26 +80,18 @@ impl SeenSky {
         orientation: &Orientation,
     ) -> Self {
         let [columns, rows] = SIZE;
-        let mut sums = vec![(Vec3::ZERO, 0u32, 0u32); columns * rows];
-        for pixel in pixels {
-            let (u, v) = uv_from_direction(orientation.map_from_world(pixel.direction.as_dvec3()));
-            let (sum, count, clipped) = &mut sums[texel_at(u, v)];
-            *sum += pixel.radiance.max(Vec3::splat(DARKEST)).map(f32::ln);
-            *count += 1;
-            *clipped += u32::from(pixel.is_clipped);
-        }
-        let texel = |&(sum, count, clipped): &(Vec3, u32, u32)| {
-            let log_radiance = sum / count as f32;
-            (count > 0).then_some(Seen { log_radiance, is_clipped: 2 * clipped > count })
-        };
-        let seen: Vec<Option<Seen>> = sums.iter().map(texel).collect();
         let direction = |i: usize| {
             let (u, v) = ((i % columns) as f64 + 0.5, (i / columns) as f64 + 0.5);
             direction_from_uv(u / columns as f64, v / rows as f64)
         };
-        let shown = seen.iter().enumerate().filter_map(|(i, texel)| Some((i, texel.as_ref()?)));
-        let shown: Vec<(DVec3, Vec3)> =
-            shown.map(|(i, texel)| (direction(i), texel.log_radiance)).collect();
+        let mut sums = vec![Sums::default(); columns * rows];
+        for pixel in pixels {
+            let (u, v) = uv_from_direction(orientation.map_from_world(pixel.direction.as_dvec3()));
+            sums[texel_at(u, v)].add(pixel);
+        }
+        let seen: Vec<Option<Seen>> =
+            sums.iter().enumerate().map(|(i, sums)| sums.seen(direction(i))).collect();
+        let shown: Vec<Seen> = seen.iter().flatten().copied().collect();
         let dome = SkyDome::fit(&shown);
         let ground = ground.map(|l| l.max(Vec3::splat(DARKEST)).map(f32::ln));
         let expected =
@@ -91,28 +105,23 @@ impl SeenSky {
         self.seen.is_empty()
     }
 
-    /// Whether the scale of the light follows: photos show some of it, and most of that is not clipped.
+    /// Whether the scale of the light follows: photos show some of it, and in one channel most of that is not clipped.
     pub(crate) fn sets_scale(&self) -> bool {
-        let (clipped, open): (Vec<&Seen>, Vec<&Seen>) =
-            self.seen.iter().flatten().partition(|seen| seen.is_clipped);
-        open.len() > clipped.len()
+        let (open, count) = open(self.seen.iter().flatten());
+        count > 0.0 && (2.0 * open).max_element() > count
     }
 
     /// Least and largest logarithm of the radiance of a cell, per channel; none where photos show too little of it.
     pub(crate) fn range(&self, cell: &Cell) -> Option<[Vec3; 2]> {
-        let (mut sum, mut count, mut clipped, mut all) = (Vec3::ZERO, 0.0f32, 0.0f32, 0.0f32);
-        for texel in texels(cell, &self.seen) {
-            all += 1.0;
-            let Some(seen) = texel else { continue };
-            sum += seen.log_radiance;
-            count += 1.0;
-            clipped += f32::from(u8::from(seen.is_clipped));
-        }
-        if count < (LEAST_SHARE * all).max(1.0) {
+        let all: Vec<Option<&Seen>> = texels(cell, &self.seen).collect();
+        let seen = || all.iter().flatten().copied();
+        let (open, count) = open(seen());
+        if count < (LEAST_SHARE * all.len() as f32).max(1.0) {
             return None;
         }
-        let mean = sum / count;
-        let above = if 2.0 * clipped > count { f32::INFINITY } else { ROOM };
+        let mean = seen().map(|texel| texel.log_radiance).sum::<Vec3>() / count;
+        let is_clipped = (2.0 * open).cmplt(Vec3::splat(count));
+        let above = Vec3::select(is_clipped, Vec3::INFINITY, Vec3::splat(ROOM));
         Some([mean - ROOM, mean + above])
     }
 
@@ -121,6 +130,13 @@ impl SeenSky {
         let known: Vec<Vec3> = texels(cell, &self.expected).flatten().copied().collect();
         (!known.is_empty()).then(|| known.iter().sum::<Vec3>() / known.len() as f32)
     }
+}
+
+/// How many texels are not clipped, per channel, and how many there are.
+fn open<'a>(seen: impl Iterator<Item = &'a Seen>) -> (Vec3, f32) {
+    seen.fold((Vec3::ZERO, 0.0), |(open, count), texel| {
+        (open + Vec3::select(texel.is_clipped, Vec3::ZERO, Vec3::ONE), count + 1.0)
+    })
 }
 
 /// What a map has of a cell; of one that is smaller than a texel, nothing.
@@ -138,7 +154,7 @@ mod tests {
     use crate::illumination::CellLight;
 
     /// The sky of one half of the compass, up to 40 degrees, and a light of large cells.
-    fn half(radiance: Vec3, is_clipped: bool) -> (SeenSky, CellLight) {
+    fn half(radiance: Vec3, is_clipped: BVec3) -> (SeenSky, CellLight) {
         let orientation = Orientation::new(Convention::Blender);
         let places = (0..180).flat_map(|i| (0..40).map(move |j| (i, j)));
         let pixel = |(i, j): (u32, u32)| {
@@ -153,7 +169,7 @@ mod tests {
 
     #[test]
     fn cells_that_photos_show_are_known_and_no_others() {
-        let (sky, light) = half(Vec3::new(0.2, 0.4, 0.6), false);
+        let (sky, light) = half(Vec3::new(0.2, 0.4, 0.6), BVec3::FALSE);
         let known: Vec<usize> =
             (0..light.cells.len()).filter(|&k| sky.range(&light.cells[k]).is_some()).collect();
         // 16 columns of four rows above the horizon, which is below row 7.
@@ -168,14 +184,22 @@ mod tests {
 
     #[test]
     fn a_clipped_sky_may_be_brighter() {
-        let (sky, light) = half(Vec3::ONE, true);
+        let (sky, light) = half(Vec3::ONE, BVec3::TRUE);
         let [least, most] = sky.range(&light.cells[7 * 32]).unwrap();
         assert!(least.is_finite() && most.x == f32::INFINITY && !sky.sets_scale());
     }
 
     #[test]
+    fn a_blue_sky_that_is_clipped_in_blue_sets_the_scale() {
+        let shown = Vec3::new(0.6, 0.8, 1.0);
+        let (sky, light) = half(shown, BVec3::new(false, false, true));
+        let [_, most] = sky.range(&light.cells[7 * 32]).unwrap();
+        assert!(sky.sets_scale() && most.z == f32::INFINITY && most.y < 0.0, "{most}");
+    }
+
+    #[test]
     fn what_is_expected_below_the_horizon_is_the_ground() {
-        let (sky, light) = half(Vec3::new(0.2, 0.4, 0.6), false);
+        let (sky, light) = half(Vec3::new(0.2, 0.4, 0.6), BVec3::FALSE);
         let ground = sky.expected(&light.cells[12 * 32 + 20]).unwrap();
         assert!((ground.x - 0.1f32.ln()).abs() < 1e-5);
         // Beside what is seen, the sky goes on.

@@ -4,7 +4,7 @@
 //! white balance of the camera), are compared with what is seen. What is expected of the rest is the mean of all of them, weighed by
 //! how well they explain what is seen: a strip above the horizon does not tell them apart, and should not choose one.
 
-use glam::{DVec3, Vec3};
+use glam::{BVec3, DVec3, Vec3};
 use motes_shading::environment::{OvercastSky, SkyRadiance, SunSky};
 use rayon::prelude::*;
 
@@ -33,14 +33,25 @@ impl Kind {
     }
 }
 
+/// One direction of the sky, as photos show it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Seen {
+    /// Unit, y up, above the horizon.
+    pub direction: DVec3,
+    /// Natural logarithm, photo units.
+    pub log_radiance: Vec3,
+    /// Channels in which the sky may be brighter.
+    pub is_clipped: BVec3,
+}
+
 /// Skies that explain what is seen: each with its weight and the logarithm of its factor.
 pub(super) struct SkyDome {
     skies: Vec<(f32, Vec3, Kind)>,
 }
 
 impl SkyDome {
-    /// Fits directions (unit, y up, above the horizon) and logarithms of radiance.
-    pub(super) fn fit(seen: &[(DVec3, Vec3)]) -> Self {
+    /// Fits what is seen.
+    pub(super) fn fit(seen: &[Seen]) -> Self {
         let clear = (0..AZIMUTHS).flat_map(|k| {
             let azimuth_deg = 360.0 * k as f64 / AZIMUTHS as f64;
             ELEVATIONS.into_iter().flat_map(move |elevation_deg| {
@@ -74,13 +85,28 @@ impl SkyDome {
     }
 }
 
-/// Logarithm of the factor that takes a sky to what is seen, and the mean difference then.
-fn compare(kind: &Kind, seen: &[(DVec3, Vec3)]) -> (Vec3, f32) {
-    let count = seen.len().max(1) as f32;
-    let off: Vec<Vec3> = seen.iter().map(|(d, log)| *log - kind.log(*d)).collect();
-    let factor = off.iter().sum::<Vec3>() / count;
-    let cost = off.iter().map(|o| (*o - factor).abs().element_sum() / 3.0).sum::<f32>() / count;
-    (factor, cost)
+/// Logarithm of the factor that takes a sky to what is seen, and the mean difference then: one of what is clipped counts where the sky
+/// is darker. A channel that is clipped all over has the factor of the others, unless more is seen.
+fn compare(kind: &Kind, seen: &[Seen]) -> (Vec3, f32) {
+    let of = |texel: &Seen| (texel.log_radiance - kind.log(texel.direction), texel.is_clipped);
+    let off: Vec<(Vec3, BVec3)> = seen.iter().map(of).collect();
+    let (mut sum, mut all, mut count) = (Vec3::ZERO, Vec3::ZERO, Vec3::ZERO);
+    for (off, is_clipped) in &off {
+        let open = Vec3::select(*is_clipped, Vec3::ZERO, Vec3::ONE);
+        (sum, all, count) = (sum + open * *off, all + *off, count + open);
+    }
+    let n = seen.len().max(1) as f32;
+    let (mean, least) = (sum / count.max(Vec3::ONE), all / n);
+    let is_open = count.cmpgt(Vec3::ZERO);
+    let channels = is_open.bitmask().count_ones();
+    let of_others = Vec3::select(is_open, mean, Vec3::ZERO).element_sum() / channels as f32;
+    let of_clipped = if channels > 0 { least.max(Vec3::splat(of_others)) } else { least };
+    let factor = Vec3::select(is_open, mean, of_clipped);
+    let cost = |(off, is_clipped): &(Vec3, BVec3)| {
+        let more = *off - factor;
+        Vec3::select(*is_clipped, more.max(Vec3::ZERO), more.abs()).element_sum() / 3.0
+    };
+    (factor, off.iter().map(cost).sum::<f32>() / n)
 }
 
 #[cfg(test)]
@@ -90,14 +116,15 @@ mod tests {
     use super::*;
 
     /// Directions of a strip above the horizon, a third of the way round, with what a sky shows there.
-    fn strip(of: impl Fn(DVec3) -> Vec3) -> Vec<(DVec3, Vec3)> {
+    fn strip(of: impl Fn(DVec3) -> Vec3) -> Vec<Seen> {
         let places = (0..20).flat_map(|i| (0..8).map(move |j| (i, j)));
         let directions = places
             .map(|(i, j)| direction_from_uv(0.3 + f64::from(i) / 60.0, 0.49 - f64::from(j) / 64.0));
-        directions.map(|d| (d, of(d))).collect()
+        let seen = |d| Seen { direction: d, log_radiance: of(d), is_clipped: BVec3::FALSE };
+        directions.map(seen).collect()
     }
 
-    fn off(seen: &[(DVec3, Vec3)], d: DVec3, truth: Vec3) -> f32 {
+    fn off(seen: &[Seen], d: DVec3, truth: Vec3) -> f32 {
         let found = SkyDome::fit(seen).log_radiance(d).unwrap();
         (found - truth).abs().max_element()
     }
@@ -113,6 +140,22 @@ mod tests {
         let horizon = shown(direction_from_uv(0.4, 0.48)) - shown(DVec3::Y);
         println!("zenith {error:.2} off; the horizon is {horizon:.2} brighter");
         assert!(error < 0.4 && horizon.max_element() > 1.0, "{error} {horizon}");
+    }
+
+    #[test]
+    fn a_channel_that_is_clipped_tells_no_color() {
+        let sky = SunSky { elevation_deg: 33.0, ..SunSky::default() };
+        let sky = sky.radiance().unwrap();
+        let shown = |d: DVec3| (sky.at(d) * 0.1).map(f32::ln);
+        let mut seen = strip(shown);
+        let most = seen.iter().map(|texel| texel.log_radiance.z).fold(f32::INFINITY, f32::min);
+        for texel in &mut seen {
+            texel.log_radiance.z = most;
+            texel.is_clipped = BVec3::new(false, false, true);
+        }
+        let error = off(&seen, DVec3::Y, shown(DVec3::Y));
+        println!("zenith {error:.2} off");
+        assert!(error < 0.4, "{error}");
     }
 
     #[test]

@@ -73,7 +73,7 @@ impl FoundSky {
                 Some(SkyPixel {
                     direction: view.rays.direction(x as f32 + 0.5, y as f32 + 0.5),
                     radiance: photo.radiance_linear.at(i),
-                    is_clipped: photo.clipped.get(i).copied().unwrap_or(false),
+                    is_clipped: photo.clipped_channels(i),
                 })
             };
             (0..mask.len()).filter_map(pixel).collect()

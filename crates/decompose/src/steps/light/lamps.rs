@@ -23,8 +23,6 @@ use crate::observation::{SeenView, TracedSurface};
 const CLIPPED_SHARE: f32 = 0.8;
 /// Photos that have to show it at all, where there are so many.
 const LEAST_VIEWS: usize = 2;
-/// A channel is clipped from this share of the most clipped one on, linear: compression blurs the rim of what is white.
-const LEAST_CHANNEL: f32 = 0.95;
 /// Triangles of the smallest piece.
 const LEAST_TRIANGLES: usize = 6;
 /// Most pieces, the largest first.
@@ -60,13 +58,9 @@ impl Lamps {
             let (mut seen, mut count, mut sum) = (0usize, 0usize, Vec3::ZERO);
             for (view, pixel) in pixels {
                 seen += 1;
-                if !view.photo.clipped.get(pixel).is_some_and(|clipped| *clipped) {
-                    continue;
-                }
-                let radiance = view.photo.radiance_linear.at(pixel);
-                if is_burnt_out(radiance, view.photo.gain) {
+                if view.photo.clipped_channels(pixel).all() {
                     count += 1;
-                    sum += radiance;
+                    sum += view.photo.radiance_linear.at(pixel);
                 }
             }
             match seen {
@@ -180,13 +174,6 @@ enum Shown {
     Dark,
     /// Mean radiance where it is clipped.
     Clipped(Vec3),
-}
-
-/// Whether a clipped pixel of a photo of this gain is clipped in all channels: at the largest value of the photo, or at 1 in the
-/// exposure of the model.
-fn is_burnt_out(radiance: Vec3, gain: [f32; 3]) -> bool {
-    let share = radiance / Vec3::from(gain).recip().min(Vec3::ONE);
-    share.min_element() >= LEAST_CHANNEL * share.max_element()
 }
 
 /// Lets every piece take in vertices next to it that no photo shows, ring by ring, until they are as many as it has: the far side
@@ -307,21 +294,6 @@ mod tests {
             .collect();
         assert!(of(&wood).is_some_and(|v| (v - 0.3).abs() < 1e-5), "{:?}", of(&wood));
         assert_eq!(around(&triangles, &[1; 42], &fading, &[Vec3::ONE]), [None]);
-    }
-
-    #[test]
-    fn what_is_clipped_in_one_channel_is_lit() {
-        let even = [1.0; 3];
-        assert!(is_burnt_out(Vec3::new(1.0, 0.99, 0.97), even));
-        assert!(!is_burnt_out(Vec3::new(0.92, 0.65, 0.32), even));
-        assert!(!is_burnt_out(Vec3::new(0.8, 0.9, 0.6), even));
-        // Plaster beside a lamp, as bright as white paper in red and green.
-        assert!(!is_burnt_out(Vec3::new(1.0, 1.0, 0.9), even));
-        // A photo whose white is bluish, of a longer exposure; one of a shorter exposure is cut off at 1.
-        assert!(is_burnt_out(Vec3::new(0.8, 0.77, 0.74), [1.25, 1.3, 1.35]));
-        assert!(is_burnt_out(Vec3::new(1.0, 0.98, 0.96), [0.7, 0.8, 0.9]));
-        // A photo that its capture says is darker.
-        assert!(is_burnt_out(Vec3::new(0.5, 0.49, 0.49), even));
     }
 
     #[test]

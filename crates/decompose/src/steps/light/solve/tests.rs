@@ -1,5 +1,6 @@
 use std::sync::Arc;
 
+use glam::BVec3;
 use motes_shading::environment::{Convention, Orientation};
 
 use super::super::glossy::{GlossyPoint, GlossyView};
@@ -101,7 +102,7 @@ fn cells_keep_to_the_sky_that_photos_show() {
         .map(|(s, t)| SkyPixel {
             direction: lights[0].cells[1].direction(s, t, &orientation),
             radiance: shown,
-            is_clipped: false,
+            is_clipped: BVec3::FALSE,
         })
         .collect();
     let sky = Arc::new(SeenSky::new(&pixels, None, &orientation));
