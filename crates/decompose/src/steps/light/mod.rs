@@ -35,7 +35,7 @@ pub fn run(state: &mut State<'_>, options: &Options) -> Vec<Term> {
     let (mut sharp, mut sun, mut lamps, mut local) = (None, None, None, None);
     if state.inputs.known.lights.is_empty() {
         let problem = problem::LightProblem::of(state, options);
-        let sky = problem.sky.sets_scale();
+        let sky = !problem.sky.is_empty();
         let found = problem.with_candidates(&state.observed.views).solve();
         sharp = sharp_light(&found);
         sun = Some(sun_term(&found));

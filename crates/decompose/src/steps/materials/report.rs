@@ -98,7 +98,7 @@ pub fn scale_explanation(light: &Illumination) -> String {
                 evidence.samples
             )
         }
-        ScaleAnchor::Sky => "photos show the sky, which is part of the light".into(),
+        ScaleAnchor::Sky => "photos show the sky, which is part of the light and, where they clip it, may be brighter".into(),
         ScaleAnchor::Prior => "nothing in the photos tells the scale: base colors were taken to be what they usually are; give --environment or --albedo-anchor to set it".into(),
     }
 }

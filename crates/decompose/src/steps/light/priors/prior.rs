@@ -51,6 +51,8 @@ pub struct Sources {
     pub heights: Vec<f32>,
     /// Logarithm of the radiance that is expected of every cell, where photos show a sky.
     pub expected: Vec<Option<Vec3>>,
+    /// Whether the sky may be brighter than is expected, by one factor per channel: photos show it clipped.
+    pub sky_is_clipped: bool,
 }
 
 impl Sources {
@@ -61,6 +63,7 @@ impl Sources {
             neighbors: light.neighbors(),
             heights: light.cells.iter().map(|cell| (PI * (cell.v + 0.5 * cell.dv)).cos()).collect(),
             expected: light.cells.iter().map(|cell| sky.expected(cell)).collect(),
+            sky_is_clipped: sky.is_clipped(),
         }
     }
 }

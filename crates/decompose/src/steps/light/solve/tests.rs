@@ -14,6 +14,7 @@ fn sources() -> Sources {
         neighbors: vec![(0, 1), (1, 2), (2, 3), (3, 4), (4, 0)],
         heights: vec![-0.8, 0.1, 0.5, 0.9],
         expected: vec![Some(Vec3::ZERO), None, Some(Vec3::ONE), Some(Vec3::new(-0.5, 0.2, 0.4))],
+        sky_is_clipped: false,
     }
 }
 
@@ -151,8 +152,16 @@ fn the_gradient_is_that_of_the_cost() {
         })
         .collect();
     let priors = weighted(&options);
-    let at = |theta: &[f32]| {
-        cost_and_gradient(theta, &lit, &pairs, &sources(), &glossy, &options, &priors)
+    let lower = |expected: &Option<Vec3>| expected.map(|log| log - 2.0);
+    let clipped = Sources {
+        expected: sources().expected.iter().map(lower).collect(),
+        sky_is_clipped: true,
+        ..sources()
     };
-    check(at).unwrap();
+    for sources in [sources(), clipped] {
+        let at = |theta: &[f32]| {
+            cost_and_gradient(theta, &lit, &pairs, &sources, &glossy, &options, &priors)
+        };
+        check(at).unwrap();
+    }
 }
