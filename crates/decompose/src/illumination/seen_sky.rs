@@ -5,7 +5,7 @@ use motes_shading::environment::{Orientation, direction_from_uv, uv_from_directi
 use rayon::prelude::*;
 
 use super::cells::Cell;
-use super::sky_dome::{Seen, SkyDome};
+use super::sky_dome::{Seen, SkyDome, open};
 
 /// Columns and rows of the map that what is seen is gathered in: 2.8 degrees.
 const SIZE: [usize; 2] = [128, 64];
@@ -49,7 +49,7 @@ struct Sums {
 impl Sums {
     fn add(&mut self, pixel: &SkyPixel) {
         let log = pixel.radiance.max(Vec3::splat(DARKEST)).map(f32::ln);
-        let open = Vec3::select(pixel.is_clipped, Vec3::ZERO, Vec3::ONE);
+        let open = open(pixel.is_clipped);
         self.log_radiance += log;
         self.count += 1.0;
         self.open_log_radiance += open * log;
@@ -107,7 +107,7 @@ impl SeenSky {
 
     /// Whether the scale of the light follows: photos show some of it, and in one channel most of that is not clipped.
     pub(crate) fn sets_scale(&self) -> bool {
-        let (open, count) = open(self.seen.iter().flatten());
+        let (open, count) = count_open(self.seen.iter().flatten());
         count > 0.0 && (2.0 * open).max_element() > count
     }
 
@@ -120,7 +120,7 @@ impl SeenSky {
     pub(crate) fn range(&self, cell: &Cell) -> Option<[Vec3; 2]> {
         let all: Vec<Option<&Seen>> = texels(cell, &self.seen).collect();
         let seen = || all.iter().flatten().copied();
-        let (open, count) = open(seen());
+        let (open, count) = count_open(seen());
         if count < (LEAST_SHARE * all.len() as f32).max(1.0) {
             return None;
         }
@@ -138,10 +138,8 @@ impl SeenSky {
 }
 
 /// How many texels are not clipped, per channel, and how many there are.
-fn open<'a>(seen: impl Iterator<Item = &'a Seen>) -> (Vec3, f32) {
-    seen.fold((Vec3::ZERO, 0.0), |(open, count), texel| {
-        (open + Vec3::select(texel.is_clipped, Vec3::ZERO, Vec3::ONE), count + 1.0)
-    })
+fn count_open<'a>(seen: impl Iterator<Item = &'a Seen>) -> (Vec3, f32) {
+    seen.fold((Vec3::ZERO, 0.0), |(sum, count), texel| (sum + open(texel.is_clipped), count + 1.0))
 }
 
 /// What a map has of a cell; of one that is smaller than a texel, nothing.

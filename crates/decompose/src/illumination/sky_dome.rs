@@ -44,6 +44,11 @@ pub(super) struct Seen {
     pub is_clipped: BVec3,
 }
 
+/// 1 in channels that are not clipped, 0 in the others.
+pub(super) fn open(is_clipped: BVec3) -> Vec3 {
+    Vec3::select(is_clipped, Vec3::ZERO, Vec3::ONE)
+}
+
 /// Skies that explain what is seen: each with its weight and the logarithm of its factor.
 pub(super) struct SkyDome {
     skies: Vec<(f32, Vec3, Kind)>,
@@ -92,7 +97,7 @@ fn compare(kind: &Kind, seen: &[Seen]) -> (Vec3, f32) {
     let off: Vec<(Vec3, BVec3)> = seen.iter().map(of).collect();
     let (mut sum, mut all, mut count) = (Vec3::ZERO, Vec3::ZERO, Vec3::ZERO);
     for (off, is_clipped) in &off {
-        let open = Vec3::select(*is_clipped, Vec3::ZERO, Vec3::ONE);
+        let open = open(*is_clipped);
         (sum, all, count) = (sum + open * *off, all + *off, count + open);
     }
     let n = seen.len().max(1) as f32;

@@ -26,34 +26,36 @@ impl LightPrior for ExpectedSky {
     }
 
     fn add_cells(&self, light: &Lighting<'_>, weight: f32, sum: &mut CellSum) {
-        let (per_light, cells) = (light.per_light(), &light.sources.expected);
-        let share = weight / (cells.len() * light.lights).max(1) as f32;
+        let cells = light.sources.expected.len() * light.lights;
+        let share = weight / cells.max(1) as f32;
         for l in 0..light.lights {
-            for c in 0..3 {
-                let index = |j: usize| l * per_light + 3 * j + c;
-                let known = cells.iter().enumerate().filter_map(|(j, e)| Some((j, (*e)?[c])));
-                let off: Vec<(usize, f32)> =
-                    known.map(|(j, e)| (j, light.theta[index(j)] - e)).collect();
-                let is_sky = |j: usize| light.sources.heights[j] > 0.0;
-                let above = || off.iter().filter(|(j, _)| is_sky(*j));
-                let count = above().count().max(1) as f32;
-                let brighter = if light.sources.sky_is_clipped {
-                    (above().map(|(_, off)| off).sum::<f32>() / count).max(0.0)
-                } else {
-                    0.0
-                };
-                let mut by_mean = 0.0;
-                for &(j, off) in &off {
-                    let shift = if is_sky(j) { brighter } else { 0.0 };
-                    let (value, by) = rho(off - shift, EDGE);
-                    sum.cost += f64::from(share * value);
-                    sum.gradient[index(j)] += share * by;
-                    by_mean += if is_sky(j) { share * by / count } else { 0.0 };
-                }
-                if brighter > 0.0 {
-                    above().for_each(|(j, _)| sum.gradient[index(*j)] -= by_mean);
-                }
-            }
+            (0..3).for_each(|c| add_channel(light, l * light.per_light() + c, c, share, sum));
         }
+    }
+}
+
+/// Adds channel `c` of a light, whose value of the first cell is `first`.
+fn add_channel(light: &Lighting<'_>, first: usize, c: usize, share: f32, sum: &mut CellSum) {
+    let at = |j: usize| first + 3 * j;
+    let expected = light.sources.expected.iter().enumerate();
+    let off = expected.filter_map(|(j, e)| Some((j, light.theta[at(j)] - (*e)?[c])));
+    let (sky, ground): (Vec<_>, Vec<_>) = off.partition(|(j, _)| light.sources.heights[*j] > 0.0);
+    let count = sky.len().max(1) as f32;
+    let mean = sky.iter().map(|(_, off)| off).sum::<f32>() / count;
+    let brighter = if light.sources.sky_is_clipped { mean.max(0.0) } else { 0.0 };
+    let mut add = |cells: &[(usize, f32)], shift: f32| -> f32 {
+        let slopes = cells.iter().map(|&(j, off)| {
+            let (value, by) = rho(off - shift, EDGE);
+            sum.cost += f64::from(share * value);
+            sum.gradient[at(j)] += share * by;
+            share * by / count
+        });
+        slopes.sum()
+    };
+    add(&ground, 0.0);
+    let mean_slope = add(&sky, brighter);
+    if brighter > 0.0 {
+        // The mean moves with every cell of the sky.
+        sky.iter().for_each(|(j, _)| sum.gradient[at(*j)] -= mean_slope);
     }
 }
