@@ -3,7 +3,7 @@
 use glam::Vec3;
 use motes_scene::Switch;
 
-use super::local::{self, FoundLocal};
+use super::local::{self, FoundLocal, Place};
 use super::pairs::Pair;
 use super::problem::{DIM, LightProblem, base_colors};
 use super::solve::{LitPoints, solve};
@@ -18,35 +18,35 @@ const LOCAL_TURNS: u64 = 2;
 impl LightProblem<'_> {
     /// What the light at infinity leaves of one capture, where neighbors are more alike with it; without lamps both are found by turns.
     /// None of several captures, whose rows are several lights'.
-    /// `lamp_share` is that of all light on the points that lamps give.
     pub(super) fn local_light(
         &self,
         lights: &mut [CellLight],
         rows: &[Vec<u32>],
         lit: &[LitPoints],
-        lamp_share: f32,
+        place: Place,
     ) -> Option<FoundLocal> {
         let ([rows_of_one], [lit_of_one]) = (rows, lit) else { return None };
         if self.options.local_light == Switch::Off {
             return None;
         }
-        let place = |&p: &u32| {
+        let facing = |&p: &u32| {
             let sample = &self.samples[p as usize];
             (sample.position, sample.normal)
         };
-        let places: Vec<(Vec3, Vec3)> = rows_of_one.iter().map(place).collect();
+        let places: Vec<(Vec3, Vec3)> = rows_of_one.iter().map(facing).collect();
         let (base, pairs) = self.local_problem(lights, rows, lit_of_one);
         let points = local::Points { places: &places, log_base: &base };
         let costs = local::judge(&points, &pairs, self.distance)?;
-        let light = local::fit(&points, &pairs, self.distance)?;
+        let told = self.by_agreement(rows_of_one, &pairs);
+        let light = local::fit(&points, &told, self.distance)?;
         let spread = local::spread(&light, &places);
-        let mut found = FoundLocal { light, costs, spread, lamp_share };
+        let mut found = FoundLocal { light, costs, spread, place };
         if !found.is_kept(self.options.local_light) {
             return Some(found);
         }
         let transport = lit_of_one.transport.clone();
         let mut even = [LitPoints { transport, radiance: Vec::new() }];
-        let turns = if found.has_lamps() { 0 } else { LOCAL_TURNS };
+        let turns = if place.has_lamps() { 0 } else { LOCAL_TURNS };
         for turn in 0..turns {
             let radiance = lit_of_one.radiance.iter().zip(&places);
             even[0].radiance =
@@ -56,7 +56,8 @@ impl LightProblem<'_> {
             solve(lights, &even, &pairs, &mut [], &self.solve_options());
             let (base, pairs) = self.local_problem(lights, rows, lit_of_one);
             let points = local::Points { places: &places, log_base: &base };
-            found.light = local::fit(&points, &pairs, self.distance)?;
+            let told = self.by_agreement(rows_of_one, &pairs);
+            found.light = local::fit(&points, &told, self.distance)?;
         }
         Some(found)
     }

@@ -1,14 +1,15 @@
 //! Pairs of a problem's rows, with what is known of their colors.
 
 use glam::Vec3;
+use motes_math::median::median;
 
 use super::evidence::likeness;
 use super::pairs::{Likeness, Pair, PairOptions, choose_pairs};
 use super::problem::{DIM, LightProblem, base_colors};
 use super::solve::LitPoints;
-use super::sun::open_to_sun;
+use super::sun::{log_luminance, open_to_sun};
 use crate::illumination::CellLight;
-use crate::observation::Sample;
+use crate::observation::{Observation, Sample};
 
 /// Neighborhood of pairs, as a share of the distance between camera and point.
 const RADIUS: f32 = 0.05;
@@ -27,6 +28,9 @@ pub(super) const LOCAL_RADIUS: f32 = 0.15;
 pub(super) const LOCAL_TURN: f32 = 0.5;
 /// Weight of pairs that are not both on a flat piece: their normals err by degrees, which flattens the light.
 const UNSURE: f32 = 0.2;
+/// Disagreement of the photos of a point, in logarithms, at which it counts half for local light: photos that differ do not show one
+/// place of the surface, and a smooth factor would follow what they show instead.
+const DISAGREEMENT: f32 = 0.15;
 /// Weight of a pair of one point under two lights against a full pair.
 const SAME_POINT: f32 = 4.0;
 
@@ -96,6 +100,17 @@ impl LightProblem<'_> {
         self.pairs(rows, lit, base, key)
     }
 
+    /// Pairs of the rows of a single capture, each counted by the agreement of the photos of its two points.
+    pub(super) fn by_agreement(&self, rows: &[u32], pairs: &[Pair]) -> Vec<Pair> {
+        let agreement: Vec<f32> =
+            rows.iter().map(|&p| agreement(&self.samples[p as usize])).collect();
+        let by = |pair: &Pair| {
+            let [a, b] = [pair.a, pair.b].map(|row| agreement[row as usize]);
+            Pair { weight: pair.weight * a * b, ..*pair }
+        };
+        pairs.iter().map(by).collect()
+    }
+
     /// Pairs of rows whose base colors are taken to be alike.
     fn pairs(
         &self,
@@ -160,5 +175,40 @@ impl LightProblem<'_> {
         let of =
             |(s, c): (&Sample, &Vec3)| likeness.facing_feature(s.position, *c, s.normal, key.turn);
         choose_pairs(&colored.map(of).collect::<Vec<_>>(), &options)
+    }
+}
+
+/// How much a point counts by the agreement of its photos, which one light lights, 0 to 1.
+fn agreement(sample: &Sample) -> f32 {
+    let shown = |o: &Observation| f64::from(log_luminance(&o.radiance));
+    let logs: Vec<f64> = sample.observations.iter().map(shown).collect();
+    let Some(middle) = median(logs.iter().copied()) else { return 1.0 };
+    let disagreement = logs.iter().map(|log| (log - middle).abs()).sum::<f64>() / logs.len() as f64;
+    (1.0 + (disagreement as f32 / DISAGREEMENT).powi(2)).recip()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn shown(radiances: &[f32]) -> Sample {
+        let seen = |(photo, radiance): (u32, &f32)| Observation {
+            photo,
+            light: 0,
+            to_viewer: Vec3::Z,
+            radiance: Vec3::splat(*radiance),
+            weight: 1.0,
+        };
+        Sample::facing_z((0..).zip(radiances).map(seen).collect())
+    }
+
+    #[test]
+    fn a_point_counts_by_the_agreement_of_its_photos() {
+        assert_eq!(agreement(&shown(&[0.5; 3])), 1.0);
+        let half = agreement(&shown(&[-0.225, 0.0, 0.225].map(|log: f32| 0.5 * log.exp())));
+        assert!((half - 0.5).abs() < 1e-4, "{half}");
+        assert!(agreement(&shown(&[0.9, 0.02])) < 0.01);
+        // A single photo contradicts none; black is as dark as what can be told.
+        assert_eq!([&[][..], &[0.0], &[0.0, 1e-9]].map(|all| agreement(&shown(all))), [1.0; 3]);
     }
 }

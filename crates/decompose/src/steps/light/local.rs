@@ -38,9 +38,10 @@ const LEFT_OUT: usize = 4;
 /// Share of the cost of the pairs left out that it has to save.
 const LEAST_SAVING: f64 = 0.1;
 /// Standard deviation of its logarithm over the points that it has to have: base colors that change a little from place to place look
-/// like weak light. Where lamps give this share of the light, light is known to be near, and less is enough.
-const LEAST_SPREAD: f64 = 0.45;
-const LEAST_SPREAD_BY_LAMPS: f64 = 0.25;
+/// like weak light. Outdoors light is far, and more is needed.
+const LEAST_SPREAD: f64 = 0.25;
+const LEAST_SPREAD_OUTDOORS: f64 = 0.45;
+/// Share of the light from which lamps count: light is known to be near.
 const LAMP_SHARE: f32 = 0.05;
 
 /// Points under one light.
@@ -51,6 +52,26 @@ pub(super) struct Points<'a> {
     pub log_base: &'a [Vec3],
 }
 
+/// Where photos were taken, as far as their light tells.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Place {
+    /// Share of all light on the points that lamps give.
+    pub lamp_share: f32,
+    /// Whether a sun or a sky lights it.
+    pub is_outdoors: bool,
+}
+
+impl Place {
+    /// Whether lamps give a share of the light that tells.
+    pub(super) fn has_lamps(self) -> bool {
+        self.lamp_share >= LAMP_SHARE
+    }
+
+    fn least_spread(self) -> f64 {
+        if self.is_outdoors && !self.has_lamps() { LEAST_SPREAD_OUTDOORS } else { LEAST_SPREAD }
+    }
+}
+
 /// What was found, and what it saves of the cost of pairs that were left out.
 #[derive(Debug)]
 pub(crate) struct FoundLocal {
@@ -59,8 +80,8 @@ pub(crate) struct FoundLocal {
     pub costs: [f64; 2],
     /// Standard deviation of the logarithm of a first fit over the points, mean of the channels.
     pub spread: f64,
-    /// Share of all light on the points that lamps give.
-    pub lamp_share: f32,
+    /// Where.
+    pub place: Place,
 }
 
 impl FoundLocal {
@@ -70,15 +91,9 @@ impl FoundLocal {
         if without > 0.0 { 1.0 - with / without } else { 0.0 }
     }
 
-    /// Whether lamps give a share of the light that tells.
-    pub(crate) fn has_lamps(&self) -> bool {
-        self.lamp_share >= LAMP_SHARE
-    }
-
     /// Whether it is part of the model.
     pub(crate) fn is_kept(&self, wanted: Switch) -> bool {
-        let least = if self.has_lamps() { LEAST_SPREAD_BY_LAMPS } else { LEAST_SPREAD };
-        let is_evident = self.saved() >= LEAST_SAVING && self.spread >= least;
+        let is_evident = self.saved() >= LEAST_SAVING && self.spread >= self.place.least_spread();
         wanted == Switch::On || is_evident
     }
 
@@ -252,7 +267,7 @@ mod tests {
     fn find(points: &Points<'_>, pairs: &[Pair], distance: f32) -> Option<FoundLocal> {
         let (costs, light) = (judge(points, pairs, distance)?, fit(points, pairs, distance)?);
         let spread = spread(&light, points.places);
-        Some(FoundLocal { light, costs, spread, lamp_share: 0.0 })
+        Some(FoundLocal { light, costs, spread, place: Place::default() })
     }
 
     /// A wall of 40 x 40 points, of `paint` (log) at its places, beside a lamp of `strength`.
@@ -294,13 +309,19 @@ mod tests {
         let left = left_of_lamp(&found, 20.0);
         println!("saved {:.3}, left {left:.3}", found.saved());
         assert!(found.saved() > 0.5 && left < 0.1, "{} {left}", found.saved());
-        // A weak glow may be base colors that drift; a strong one is light.
+        // Outdoors a weak glow may be base colors that drift; a strong one is light.
         let strong = wall(|_, _| 0.0, 200.0);
         println!("spread {:.3}, of the strong {:.3}", found.spread, strong.spread);
+        assert!(found.is_kept(Switch::Auto), "{}", found.spread);
+        let at = |place: Place, found: FoundLocal| FoundLocal { place, ..found };
+        let outdoors = Place { lamp_share: 0.0, is_outdoors: true };
+        let found = at(outdoors, found);
         assert!(!found.is_kept(Switch::Auto) && found.is_kept(Switch::On));
-        let beside_lamps = FoundLocal { lamp_share: 0.3, ..found };
+        let beside_lamps = at(Place { lamp_share: 0.3, ..outdoors }, found);
         assert!(beside_lamps.is_kept(Switch::Auto), "{}", beside_lamps.spread);
-        assert!(strong.is_kept(Switch::Auto), "{}", strong.spread);
+        assert!(at(outdoors, strong).is_kept(Switch::Auto));
+        let faint = wall(|_, _| 0.0, 5.0);
+        assert!(!faint.is_kept(Switch::Auto), "{}", faint.spread);
     }
 
     #[test]

@@ -9,7 +9,7 @@ use motes_shading::environment::Orientation;
 use super::cost::SolveOptions;
 use super::evidence::prior_log_base;
 use super::lamps::Lamps;
-use super::local::FoundLocal;
+use super::local::{FoundLocal, Place};
 use super::options::Options;
 use super::sky::seen_sky;
 use super::solve::{LitPoints, solve};
@@ -153,7 +153,9 @@ impl<'a> LightProblem<'a> {
             }
             if round == levels {
                 found.lamp_share = lamp_share(&lights[0], &lit[0]);
-                found.local = self.local_light(&mut lights, &rows, &lit, found.lamp_share);
+                let is_outdoors = found.sun_saving > 0.0 || !self.sky.is_empty();
+                let place = Place { lamp_share: found.lamp_share, is_outdoors };
+                found.local = self.local_light(&mut lights, &rows, &lit, place);
             } else {
                 let hot = hot_cells(&lights, &lit);
                 let which = around(&lights[0].cells, &hot, levels);

@@ -118,7 +118,7 @@ impl SunSearch<'_> {
     }
 }
 
-fn log_luminance(radiance: &Vec3) -> f32 {
+pub(super) fn log_luminance(radiance: &Vec3) -> f32 {
     luminance(*radiance).max(DIM).ln()
 }
 
