@@ -3,6 +3,7 @@
 use glam::Vec3;
 use motes_scene::Switch;
 
+use super::likely_pairs::by_agreement;
 use super::local::{self, FoundLocal, Place};
 use super::pairs::Pair;
 use super::problem::{DIM, LightProblem, base_colors};
@@ -36,9 +37,14 @@ impl LightProblem<'_> {
         let places: Vec<(Vec3, Vec3)> = rows_of_one.iter().map(facing).collect();
         let (base, pairs) = self.local_problem(lights, rows, lit_of_one);
         let points = local::Points { places: &places, log_base: &base };
+        // All pairs judge alike: the steep light beside a lamp, which is the evidence, is what photos agree about least.
         let costs = local::judge(&points, &pairs, self.distance)?;
-        let told = self.by_agreement(rows_of_one, &pairs);
-        let light = local::fit(&points, &told, self.distance)?;
+        let agreement = self.agreement(rows_of_one);
+        let fit = |base: &[Vec3], pairs: &[Pair]| {
+            let points = local::Points { places: &places, log_base: base };
+            local::fit(&points, &by_agreement(pairs, &agreement), self.distance)
+        };
+        let light = fit(&base, &pairs)?;
         let spread = local::spread(&light, &places);
         let mut found = FoundLocal { light, costs, spread, place };
         if !found.is_kept(self.options.local_light) {
@@ -55,9 +61,7 @@ impl LightProblem<'_> {
             let pairs = self.pairs_under(lights, rows, &even, seed);
             solve(lights, &even, &pairs, &mut [], &self.solve_options());
             let (base, pairs) = self.local_problem(lights, rows, lit_of_one);
-            let points = local::Points { places: &places, log_base: &base };
-            let told = self.by_agreement(rows_of_one, &pairs);
-            found.light = local::fit(&points, &told, self.distance)?;
+            found.light = fit(&base, &pairs)?;
         }
         Some(found)
     }

@@ -100,15 +100,9 @@ impl LightProblem<'_> {
         self.pairs(rows, lit, base, key)
     }
 
-    /// Pairs of the rows of a single capture, each counted by the agreement of the photos of its two points.
-    pub(super) fn by_agreement(&self, rows: &[u32], pairs: &[Pair]) -> Vec<Pair> {
-        let agreement: Vec<f32> =
-            rows.iter().map(|&p| agreement(&self.samples[p as usize])).collect();
-        let by = |pair: &Pair| {
-            let [a, b] = [pair.a, pair.b].map(|row| agreement[row as usize]);
-            Pair { weight: pair.weight * a * b, ..*pair }
-        };
-        pairs.iter().map(by).collect()
+    /// How much every row of a single capture counts by the agreement of its photos, 0 to 1.
+    pub(super) fn agreement(&self, rows: &[u32]) -> Vec<f32> {
+        rows.iter().map(|&p| agreement(&self.samples[p as usize])).collect()
     }
 
     /// Pairs of rows whose base colors are taken to be alike.
@@ -176,6 +170,15 @@ impl LightProblem<'_> {
             |(s, c): (&Sample, &Vec3)| likeness.facing_feature(s.position, *c, s.normal, key.turn);
         choose_pairs(&colored.map(of).collect::<Vec<_>>(), &options)
     }
+}
+
+/// These pairs, each counted by the agreement of the photos of its two rows.
+pub(super) fn by_agreement(pairs: &[Pair], agreement: &[f32]) -> Vec<Pair> {
+    let by = |pair: &Pair| {
+        let [a, b] = [pair.a, pair.b].map(|row| agreement[row as usize]);
+        Pair { weight: pair.weight * a * b, ..*pair }
+    };
+    pairs.iter().map(by).collect()
 }
 
 /// How much a point counts by the agreement of its photos, which one light lights, 0 to 1.
