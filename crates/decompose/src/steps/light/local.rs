@@ -39,7 +39,7 @@ const LEFT_OUT: usize = 4;
 const LEAST_SAVING: f64 = 0.1;
 /// Standard deviation of its logarithm over the points that it has to have: base colors that change a little from place to place look
 /// like weak light. Outdoors light is far, and more is needed.
-const LEAST_SPREAD: f64 = 0.25;
+const LEAST_SPREAD: f64 = 0.2;
 const LEAST_SPREAD_OUTDOORS: f64 = 0.45;
 /// Share of the light from which lamps count: light is known to be near.
 const LAMP_SHARE: f32 = 0.05;

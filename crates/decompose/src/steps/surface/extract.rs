@@ -15,6 +15,7 @@ use super::raised;
 use super::refine::{self, Round};
 use super::report::{GeometryReport, StepTime};
 use super::rims;
+use super::room::{self, Room};
 use super::seams;
 use super::sheet::Sheet;
 use super::silhouettes;
@@ -159,6 +160,7 @@ fn surface_of(
     let least = options.min_views.min(views.len() as u8).max(1);
     let mut mesh = surface_nets::surface_nets(grid, least);
     rims::drop_aprons(&mut mesh, views, &maps, &sheets, voxel);
+    let left_out = Room::new(&sheets, views, &maps, voxel).left_out(&sheets);
     drop(maps);
     report.pieces_dropped = clean(&mut mesh, views, &sheets, voxel, options);
     parts.begin("smoothing", 0.4)?;
@@ -187,9 +189,9 @@ fn surface_of(
             normals = averaged(&normals, &neighbors);
         }
     }
-    for sheet in &sheets {
-        let part = sheet.mesh();
-        normals.extend(vec![sheet.plane.normal; part.vertices.len()]);
+    let shown = sheets.iter().map(|s| (s.plane, s.mesh()));
+    for (plane, part) in shown.chain(left_out) {
+        normals.extend(vec![plane.normal; part.vertices.len()]);
         mesh.append(part);
     }
     Ok((mesh, normals, report))
@@ -226,11 +228,16 @@ fn flats(
         let known: Vec<Plane> = sheets.iter().map(|s| s.plane).collect();
         put_on_walls(views, maps, (&on_planes, &uneven, &known), tolerance, voxel, options)
     };
-    report.walls = walls.len();
     let mut flat = seams::flatten(&walls, views, maps, tolerance, voxel);
     raised::put_down(&walls, views, maps, &mut flat, tolerance, voxel);
     flat.iter_mut().flatten().zip(on_planes.iter().flatten()).for_each(|(f, p)| *f |= p);
     sheets.extend(walls);
+    if options.wall_share <= 1.0 {
+        let (planes, cell) = (report.planes, SHEET_CELL * voxel);
+        let on_sides = room::add_sides(&mut sheets, planes, views, maps, voxel, cell);
+        flat.iter_mut().flatten().zip(on_sides.iter().flatten()).for_each(|(f, s)| *f |= s);
+    }
+    report.walls = sheets.len() - report.planes;
     Flats { sheets, on_planes, flat }
 }
 

@@ -16,6 +16,7 @@ mod refine;
 mod regions;
 mod report;
 mod rims;
+mod room;
 mod seams;
 mod sheet;
 mod silhouettes;

@@ -1,6 +1,8 @@
 //! The part of a plane that is surface, as a regular grid of its own: no noise, no holes under
 //! what stands on it, few triangles far away.
 
+mod completed;
+
 use glam::{IVec2, Vec2, Vec3};
 
 use super::contour;
