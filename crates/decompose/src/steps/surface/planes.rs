@@ -55,6 +55,20 @@ impl Plane {
         let reach = reach(tolerance, s.footprint, voxel);
         self.height(s.position).abs() <= reach && s.normal.dot(self.normal) >= AGREE
     }
+
+    /// Whether no more than a share of the samples lies behind the plane.
+    pub(super) fn bounds(
+        &self,
+        samples: &[Sample],
+        share: f32,
+        tolerance: f32,
+        voxel: f32,
+    ) -> bool {
+        let is_behind =
+            |s: &&Sample| self.height(s.position) < -reach(tolerance, s.footprint, voxel);
+        let behind = samples.iter().filter(is_behind).count() as f32;
+        behind <= share * samples.len() as f32
+    }
 }
 
 /// How far from a plane a pixel lies on it: `tolerance` (unit world), or that many voxels of its own footprint.

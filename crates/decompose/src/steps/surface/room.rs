@@ -65,10 +65,9 @@ impl<'a> Room<'a> {
         let level = sheets.iter().map(|s| s.plane.normal).find(|n| n.dot(up) > LEVEL);
         let samples = samples(views, maps, STRIDE);
         let up = level.unwrap_or(up);
-        let mut room = Self { views, maps, voxel, up, planes: Vec::new(), samples };
-        let planes = sheets.iter().map(|s| s.plane).filter(|p| room.is_bounded_by(p));
-        room.planes = planes.collect();
-        room
+        let bounds = |p: &Plane| p.bounds(&samples, BEHIND, NEAR * voxel, voxel);
+        let planes = sheets.iter().map(|s| s.plane).filter(bounds).collect();
+        Self { views, maps, voxel, up, planes, samples }
     }
 
     /// Planes with nearly nothing behind them.
@@ -86,14 +85,6 @@ impl<'a> Room<'a> {
         self.voxel
     }
 
-    fn is_bounded_by(&self, plane: &Plane) -> bool {
-        let is_behind = |s: &&Sample| {
-            plane.height(s.position) < -reach(NEAR * self.voxel, s.footprint, self.voxel)
-        };
-        let behind = self.samples.iter().filter(is_behind).count() as f32;
-        behind <= BEHIND * self.samples.len() as f32
-    }
-
     fn has_wall(&self, plane: &Plane) -> bool {
         plane.normal.dot(self.up).abs() <= UPRIGHT && self.planes.contains(plane)
     }
@@ -104,7 +95,7 @@ impl<'a> Room<'a> {
         walls.filter_map(|s| s.left_out(self)).map(|s| (s.plane, s.mesh())).collect()
     }
 
-    /// Walls at right angles to the largest that was found, and the one across from it, where none was found.
+    /// Walls at right angles to the first that was found, and the one across from it, where none was found.
     fn sides(&self) -> Vec<Plane> {
         let Some(wall) = self.planes.iter().find(|p| self.has_wall(p)) else { return Vec::new() };
         let along = wall.normal.reject_from_normalized(self.up).normalize();

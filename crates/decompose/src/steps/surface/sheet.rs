@@ -89,8 +89,18 @@ impl Sheet {
     /// Cell that a point lies over or under.
     pub(super) fn at(&self, p: Vec3) -> Option<usize> {
         let d = p - self.origin;
-        let c =
-            (Vec2::new(d.dot(self.axes[0]), d.dot(self.axes[1])) / self.cell).floor().as_ivec2();
+        self.index(
+            (Vec2::new(d.dot(self.axes[0]), d.dot(self.axes[1])) / self.cell).floor().as_ivec2(),
+        )
+    }
+
+    /// Column and row of a cell.
+    fn column_and_row(&self, i: usize) -> IVec2 {
+        IVec2::new(i as i32 % self.size.x, i as i32 / self.size.x)
+    }
+
+    /// Cell of a column and row; `None` beside the grid.
+    fn index(&self, c: IVec2) -> Option<usize> {
         let inside = c.cmpge(IVec2::ZERO).all() && c.cmplt(self.size).all();
         inside.then(|| (c.y * self.size.x + c.x) as usize)
     }
@@ -158,19 +168,15 @@ impl Sheet {
 
     /// Sums over the cells up to `BUMP_REACH` away along one axis.
     fn summed_along(&self, values: &[[f32; 3]], step: IVec2) -> Vec<[f32; 3]> {
-        let of = |i: i32| {
-            let c = IVec2::new(i % self.size.x, i / self.size.x);
+        let of = |i| {
+            let c = self.column_and_row(i);
             let mut sum = [0.0; 3];
-            for k in -BUMP_REACH..=BUMP_REACH {
-                let q = c + step * k;
-                if q.cmpge(IVec2::ZERO).all() && q.cmplt(self.size).all() {
-                    let value = values[(q.y * self.size.x + q.x) as usize];
-                    sum.iter_mut().zip(value).for_each(|(s, v)| *s += v);
-                }
+            for q in (-BUMP_REACH..=BUMP_REACH).filter_map(|k| self.index(c + step * k)) {
+                sum.iter_mut().zip(values[q]).for_each(|(s, v)| *s += v);
             }
             sum
         };
-        (0..values.len() as i32).map(of).collect()
+        (0..values.len()).map(of).collect()
     }
 
     /// Dilation, then erosion, by a square.
@@ -178,15 +184,11 @@ impl Sheet {
         for grow in [true, false] {
             for step in [IVec2::X, IVec2::Y] {
                 let before = self.filled.clone();
-                for i in 0..before.len() as i32 {
-                    let c = IVec2::new(i % self.size.x, i / self.size.x);
-                    let hit = (-CLOSE..=CLOSE).any(|k| {
-                        let q = c + step * k;
-                        let inside = q.cmpge(IVec2::ZERO).all() && q.cmplt(self.size).all();
-                        inside && before[(q.y * self.size.x + q.x) as usize] == grow
-                    });
-                    if hit {
-                        self.filled[i as usize] = grow;
+                for i in 0..before.len() {
+                    let c = self.column_and_row(i);
+                    let at = |k| self.index(c + step * k);
+                    if (-CLOSE..=CLOSE).any(|k| at(k).is_some_and(|q| before[q] == grow)) {
+                        self.filled[i] = grow;
                     }
                 }
             }
@@ -195,26 +197,20 @@ impl Sheet {
 
     /// Fills what the outside does not reach: things stand there.
     fn fill_holes(&mut self) {
-        let mut outside = vec![false; self.filled.len()];
-        let mut open: Vec<i32> = Vec::new();
-        for i in 0..self.filled.len() as i32 {
-            let c = IVec2::new(i % self.size.x, i / self.size.x);
-            let rim = c.x == 0 || c.y == 0 || c.x == self.size.x - 1 || c.y == self.size.y - 1;
-            if rim && !self.filled[i as usize] {
-                outside[i as usize] = true;
-                open.push(i);
-            }
-        }
+        let is_rim = |i: usize| {
+            let c = self.column_and_row(i);
+            c.x == 0 || c.y == 0 || c.x == self.size.x - 1 || c.y == self.size.y - 1
+        };
+        let at_rim = (0..self.filled.len()).map(|i| !self.filled[i] && is_rim(i));
+        let mut outside: Vec<bool> = at_rim.collect();
+        let mut open: Vec<usize> = (0..outside.len()).filter(|i| outside[*i]).collect();
         while let Some(i) = open.pop() {
-            let c = IVec2::new(i % self.size.x, i / self.size.x);
+            let c = self.column_and_row(i);
             for step in [IVec2::X, IVec2::Y, IVec2::NEG_X, IVec2::NEG_Y] {
-                let q = c + step;
-                if q.cmpge(IVec2::ZERO).all() && q.cmplt(self.size).all() {
-                    let k = q.y * self.size.x + q.x;
-                    if !outside[k as usize] && !self.filled[k as usize] {
-                        outside[k as usize] = true;
-                        open.push(k);
-                    }
+                let Some(k) = self.index(c + step) else { continue };
+                if !outside[k] && !self.filled[k] {
+                    outside[k] = true;
+                    open.push(k);
                 }
             }
         }

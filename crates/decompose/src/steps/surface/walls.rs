@@ -249,12 +249,7 @@ impl Surroundings<'_> {
 
     /// Whether no more than a share of the scene lies behind a plane.
     fn lies_before(&self, plane: &Plane, share: f32) -> bool {
-        let is_behind = |s: &&Sample| {
-            let reach = reach(NEAR * self.voxel, s.footprint, self.voxel);
-            plane.height(s.position) < -reach
-        };
-        let behind = self.scene.iter().filter(is_behind).count() as f32;
-        behind <= share * self.scene.len() as f32
+        plane.bounds(&self.scene, share, NEAR * self.voxel, self.voxel)
     }
 }
 

@@ -138,16 +138,6 @@ impl Sheet {
         let c = (self.column_and_row(i).as_vec2() + 0.5) * self.cell;
         self.origin + self.axes[0] * c.x + self.axes[1] * c.y
     }
-
-    fn column_and_row(&self, i: usize) -> IVec2 {
-        IVec2::new(i as i32 % self.size.x, i as i32 / self.size.x)
-    }
-
-    /// Index of a cell; `None` beside the grid.
-    fn index(&self, c: IVec2) -> Option<usize> {
-        let inside = c.cmpge(IVec2::ZERO).all() && c.cmplt(self.size).all();
-        inside.then(|| (c.y * self.size.x + c.x) as usize)
-    }
 }
 
 #[cfg(test)]
