@@ -160,7 +160,7 @@ fn surface_of(
     let least = options.min_views.min(views.len() as u8).max(1);
     let mut mesh = surface_nets::surface_nets(grid, least);
     rims::drop_aprons(&mut mesh, views, &maps, &sheets, voxel);
-    let left_out = Room::new(&sheets, views, &maps, voxel).left_out(&sheets);
+    let flats = Room::new(&sheets, views, &maps, voxel).meshes(&sheets);
     drop(maps);
     report.pieces_dropped = clean(&mut mesh, views, &sheets, voxel, options);
     parts.begin("smoothing", 0.4)?;
@@ -189,8 +189,7 @@ fn surface_of(
             normals = averaged(&normals, &neighbors);
         }
     }
-    let shown = sheets.iter().map(|s| (s.plane, s.mesh()));
-    for (plane, part) in shown.chain(left_out) {
+    for (plane, part) in flats {
         normals.extend(vec![plane.normal; part.vertices.len()]);
         mesh.append(part);
     }

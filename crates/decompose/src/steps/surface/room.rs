@@ -89,10 +89,13 @@ impl<'a> Room<'a> {
         plane.normal.dot(self.up).abs() <= UPRIGHT && self.planes.contains(plane)
     }
 
-    /// What photos leave out of the walls among sheets.
-    pub(super) fn left_out(&self, sheets: &[Sheet]) -> Vec<(Plane, Mesh)> {
-        let walls = sheets.iter().filter(|s| self.has_wall(&s.plane));
-        walls.filter_map(|s| s.left_out(self)).map(|s| (s.plane, s.mesh())).collect()
+    /// The meshes of sheets, of upright walls with what photos leave out of them: light that it reflects is that of the wall beside it.
+    pub(super) fn meshes(&self, sheets: &[Sheet]) -> Vec<(Plane, Mesh)> {
+        let mesh = |sheet: &Sheet| {
+            let completed = self.has_wall(&sheet.plane).then(|| sheet.completed(self)).flatten();
+            (sheet.plane, completed.as_ref().unwrap_or(sheet).mesh())
+        };
+        sheets.iter().map(mesh).collect()
     }
 
     /// Walls at right angles to the first that was found, and the one across from it, where none was found.

@@ -108,5 +108,5 @@ fn a_wall_that_depth_has_askew_gives_way_to_the_side() {
 fn nothing_is_seen_in_no_photo() {
     let mut sheets = Vec::new();
     assert!(add_sides(&mut sheets, 0, &[], &mut [], VOXEL, CELL).is_empty());
-    assert!(sheets.is_empty() && Room::new(&sheets, &[], &[], VOXEL).left_out(&sheets).is_empty());
+    assert!(sheets.is_empty() && Room::new(&sheets, &[], &[], VOXEL).meshes(&sheets).is_empty());
 }

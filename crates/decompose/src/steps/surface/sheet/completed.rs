@@ -1,6 +1,6 @@
 //! The part of a wall that photos do not show, and do not look through either.
 
-use glam::{IVec2, Vec2, Vec3};
+use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::{CLOSE, MOST_CELLS, Sheet};
@@ -9,8 +9,6 @@ use crate::steps::surface::room::{Room, Shown};
 
 /// Voxels behind a wall from which a place is out of the room.
 const BEHIND: f32 = 5.0;
-/// Cells that the part reaches into what is shown, so that no light passes between.
-const OVERLAP: i32 = 2;
 
 /// What photos tell of a cell of a wall.
 #[derive(Clone, Copy, PartialEq)]
@@ -25,16 +23,16 @@ enum Cell {
 }
 
 impl Sheet {
-    /// What photos leave out of an upright wall: the cells from which a straight way up, down or aside leads to it through nothing that
-    /// photos look through. A wall ends where the last photo of it does, and at other walls. `None` where nothing is left out.
-    pub(in crate::steps::surface) fn left_out(&self, room: &Room<'_>) -> Option<Self> {
+    /// An upright wall with what photos leave out of it: the cells from which a straight way up, down or aside leads to it through nothing
+    /// that photos look through. A wall ends where the last photo of it does, and at other walls. `None` where nothing is left out.
+    pub(in crate::steps::surface) fn completed(&self, room: &Room<'_>) -> Option<Self> {
         let plane = &self.plane;
         let up = room.up().reject_from_normalized(plane.normal).normalize();
         let sides = [plane.normal.cross(up), up];
         let [low, high] = self.rectangle(sides)?;
         let place = |c: Vec2| plane.normal * plane.offset + sides[0] * c.x + sides[1] * c.y;
         let corners = [low, high, Vec2::new(low.x, high.y), Vec2::new(high.x, low.y)];
-        let whole = self.grown(corners.map(place))?;
+        let mut whole = self.grown(corners.map(place))?;
         let is_in = |p: Vec3| {
             let flat = Vec2::from(sides.map(|side| side.dot(p)));
             let is_behind = |other: &Plane| other.height(p) < -BEHIND * room.voxel();
@@ -51,7 +49,11 @@ impl Sheet {
         };
         let mut cells: Vec<Cell> = (0..whole.filled.len()).into_par_iter().map(of).collect();
         whole.go_on(&mut cells, sides.map(|d| Vec2::from(self.axes.map(|axis| axis.dot(d)))));
-        whole.part_beyond(&cells)
+        let before = std::mem::take(&mut whole.filled);
+        whole.filled = cells.iter().map(|c| *c == Cell::Wall).collect();
+        whole.close();
+        let grew = whole.filled.iter().zip(&before).any(|(after, before)| *after && !before);
+        grew.then_some(whole)
     }
 
     /// Least and largest components of what is shown, along two directions.
@@ -115,22 +117,6 @@ impl Sheet {
                 Some(Cell::Open) | None => return false,
             }
         }
-    }
-
-    /// The cells that are wall and not shown, and what is shown beside them.
-    fn part_beyond(mut self, cells: &[Cell]) -> Option<Self> {
-        let shown = std::mem::take(&mut self.filled);
-        self.filled = cells.iter().map(|c| *c == Cell::Wall).collect();
-        self.close();
-        let beyond: Vec<bool> = self.filled.iter().zip(&shown).map(|(f, s)| *f && !s).collect();
-        let is_beside = |i: usize| {
-            let c = self.column_and_row(i);
-            let mut around = (-OVERLAP..=OVERLAP)
-                .flat_map(|y| (-OVERLAP..=OVERLAP).map(move |x| c + IVec2::new(x, y)));
-            around.any(|c| self.index(c).is_some_and(|k| beyond[k]))
-        };
-        let part = (0..beyond.len()).map(|i| self.filled[i] && is_beside(i)).collect();
-        beyond.contains(&true).then_some(Self { filled: part, ..self })
     }
 
     /// Middle of a cell, in the unit world.
