@@ -12,12 +12,9 @@ use super::seams;
 use super::sheet::Sheet;
 use super::splat_depth::DepthMap;
 use super::view::View;
+use super::walls::{BEHIND, NEAR};
 use crate::mesh::Mesh;
 
-/// Share of what the photos see that may lie behind a wall.
-const BEHIND: f32 = 0.05;
-/// Voxels behind a plane from which something lies behind it.
-const NEAR: f32 = 5.0;
 /// Sine of the angle to the vertical up to which a plane is upright (20 degrees), cosine of that up to which it is level (25 degrees).
 const UPRIGHT: f32 = 0.34;
 const LEVEL: f32 = 0.9;
@@ -49,6 +46,7 @@ pub(super) struct Room<'a> {
     maps: &'a [DepthMap],
     voxel: f32,
     up: Vec3,
+    /// With nearly nothing behind them.
     planes: Vec<Plane>,
     samples: Vec<Sample>,
 }
@@ -70,19 +68,14 @@ impl<'a> Room<'a> {
         Self { views, maps, voxel, up, planes, samples }
     }
 
-    /// Planes with nearly nothing behind them.
-    pub(super) fn planes(&self) -> &[Plane] {
-        &self.planes
-    }
-
     /// Unit vector away from the floor.
     pub(super) fn up(&self) -> Vec3 {
         self.up
     }
 
-    /// Edge of a voxel, unit world.
-    pub(super) fn voxel(&self) -> f32 {
-        self.voxel
+    /// Whether a place lies behind none of the planes that bound the scene.
+    pub(super) fn holds(&self, p: Vec3) -> bool {
+        self.planes.iter().all(|plane| plane.height(p) >= -NEAR * self.voxel)
     }
 
     fn has_wall(&self, plane: &Plane) -> bool {

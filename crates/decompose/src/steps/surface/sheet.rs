@@ -88,10 +88,12 @@ impl Sheet {
 
     /// Cell that a point lies over or under.
     pub(super) fn at(&self, p: Vec3) -> Option<usize> {
-        let d = p - self.origin;
-        self.index(
-            (Vec2::new(d.dot(self.axes[0]), d.dot(self.axes[1])) / self.cell).floor().as_ivec2(),
-        )
+        self.index(self.cell_under(p).as_ivec2())
+    }
+
+    /// Column and row that a point lies over or under, on the grid or beside it.
+    fn cell_under(&self, p: Vec3) -> Vec2 {
+        (Vec2::from(self.axes.map(|axis| axis.dot(p - self.origin))) / self.cell).floor()
     }
 
     /// Column and row of a cell.

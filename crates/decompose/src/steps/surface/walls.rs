@@ -23,7 +23,7 @@ const LEAST_REGION: f32 = 0.004;
 /// Texture from which a pixel belongs to no region, 0 to 1.
 const BARE: f32 = 0.5;
 /// Distance from a wall at which the depth of its pixels lies on it, voxels or their footprints.
-const NEAR: f32 = 5.0;
+pub(super) const NEAR: f32 = 5.0;
 /// Pixels of a region that planes are fitted to and judged by, at most.
 const SAMPLES: usize = 200;
 /// Those of a piece of it that other photos are asked about.
@@ -40,7 +40,7 @@ const FITS: usize = 4;
 const LEAST_PHOTOS: usize = 3;
 const MOST_WALLS: usize = 6;
 const MOST_FITTED: usize = 24;
-const BEHIND: f32 = 0.05;
+pub(super) const BEHIND: f32 = 0.05;
 /// Difference between two photos' heights over a wall, over that of one from it (medians): noise has 1.4, a shape 0.
 const TORN: f32 = 0.75;
 /// The same, over a plane that is known, from which a wall along that plane is a part of it whose depth is wrong.

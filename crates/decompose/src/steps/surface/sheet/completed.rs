@@ -4,11 +4,7 @@ use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::{CLOSE, MOST_CELLS, Sheet};
-use crate::steps::surface::planes::Plane;
 use crate::steps::surface::room::{Room, Shown};
-
-/// Voxels behind a wall from which a place is out of the room.
-const BEHIND: f32 = 5.0;
 
 /// What photos tell of a cell of a wall.
 #[derive(Clone, Copy, PartialEq)]
@@ -35,8 +31,7 @@ impl Sheet {
         let mut whole = self.grown(corners.map(place))?;
         let is_in = |p: Vec3| {
             let flat = Vec2::from(sides.map(|side| side.dot(p)));
-            let is_behind = |other: &Plane| other.height(p) < -BEHIND * room.voxel();
-            flat.cmpge(low).all() && flat.cmple(high).all() && !room.planes().iter().any(is_behind)
+            flat.cmpge(low).all() && flat.cmple(high).all() && room.holds(p)
         };
         let of = |i: usize| match whole.center(i) {
             _ if whole.filled[i] => Cell::Wall,
@@ -65,11 +60,8 @@ impl Sheet {
 
     /// The same cells on a grid that holds these points, too; `None` where it would have too many.
     fn grown(&self, points: [Vec3; 4]) -> Option<Self> {
-        let flat = |p: Vec3| {
-            (Vec2::from(self.axes.map(|axis| axis.dot(p - self.origin))) / self.cell).floor()
-        };
         let (mut low, mut high) = (Vec2::ZERO, self.size.as_vec2());
-        for p in points.map(flat) {
+        for p in points.map(|p| self.cell_under(p)) {
             (low, high) = (low.min(p - CLOSE as f32), high.max(p + (CLOSE + 1) as f32));
         }
         if !((high - low).element_product() <= MOST_CELLS) {

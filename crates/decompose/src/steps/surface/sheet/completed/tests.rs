@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use crate::steps::surface::planes::Plane;
 use crate::steps::surface::room::tests::{maps, views};
 use crate::steps::surface::splat_depth::DepthMap;
 use crate::steps::surface::view::View;
