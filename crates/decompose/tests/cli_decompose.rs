@@ -131,7 +131,9 @@ fn a_preset_sets_what_no_flag_does() {
     };
     let [draft, balanced, high] = ["draft", "balanced", "high"].map(|name| of(&["--preset", name]));
     assert_eq!(of(&[]), balanced, "the default");
-    for (key, order) in [("residual_steps", [true, false]), ("voxel-pixels", [true, false])] {
+    for (key, order) in
+        [("residual_steps", [true, false]), ("reflected_light_rounds", [true, false])]
+    {
         assert_eq!([draft[key] != balanced[key], high[key] != balanced[key]], order, "{key}");
     }
     // The line of this test gives these.

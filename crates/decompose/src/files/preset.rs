@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum Preset {
-    /// A first look: coarser surface, fewer rounds and rays
+    /// A first look: fewer samples, rounds and rays
     Draft,
     /// The default
     #[default]
@@ -22,7 +22,6 @@ pub(super) const PRESETS: &[stage::Preset] = &[
     (
         "draft",
         &[
-            ("voxel-pixels", "2"),
             ("samples", "4000"),
             ("material-rays", "64"),
             ("pixel-rays", "32"),

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 #[command(next_help_heading = "Surface reconstruction (expert)")]
 pub struct Options {
     /// Edge of a voxel in pixels at the median depth of the photos; smaller is finer and slower
-    #[arg(long, default_value_t = 1.5, value_name = "PIXELS")]
+    #[arg(long, default_value_t = 2.0, value_name = "PIXELS")]
     pub voxel_pixels: f32,
     /// Maximum number of blocks of 8x8x8 voxels (1.5 KiB each); larger scenes get larger voxels
     #[arg(long, default_value_t = 100_000, value_name = "COUNT")]
