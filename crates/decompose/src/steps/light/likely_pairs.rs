@@ -13,8 +13,10 @@ use crate::observation::{Observation, Sample};
 
 /// Neighborhood of pairs, as a share of the distance between camera and point.
 const RADIUS: f32 = 0.05;
-/// Neighbors that pairs are drawn from: some shadow edges lie between.
-const AMONG: usize = 200;
+/// Neighbors that pairs are drawn from, some with the edge of a shadow between them: a share of the points, so that more of them lie no
+/// nearer to each other, and at least so many.
+const AMONG_SHARE: f32 = 0.05;
+const LEAST_AMONG: usize = 200;
 /// Difference of log chromaticity at which base colors are no longer alike. Sun and sky differ in color, so points that look
 /// alike before the light is known are mostly lit alike: choosing by looks would hide every shadow from the fit.
 const CHROMA: f32 = 0.4;
@@ -164,12 +166,17 @@ impl LightProblem<'_> {
     /// Pairs of points of these colors, as drawn.
     fn chosen(&self, points: &[u32], colors: &[Vec3], key: PairKey) -> Vec<Pair> {
         let likeness = Likeness { radius: key.radius * self.distance, chroma: key.chroma };
-        let options = PairOptions { count: 8, among: AMONG, seed: key.seed };
+        let options = PairOptions { count: 8, among: among(points.len()), seed: key.seed };
         let colored = points.iter().map(|&p| &self.samples[p as usize]).zip(colors);
         let of =
             |(s, c): (&Sample, &Vec3)| likeness.facing_feature(s.position, *c, s.normal, key.turn);
         choose_pairs(&colored.map(of).collect::<Vec<_>>(), &options)
     }
+}
+
+/// Neighbors of each of so many points that pairs are drawn from.
+fn among(points: usize) -> usize {
+    LEAST_AMONG.max((AMONG_SHARE * points as f32) as usize)
 }
 
 /// These pairs, each counted by the agreement of the photos of its two rows.
@@ -203,6 +210,25 @@ mod tests {
             weight: 1.0,
         };
         Sample::facing_z((0..).zip(radiances).map(seen).collect())
+    }
+
+    #[test]
+    fn pairs_of_more_points_reach_as_far() {
+        // A square of `n` x `n` points, 1 wide.
+        let reach = |n: usize| {
+            let at = |i: usize| [(i % n) as f32 / n as f32, (i / n) as f32 / n as f32];
+            let features: Vec<[f32; 2]> = (0..n * n).map(at).collect();
+            let options = PairOptions { count: 8, among: among(n * n), seed: 3 };
+            let pairs = choose_pairs(&features, &options);
+            let place = |p: u32| glam::Vec2::from(at(p as usize));
+            let distances = pairs.iter().map(|p| place(p.a).distance(place(p.b)));
+            distances.sum::<f32>() / pairs.len() as f32
+        };
+        let [few, many] = [64, 128].map(reach);
+        println!("{few:.4} apart of 64 x 64 points, {many:.4} of 128 x 128");
+        assert!((many / few - 1.0).abs() < 0.03, "{few} {many}");
+        // Of few points, all are near enough.
+        assert_eq!(among(300), LEAST_AMONG);
     }
 
     #[test]
