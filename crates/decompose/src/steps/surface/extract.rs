@@ -108,6 +108,8 @@ fn without_backdrop(mut gaussians: Gaussians) -> Gaussians {
     gaussians
 }
 
+/// Edge of a voxel as a share of the longer side of the photos, at most, as long as that is more than a pixel.
+const MOST_VOXEL: f32 = 0.005;
 /// Edge of a cell of a plane, voxels.
 const SHEET_CELL: f32 = 4.0;
 /// Pieces that rise less than this many voxels over a plane are noise of its depth.
@@ -118,6 +120,11 @@ const SKIRT: f32 = 8.0;
 const SAMPLE_STRIDE: usize = 4;
 /// Planes that are searched at most: a floor and the walls of a corner.
 const MOST_PLANES: usize = 4;
+
+/// Edge of a voxel, pixels, of the wanted edge in photos of this longer side: small photos have too few pixels for large voxels.
+fn voxel_pixels(wanted: f32, side: usize) -> f32 {
+    wanted.max(0.05).min((MOST_VOXEL * side as f32).max(1.0))
+}
 
 /// The surface of depth maps, in the unit world, and its vertex normals. `maps` are medians, which
 /// planes are found by; `front` are depths nearer the camera for all else.
@@ -132,7 +139,8 @@ fn surface_of(
     let Some(footprint) = tsdf::median_footprint(views, &maps) else {
         return Ok((Mesh::default(), Vec::new(), report));
     };
-    let voxel = footprint * options.voxel_pixels.max(0.05);
+    let side = views.iter().map(|v| v.width.max(v.height)).max().unwrap_or(0);
+    let voxel = footprint * voxel_pixels(options.voxel_pixels, side);
     parts.begin("smooth-depth", 0.15)?;
     let length = options.smooth_untextured;
     report.untextured = depth_prior::smooth_untextured(views, &mut maps, &mut front, voxel, length);

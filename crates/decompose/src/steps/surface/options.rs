@@ -9,7 +9,8 @@ use serde::{Deserialize, Serialize};
 #[group(skip)]
 #[command(next_help_heading = "Surface reconstruction (expert)")]
 pub struct Options {
-    /// Edge of a voxel in pixels at the median depth of the photos; smaller is finer and slower
+    /// Edge of a voxel in pixels at the median depth of the photos; smaller is finer and slower. At most a 200th of their longer
+    /// side, or a pixel
     #[arg(long, default_value_t = 2.0, value_name = "PIXELS")]
     pub voxel_pixels: f32,
     /// Maximum number of blocks of 8x8x8 voxels (1.5 KiB each); larger scenes get larger voxels

@@ -13,6 +13,15 @@ fn fine() -> Options {
     Options { voxel_pixels: 1.0, smooth_untextured: 0.0, ..Options::default() }
 }
 
+#[test]
+fn small_photos_have_small_voxels() {
+    // A voxel of two pixels at 480 pixels, of one in small photos; a finer one stays.
+    for (wanted, side, edge) in [(2.0, 480, 2.0), (2.0, 240, 1.2), (2.0, 48, 1.0), (0.5, 48, 0.5)] {
+        assert!((voxel_pixels(wanted, side) - edge).abs() < 1e-6, "{wanted} {side}");
+    }
+    assert!(voxel_pixels(f32::NAN, 480) > 0.0 && voxel_pixels(0.0, 0) > 0.0);
+}
+
 fn shapes() -> Shapes {
     Shapes {
         spheres: vec![Sphere { center: DVec3::new(0.0, 0.0, 0.25), radius: RADIUS }],
