@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 #[group(skip)]
 #[command(next_help_heading = "Surface reconstruction (expert)")]
 pub struct Options {
-    /// Edge of a voxel in pixels at the median depth of the photos; smaller is finer and slower. At most a 200th of their longer
-    /// side, or a pixel
+    /// Edge of a voxel in pixels at the median depth of the photos; smaller is finer and slower. Capped at 1/200 of the
+    /// longer side of the photos or at one pixel, whichever is larger
     #[arg(long, default_value_t = 2.0, value_name = "PIXELS")]
     pub voxel_pixels: f32,
     /// Maximum number of blocks of 8x8x8 voxels (1.5 KiB each); larger scenes get larger voxels
