@@ -121,7 +121,7 @@ fn smoothed(
     length: f32,
 ) -> Option<Vec<f32>> {
     // Smoothness and data balance over (λ / w)^(1/4) pixels.
-    let length_px = length * view.width.max(view.height) as f32;
+    let length_px = length * view.longer_side() as f32;
     let least_weight = (SMOOTHNESS / length_px.powi(4)).clamp(1e-6, 1.0);
     let mut depths: Vec<f32> = map.depth.iter().copied().filter(|z| *z > 0.0).collect();
     let median = upper_median(&mut depths, f32::total_cmp)?;

@@ -139,7 +139,7 @@ fn surface_of(
     let Some(footprint) = tsdf::median_footprint(views, &maps) else {
         return Ok((Mesh::default(), Vec::new(), report));
     };
-    let side = views.iter().map(|v| v.width.max(v.height)).max().unwrap_or(0);
+    let side = views.iter().map(View::longer_side).max().unwrap_or(0);
     let voxel = footprint * voxel_pixels(options.voxel_pixels, side);
     parts.begin("smooth-depth", 0.15)?;
     let length = options.smooth_untextured;

@@ -50,6 +50,11 @@ impl View {
         }
     }
 
+    /// Larger of width and height, pixels.
+    pub(super) fn longer_side(&self) -> usize {
+        self.width.max(self.height)
+    }
+
     /// Pixel coordinates and depth of a point in front of the camera, whether or not in the picture.
     #[inline]
     pub(super) fn project(&self, p: Vec3) -> Option<Vec3> {

@@ -278,7 +278,7 @@ pub(super) fn flatten(
         for i in region.pixels.iter().map(|&i| i as usize) {
             held[i] = f32::from(place(i).lies_on(&wall.plane));
         }
-        let side = (AROUND * view.width.max(view.height) as f32) as usize | 1;
+        let side = (AROUND * view.longer_side() as f32) as usize | 1;
         let agreed = blurred(&held, view.width, view.height, side);
         let flat = |&i: &u32| {
             let i = i as usize;
