@@ -17,6 +17,8 @@ pub struct SolveOptions {
     pub color: f32,
     /// `λ_above`, where nothing is said of it.
     pub above: f32,
+    /// `λ_clear`, where nothing is said of it.
+    pub clear_sky: f32,
     /// `λ_glossy`.
     pub glossy: f32,
     /// `anchor`: typical base color.

@@ -28,8 +28,10 @@ pub(super) const SHARE: f32 = 0.03;
 const STIFF: f32 = 100.0;
 /// Share of the cost that lamps have to save.
 const LEAST_SAVING: f32 = 0.01;
-/// Weight of light from above where photos show no sky.
+/// Weight of light from above where photos show no sky and shadows tell of no sun.
 const ABOVE: f32 = 0.1;
+/// Weight of a clear sky where shadows tell of a sun and photos show no sky.
+const CLEAR_SKY: f32 = 0.1;
 /// Rays to every lamp from every point.
 const LAMP_RAYS: u32 = 32;
 /// Radiance below which what photos show has no color that could be told, photo units.
@@ -56,6 +58,8 @@ pub(crate) struct LightProblem<'a> {
     pub prior_log_base: Option<Vec<Vec3>>,
     /// What photos show of the sky.
     pub sky: Arc<SeenSky>,
+    /// Whether shadows tell of a sun.
+    pub has_sun: bool,
     /// Rays and weights.
     pub options: &'a Options,
     /// The usual range of base colors, and whether there are shadows.
@@ -102,6 +106,7 @@ impl<'a> LightProblem<'a> {
             orientation: state.orientation(),
             prior_log_base: prior_log_base(samples, views, &state.inputs.known.base_color_priors),
             sky: seen_sky(state),
+            has_sun: false,
             options,
             model: state.inputs.model,
             ray_bias: state.ray_bias(),
@@ -132,6 +137,7 @@ impl<'a> LightProblem<'a> {
             if round == 0 {
                 found.cells.push(lights[0].cells.len());
                 found.sun_saving = self.start_at_suns(&mut lights, &rows, &lit);
+                self.has_sun = found.sun_saving > 0.0;
                 if lights[0].cells.len() > found.cells[0] {
                     (rows, lit) = self.lit_points(&lights[0], &bounces, &mut traced);
                 }
@@ -153,7 +159,7 @@ impl<'a> LightProblem<'a> {
             }
             if round == levels {
                 found.lamp_share = lamp_share(&lights[0], &lit[0]);
-                let is_outdoors = found.sun_saving > 0.0 || !self.sky.is_empty();
+                let is_outdoors = self.has_sun || !self.sky.is_empty();
                 let place = Place { lamp_share: found.lamp_share, is_outdoors };
                 found.local = self.local_light(&mut lights, &rows, &lit, place);
             } else {
@@ -231,7 +237,8 @@ impl<'a> LightProblem<'a> {
             white: self.options.weight_white_light,
             // A sky that photos show sets the scale.
             scale: if self.sky.sets_scale() { 0.0 } else { self.model.weight_albedo_range },
-            above: if self.sky.is_empty() { ABOVE } else { 0.0 },
+            above: if self.sky.is_empty() && !self.has_sun { ABOVE } else { 0.0 },
+            clear_sky: if self.sky.is_empty() && self.has_sun { CLEAR_SKY } else { 0.0 },
             color: self.options.weight_light_color,
             glossy: 0.0,
             typical_base_color: self.model.typical_base_color,

@@ -49,6 +49,7 @@ pub(super) fn fit_to_reflections(
         scale: HOLD,
         // Reflections tell where light comes from.
         above: 0.0,
+        clear_sky: 0.0,
         glossy: weight,
         typical_base_color: typical(&base),
         rate: 0.05,

@@ -1,5 +1,6 @@
 //! Priors of the light: a file each, and the list.
 
+mod clear_sky;
 mod even_light;
 mod expected_sky;
 mod light_from_above;
@@ -24,6 +25,7 @@ pub static LIGHT_PRIORS: &[&dyn LightPrior] = &[
     &white_light::WhiteLight,
     &even_light::EvenLight,
     &light_from_above::LightFromAbove,
+    &clear_sky::ClearSky,
     &expected_sky::ExpectedSky,
 ];
 

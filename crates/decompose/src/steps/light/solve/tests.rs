@@ -49,6 +49,7 @@ fn options() -> SolveOptions {
         scale: 0.5,
         glossy: 1.0,
         above: 0.3,
+        clear_sky: 0.2,
         color: 0.7,
         typical_base_color: 0.3,
         sigma: 0.2,
