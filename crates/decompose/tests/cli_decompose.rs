@@ -189,9 +189,16 @@ fn photos_with_an_alpha_channel_are_understood() {
     let toy = prepared();
     let path = toy.path("images/view_1.png");
     let photo = read_image(&path).unwrap();
-    let data = photo.data.chunks_exact(3).flat_map(|p| [p[0], p[1], p[2], 255]).collect();
-    write_png(&path, &ImageU8::from_data(photo.width, photo.height, 4, data)).unwrap();
-    assert_code(&decompose(&toy, &["-o", "scene", "--environment", "light.exr"]), 0);
+    // Opaque throughout, then with a hole.
+    for (folder, hidden, fills_photos) in [("whole", 0, true), ("open", 9, false)] {
+        let alpha = |i: usize| if i < hidden { 0 } else { 255 };
+        let pixels = photo.data.chunks_exact(3).enumerate();
+        let data = pixels.flat_map(|(i, p)| [p[0], p[1], p[2], alpha(i)]).collect();
+        write_png(&path, &ImageU8::from_data(photo.width, photo.height, 4, data)).unwrap();
+        assert_code(&decompose(&toy, &["-o", folder, "--environment", "light.exr"]), 0);
+        let document = read_decomposition(&toy.path(folder)).unwrap().document;
+        assert_eq!(document.fills_photos, Some(fills_photos), "{folder}");
+    }
 }
 
 #[test]

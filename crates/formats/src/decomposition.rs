@@ -54,6 +54,10 @@ pub struct DecompositionDocument {
     /// `v + contrast (3 v² - 2 v³ - v)`. Colors of the Gaussians are light without it. Absent: none was found.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tone_curve_contrast: Option<f64>,
+    /// Whether every pixel of the photos shows the scene: no mask and no alpha channel hides one. Where Gaussians cover little, such a
+    /// scene is dark, not open. Absent: not known, taken for `false`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fills_photos: Option<bool>,
     /// What the scale of light against base color rests on.
     pub scale_anchor: ScaleAnchorDocument,
     /// What was modeled or left out, and why.
@@ -80,7 +84,7 @@ pub struct DecompositionDocument {
 impl Document for DecompositionDocument {
     const FORMAT: &'static str = "motes/decomposition";
     const MAJOR: u32 = 1;
-    const MINOR: u32 = 4;
+    const MINOR: u32 = 5;
 }
 
 /// Time of a step.

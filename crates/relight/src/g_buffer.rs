@@ -219,7 +219,7 @@ impl GBuffer {
             }
         }
         sight.iter_mut().zip(alpha).filter(|(_, a)| **a < LEAST_ALPHA).for_each(|(s, _)| *s = None);
-        let coverage = covered(coverage(all, width, height), alpha, all);
+        let coverage = covered(coverage(all, width, height, scene.fills_photos), alpha, all);
         let mut buffer = Self {
             width,
             height,

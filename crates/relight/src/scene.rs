@@ -59,6 +59,8 @@ pub struct RelightScene {
     pub own_environment: Option<Environment>,
     /// What the camera did to sRGB-encoded light; the colors of the Gaussians are without it.
     pub tone_curve: ToneCurve,
+    /// Whether the photos show the scene in every pixel, so that it is dark where Gaussians cover little.
+    pub fills_photos: bool,
     /// How far the decomposition is to be trusted, per Gaussian, 0 to 1, where it says so.
     pub confidence: Option<Vec<f32>>,
     /// Share of every Gaussian that is sky, 0 to 1, where the photos show one or a window.
@@ -133,6 +135,7 @@ impl RelightScene {
             own_light: None,
             own_environment: None,
             tone_curve: ToneCurve::default(),
+            fills_photos: false,
             confidence,
             sky,
             local_log_factor,

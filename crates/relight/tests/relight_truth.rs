@@ -192,6 +192,7 @@ fn write_scene(folder: &Path, root: &Path, views: &[View]) {
         lobes: Lobes::Burley,
         indirect: true,
         tone_curve_contrast: None,
+        fills_photos: None,
         scale_anchor: ScaleAnchorDocument {
             kind: ScaleAnchor::Environment,
             explanation: "ground truth".into(),

@@ -172,6 +172,7 @@ fn write_document(scene: &Path, gaussians: usize, surface: &Surface, up_in_world
         lobes: Lobes::Lambert,
         indirect: false,
         tone_curve_contrast: None,
+        fills_photos: None,
         scale_anchor: ScaleAnchorDocument {
             kind: ScaleAnchor::Environment,
             explanation: "made".into(),

@@ -119,6 +119,7 @@ fn true_document(
         lobes: if recipe.lambert { Lobes::Lambert } else { lobes },
         indirect: true,
         tone_curve_contrast: None,
+        fills_photos: Some(!recipe.is_masked),
         scale_anchor: ScaleAnchorDocument {
             kind: ScaleAnchor::Environment,
             explanation: "the true light".into(),

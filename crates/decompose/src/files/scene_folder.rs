@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use crate::observation::Photo;
 use crate::{Pipeline, RenderedView, State, Term};
 use motes_formats::decomposition::{
     DecomposedViewDocument, DecompositionCounts, DecompositionDocument, ScaleAnchorDocument,
@@ -113,6 +114,7 @@ fn document(folder: &SceneFolder<'_>, pipeline: &Pipeline<'_>) -> DecompositionD
         lobes: if state.is_specular() { state.inputs.model.lobes } else { Lobes::Lambert },
         indirect: state.has_indirect(),
         tone_curve_contrast: contrast(folder.tone_curve),
+        fills_photos: Some(state.inputs.photos.iter().all(Photo::is_whole)),
         scale_anchor: scale_anchor(state),
         terms: report.terms(state).into_iter().map(term_document).collect(),
         views: state.views.iter().map(|view| view_document(state, view)).collect(),

@@ -31,6 +31,16 @@ pub struct Photo {
 }
 
 impl Photo {
+    /// Whether the photo tells about a pixel: no mask hides it. A clipped one is as bright as the photo can say.
+    pub(crate) fn is_seen(&self, pixel: usize) -> bool {
+        self.usable[pixel] || self.clipped.get(pixel).copied().unwrap_or(false)
+    }
+
+    /// Whether it tells about all of its pixels.
+    pub(crate) fn is_whole(&self) -> bool {
+        (0..self.usable.len()).all(|i| self.is_seen(i))
+    }
+
     /// Channels of a pixel that may be brighter than the photo can say.
     pub(crate) fn clipped_channels(&self, pixel: usize) -> BVec3 {
         if self.clipped.get(pixel).is_some_and(|clipped| *clipped) {

@@ -60,6 +60,7 @@ impl LoadedScene {
             scene.antialias = Antialias::Mip;
         }
         scene.tone_curve = tone_curve(document);
+        scene.fills_photos = document.fills_photos.unwrap_or(false);
         let own_axes = map_axes(document);
         let render_mode = file.render_mode;
         let mut loaded = Self { scene, decomposition, own_light, own_axes, render_mode };

@@ -51,12 +51,6 @@ impl<'a> Pixels<'a> {
         Look { photo: photo as u32, direction, log: self.log(i) }
     }
 
-    /// Whether the photo tells about a pixel: no mask hides it. A clipped one is as bright as the photo can say.
-    fn is_seen(&self, i: usize) -> bool {
-        let photo = self.view.photo;
-        photo.usable[i] || photo.clipped.get(i).copied().unwrap_or(false)
-    }
-
     /// Whether a pixel lies above the horizon and has the color of the sky.
     fn is_like(&self, photo: usize, i: usize, model: &SkyModel) -> bool {
         let look = self.look(photo, i);
@@ -123,7 +117,7 @@ pub(super) fn looks(pixels: &[Pixels<'_>]) -> Vec<Look> {
     let bright = quantile(&mut all, BRIGHT).unwrap_or(f32::INFINITY);
     on_grid(pixels, |k, i| {
         let p = &pixels[k];
-        if !p.is_seen(i) || p.has_surface(i) || brightness(p, i) < bright {
+        if !p.view.photo.is_seen(i) || p.has_surface(i) || brightness(p, i) < bright {
             return None;
         }
         let look = p.look(k, i);
@@ -135,7 +129,7 @@ pub(super) fn looks(pixels: &[Pixels<'_>]) -> Vec<Look> {
 pub(super) fn share_with_surface(pixels: &[Pixels<'_>], model: &SkyModel) -> f64 {
     share(&on_grid(pixels, |k, i| {
         let p = &pixels[k];
-        (p.is_seen(i) && p.is_like(k, i, model)).then(|| p.has_surface(i))
+        (p.view.photo.is_seen(i) && p.is_like(k, i, model)).then(|| p.has_surface(i))
     }))
 }
 
@@ -145,7 +139,7 @@ pub(super) fn share_below(pixels: &[Pixels<'_>], model: &SkyModel) -> f64 {
         let p = &pixels[k];
         let look = p.look(k, i);
         let is_below = look.direction.z < HORIZON && look.direction.z > HORIZON - BELOW;
-        (is_below && p.is_seen(i) && !p.has_surface(i)).then(|| model.agrees(&look))
+        (is_below && p.view.photo.is_seen(i) && !p.has_surface(i)).then(|| model.agrees(&look))
     }))
 }
 
@@ -179,7 +173,7 @@ pub(super) fn shown(pixels: &Pixels<'_>, photo: usize, model: &SkyModel) -> Vec<
 
 /// The sky of a photo, from the pixels that are `like` it.
 fn grown(pixels: &Pixels<'_>, photo: usize, like: &[bool]) -> Vec<bool> {
-    let may_be = |i: usize| pixels.is_seen(i) && !pixels.has_surface(i);
+    let may_be = |i: usize| pixels.view.photo.is_seen(i) && !pixels.has_surface(i);
     let mut mask: Vec<bool> = (0..pixels.len()).map(|i| like[i] && may_be(i)).collect();
     let mut open: Vec<usize> = (0..mask.len()).filter(|&i| mask[i]).collect();
     while let Some(i) = open.pop() {
