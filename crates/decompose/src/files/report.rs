@@ -70,7 +70,7 @@ impl fmt::Display for SceneReport {
         let db = |v: Option<f64>| v.map_or("none".into(), |v| format!("{v:.2} dB"));
         writeln!(
             f,
-            "{} triangles, light of {} cells; re-rendered: train {}, test {}",
+            "{} triangles, light of {} cells; the model alone, without captured colors: train {}, test {}",
             d.counts.triangles,
             self.light_cells.last().copied().unwrap_or(0),
             db(self.train_psnr_db),
