@@ -33,7 +33,7 @@ pub struct Photo {
 impl Photo {
     /// Whether the photo tells about a pixel: no mask hides it. A clipped one is as bright as the photo can say.
     pub(crate) fn is_seen(&self, pixel: usize) -> bool {
-        self.usable[pixel] || self.clipped.get(pixel).copied().unwrap_or(false)
+        self.usable[pixel] || self.is_clipped(pixel)
     }
 
     /// Whether it tells about all of its pixels.
@@ -41,9 +41,14 @@ impl Photo {
         (0..self.usable.len()).all(|i| self.is_seen(i))
     }
 
+    /// Whether a channel of a pixel that no mask hides is clipped.
+    pub(crate) fn is_clipped(&self, pixel: usize) -> bool {
+        self.clipped.get(pixel).is_some_and(|clipped| *clipped)
+    }
+
     /// Channels of a pixel that may be brighter than the photo can say.
     pub(crate) fn clipped_channels(&self, pixel: usize) -> BVec3 {
-        if self.clipped.get(pixel).is_some_and(|clipped| *clipped) {
+        if self.is_clipped(pixel) {
             clipped_channels(self.radiance_linear.at(pixel), self.gain)
         } else {
             BVec3::FALSE

@@ -160,8 +160,7 @@ fn blocks(photo: &Photo, [width, height]: [usize; 2], step: usize) -> Vec<Look> 
         for row in y..y + step {
             for i in row * full + x..row * full + x + step {
                 if !photo.usable[i] {
-                    let is_clipped = photo.clipped.get(i).copied().unwrap_or(false);
-                    return if is_clipped { Look::Clipped } else { Look::Nothing };
+                    return if photo.is_clipped(i) { Look::Clipped } else { Look::Nothing };
                 }
                 sum += photo.radiance_linear.at(i);
             }
