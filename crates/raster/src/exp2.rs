@@ -37,6 +37,25 @@ pub(crate) fn exp2_minus_8_scalar(degree: usize, y: f32) -> f32 {
     r4 * r4
 }
 
+/// The same for one value per lane.
+#[inline(always)]
+pub(crate) fn exp2_minus_8_lanes<const LANES: usize>(
+    degree: usize,
+    y: &[f32; LANES],
+) -> [f32; LANES] {
+    let mut r = [0.0f32; LANES];
+    for &c in COEFFICIENTS[degree - 2].iter().rev() {
+        for k in 0..LANES {
+            r[k] = r[k] * y[k] + c;
+        }
+    }
+    r.map(|r| {
+        let r2 = r * r;
+        let r4 = r2 * r2;
+        r4 * r4
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use fearless_simd::{Level, dispatch};
