@@ -2,6 +2,7 @@
 
 mod choose_photos;
 pub(crate) mod flat_pieces;
+pub(crate) mod local_factors;
 mod most_telling;
 pub(crate) mod observed;
 pub(crate) mod photo;

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::Vec3;
 use motes_scene::Surface;
 
+use super::local_factors::LocalFactors;
 use super::most_telling::most_telling;
 use super::photo::Photo;
 use super::samples::{Sample, SeenView, Wanted, choose_samples, vertex_radiance};
@@ -85,16 +86,9 @@ impl<'a> Observed<'a> {
         self.local_light = Some(local_light);
     }
 
-    /// Factor of the local light where a pixel meets the surface; 1 without either.
-    pub(crate) fn local_factor(&self, view: &SeenView<'_>, i: usize) -> Vec3 {
-        let (Some(local_light), hit) = (&self.local_light, &view.hits[i]) else { return Vec3::ONE };
-        if !hit.is_hit() {
-            return Vec3::ONE;
-        }
-        let width = view.photo.camera.width;
-        let (x, y) = ((i % width) as f32 + 0.5, (i / width) as f32 + 0.5);
-        let (position, normal, _) = self.scene.frame(hit, -view.rays.direction(x, y));
-        local_light.factor(position, normal)
+    /// The local light where pixels meet the surface; none without one.
+    pub(crate) fn local_factors(&self) -> Option<LocalFactors<'_>> {
+        self.local_light.as_deref().map(|light| LocalFactors::new(&self.scene, light))
     }
 
     /// What these photos show of a surface.

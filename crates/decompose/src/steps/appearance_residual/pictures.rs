@@ -3,6 +3,7 @@
 use half::f16;
 use motes_scene::{Gaussians, ImageF32};
 use motes_shading::brdf::Lobes;
+use rayon::prelude::*;
 use relight::{
     Background, Exposure, LightSource, Place, Quality, QualityOptions, RelightScene, Relighter,
     ResidualShare,
@@ -10,6 +11,7 @@ use relight::{
 
 use super::fit::ResidualView;
 use crate::error::DecomposeError;
+use crate::observation::local_factors::LocalFactors;
 use crate::observation::{Photo, SeenView};
 use crate::progress::Tick;
 use crate::state::State;
@@ -59,6 +61,7 @@ pub(super) fn pictures<'a>(
     let relighter = Relighter::new(&scene, &light.environment, &quality, inputs.seed);
     let views: Vec<&SeenView<'a>> =
         state.observed.views.iter().filter(|view| view.photo.light == 0).collect();
+    let factors = state.observed.local_factors();
     let count = views.len().max(1) as f32;
     let mut pictures = Vec::with_capacity(views.len());
     for (k, view) in views.into_iter().enumerate() {
@@ -67,7 +70,9 @@ pub(super) fn pictures<'a>(
         let (camera, pose) = (&photo.camera, &photo.camera_from_world);
         let picture = relighter.picture(camera, pose, Background::Transparent, true);
         let Some(mut components) = picture.components else { continue };
-        light_locally(&mut components.color_linear, state, view);
+        if let Some(factors) = &factors {
+            light_locally(&mut components.color_linear, factors, view);
+        }
         let pixels = components.color_linear.data.chunks_exact(3).zip(&components.alpha.data);
         let shown = pixels.flat_map(|(color, alpha)| {
             let covers = *alpha >= COVERED;
@@ -80,12 +85,10 @@ pub(super) fn pictures<'a>(
 }
 
 /// Puts the local light on a picture under the light at infinity.
-fn light_locally(color_linear: &mut ImageF32, state: &State<'_>, view: &SeenView<'_>) {
-    if state.observed.local_light.is_none() {
-        return;
-    }
-    for (i, pixel) in color_linear.data.chunks_exact_mut(3).enumerate() {
-        let factor = state.observed.local_factor(view, i).to_array();
+fn light_locally(color_linear: &mut ImageF32, factors: &LocalFactors<'_>, view: &SeenView<'_>) {
+    let pixels = color_linear.data.par_chunks_exact_mut(3).with_min_len(1024);
+    pixels.enumerate().for_each(|(i, pixel)| {
+        let factor = factors.at(view, i).to_array();
         pixel.iter_mut().zip(factor).for_each(|(v, factor)| *v *= factor);
-    }
+    });
 }

@@ -54,9 +54,9 @@ pub fn run(
     for (shading, view) in shadings.iter_mut().zip(views.iter().chain(&held_out)) {
         shading.darken(view, scene, &dark);
     }
-    if state.observed.local_light.is_some() {
+    if let Some(factors) = state.observed.local_factors() {
         for (shading, view) in shadings.iter_mut().zip(views.iter().chain(&held_out)) {
-            shading.light(|i| state.observed.local_factor(view, i));
+            shading.light(|i| factors.at(view, i));
         }
     }
     state.shading = shadings;
