@@ -14,7 +14,7 @@ use motes_formats::images::{read_image, write_png};
 use motes_formats::ply::{read_gaussians, read_surface, write_surface};
 use motes_formats::selection::sha256_of_file;
 use motes_scene::ScaleAnchor;
-use motes_scene::{ImageF32, ImageU8, Materials, Residual, Surface};
+use motes_scene::{ImageF32, ImageU8, Materials, Residual, Split, Surface};
 use motes_testkit::toy_capture::{ToyCapture, assert_code, run, stderr, toy_capture};
 
 /// A sheet through the middle of the toy's Gaussians that faces the cameras, and a bright even light.
@@ -262,6 +262,27 @@ fn a_run_that_stops_after_every_step_gives_the_bytes_of_one_that_does_not() {
     // Each step has a folder, and each folder says what it is.
     let document = std::fs::read_to_string(toy.path("work/03-light/step.json")).unwrap();
     assert!(document.contains("\"motes/decompose-step\"") && document.contains("\"light\""));
+}
+
+#[test]
+fn as_many_held_out_photos_are_looked_at_as_asked_and_a_work_folder_keeps_to_them() {
+    let toy = prepared();
+    let one = ["--most-held-out", "1", "--work", "work", "--until", "shading"];
+    assert_code(&decompose(&toy, &[&one, &QUICK[..]].concat()), 0);
+    let held_out = |most: &str| {
+        let arguments =
+            ["--work", "work", "--from", "base-color", "-o", "scene", "-w", "--most-held-out"];
+        let done = decompose(&toy, &[&arguments[..], &[most], &QUICK[..]].concat());
+        (done.status.code(), stderr(&done))
+    };
+    let (code, said) = held_out("0");
+    assert!(code == Some(3) && said.contains("give --most-held-out as then"), "{said}");
+    let (code, said) = held_out("1");
+    assert!(code == Some(0) && said.contains("(held-out photos: 1)"), "{said}");
+    let views = read_decomposition(&toy.path("scene")).unwrap().document.views;
+    let names: Vec<&str> =
+        views.iter().filter(|v| v.split == Split::Test).map(|v| v.name.as_str()).collect();
+    assert_eq!(names, [toy.capture.views[5].name.as_str()], "of the third and the sixth");
 }
 
 #[test]

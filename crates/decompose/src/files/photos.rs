@@ -27,6 +27,15 @@ pub(super) fn load_photos(
     views.par_iter().map(|&view| load(document, capture, view, light)).collect()
 }
 
+/// The held-out views that are looked at: at most `most`, evenly over their order; 0 for all.
+pub(super) fn held_out_views(capture: &Capture, most: usize) -> Vec<usize> {
+    let all = capture.views_of(Split::Test);
+    if most == 0 || all.len() <= most {
+        return all;
+    }
+    (0..most).map(|k| all[(2 * k + 1) * all.len() / (2 * most)]).collect()
+}
+
 /// The training views that are looked at: at most `most`, chosen by what they show of `gaussians`, and those that are `named`.
 pub(super) fn training_views(
     document: &Path,

@@ -39,6 +39,8 @@ pub struct SceneReport {
     /// The same for held-out views; where the exposures of training photos were found, after one gain per channel that is fitted to
     /// each of them (least squares, linear).
     pub test_psnr_db: Option<f64>,
+    /// Number of held-out views that were looked at.
+    pub test_views: usize,
     /// Who predicted normals and base colors, where a provider did.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub provider: Option<ProviderUse>,
@@ -70,11 +72,12 @@ impl fmt::Display for SceneReport {
         let db = |v: Option<f64>| v.map_or("none".into(), |v| format!("{v:.2} dB"));
         writeln!(
             f,
-            "{} triangles, light of {} cells; the model alone, without captured colors: train {}, test {}",
+            "{} triangles, light of {} cells; the model alone, without captured colors: train {}, test {} (held-out photos: {})",
             d.counts.triangles,
             self.light_cells.last().copied().unwrap_or(0),
             db(self.train_psnr_db),
-            db(self.test_psnr_db)
+            db(self.test_psnr_db),
+            self.test_views
         )?;
         writeln!(f, "scale: {}", d.scale_anchor.explanation)?;
         for term in &d.terms {

@@ -18,7 +18,7 @@ use motes_stage::Context;
 
 use super::errors::explained;
 use super::known::{KnownArgs, load_known};
-use super::photos::{load_capture, load_photos, training_views};
+use super::photos::{held_out_views, load_capture, load_photos, training_views};
 use super::report::{DecomposeReport, SceneReport, StepsReport};
 use super::scene_folder::{SceneFolder, write_scene};
 use super::verdict;
@@ -127,6 +127,7 @@ impl Request<'_> {
             cpu_seconds: context.cpu_seconds().zip(cpu_before).map(|(a, b)| a - b),
             train_psnr_db: mean_psnr_db(train),
             test_psnr_db: mean_psnr_db(test),
+            test_views: test.len(),
             decomposition,
             provider: loaded.provider.clone(),
         };
@@ -166,7 +167,8 @@ impl Request<'_> {
             }
             photos.extend(load_photos(path, capture, &views, light)?);
             if light == 0 {
-                held_out = load_photos(path, capture, &capture.views_of(Split::Test), light)?;
+                let views = held_out_views(capture, self.options.samples.most_held_out);
+                held_out = load_photos(path, capture, &views, light)?;
             }
         }
         let (known, provider) =

@@ -47,7 +47,14 @@ pub(super) fn write(folder: &Path, state: &State<'_>, made_by: &str) -> anyhow::
 }
 
 pub(super) fn read(folder: &Path, state: &State<'_>) -> anyhow::Result<Vec<PixelShading>> {
-    let all: Result<Vec<_>, FormatError> = photos(state)
+    let photos = photos(state);
+    if file(folder, photos.len()).exists() || !file(folder, photos.len() - 1).exists() {
+        let cause =
+            format!("it was made with other held-out photos, not {}", state.inputs.held_out.len());
+        let remedy = "give --most-held-out as then, or use another --work";
+        return Err(FormatError::invalid(folder, "", cause).with_remedy(remedy).into());
+    }
+    let all: Result<Vec<_>, FormatError> = photos
         .par_iter()
         .enumerate()
         .map(|(k, photo)| {

@@ -17,6 +17,10 @@ pub struct Options {
     #[arg(long, default_value_t = 60, value_name = "COUNT", help_heading = "Fit (expert)")]
     pub most_photos: usize,
 
+    /// Held-out photos that the result is compared with, evenly chosen; 0 takes all
+    #[arg(long, default_value_t = 8, value_name = "COUNT", help_heading = "Fit (expert)")]
+    pub most_held_out: usize,
+
     /// Photos that each of those points is compared with at most, chosen by angle; 0 takes all
     #[arg(long, default_value_t = 24, value_name = "COUNT", help_heading = "Fit (expert)")]
     pub point_photos: usize,
