@@ -2,7 +2,7 @@
 
 use std::ops::{Add, Div, Mul, Sub};
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 /// Values per parallel chunk.
@@ -27,6 +27,12 @@ pub(crate) trait Value:
 impl Value for f32 {
     fn product(self, other: Self) -> f64 {
         f64::from(self) * f64::from(other)
+    }
+}
+
+impl Value for Vec2 {
+    fn product(self, other: Self) -> f64 {
+        f64::from(self.dot(other))
     }
 }
 

@@ -146,9 +146,9 @@ impl Neighbors {
 
     /// Mean of a value over a vertex and its neighbors.
     #[inline]
-    pub(crate) fn mean(&self, values: &[f32], v: usize) -> f32 {
+    pub(crate) fn mean<T: Value>(&self, values: &[T], v: usize) -> T {
         let ring = self.at(v);
-        let sum: f32 = ring.iter().map(|&j| values[j as usize]).sum();
+        let sum = ring.iter().fold(T::default(), |sum, &j| sum + values[j as usize]);
         (sum + values[v]) / (ring.len() + 1) as f32
     }
 

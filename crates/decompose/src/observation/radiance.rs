@@ -58,6 +58,18 @@ impl Radiance {
         ImageF32::from_data(self.size[0], self.size[1], 3, data)
     }
 
+    /// Every value turned into another; of a photo's bytes, each of the 256 once per channel.
+    pub(crate) fn turned<F: Fn(usize, f32) -> f32>(&self, of: F) -> Turned<'_, F> {
+        let table = match &self.pixels {
+            Pixels::Bytes(_, linear) => {
+                let turn = |c: usize| std::array::from_fn(|v| of(c, linear[c][v]));
+                Some(Box::new(std::array::from_fn(turn)))
+            }
+            Pixels::Floats(_) => None,
+        };
+        Turned { pixels: &self.pixels, table, of }
+    }
+
     /// Changes every value by the number of its channel and itself.
     pub fn map(&mut self, of: impl Fn(usize, f32) -> f32) {
         let change = |values: &mut [f32; 3]| {
@@ -84,6 +96,27 @@ impl Radiance {
     }
 }
 
+/// Values of a [`Radiance`] turned into others, as they are asked for.
+pub(crate) struct Turned<'a, F> {
+    pixels: &'a Pixels,
+    table: Option<Box<[[f32; 256]; 3]>>,
+    of: F,
+}
+
+impl<F: Fn(usize, f32) -> f32> Turned<'_, F> {
+    /// Of channel `c` of pixel `i`.
+    #[inline]
+    pub(crate) fn at(&self, i: usize, c: usize) -> f32 {
+        match (self.pixels, &self.table) {
+            (Pixels::Bytes(values, _), Some(table)) => table[c][usize::from(values[i][c])],
+            (Pixels::Bytes(values, linear), None) => {
+                (self.of)(c, linear[c][usize::from(values[i][c])])
+            }
+            (Pixels::Floats(values), _) => (self.of)(c, values[i][c]),
+        }
+    }
+}
+
 impl From<ImageF32> for Radiance {
     /// Of an image with three channels.
     fn from(image: ImageF32) -> Self {
@@ -103,6 +136,11 @@ mod tests {
         let mut bytes = Radiance::of_bytes([3, 2], values, linear);
         let mut floats = Radiance::from(bytes.image());
         let change = |c: usize, v: f32| (v * [0.5, 1.0, 3.0][c]).min(0.9);
+        let turned = [&bytes, &floats].map(|radiance| radiance.turned(change));
+        for (i, c) in (0..6).flat_map(|i| [0, 1, 2].map(|c| (i, c))) {
+            let turned = [turned[0].at(i, c), turned[1].at(i, c)];
+            assert_eq!(turned, [change(c, bytes.at(i)[c]); 2], "{i} {c}");
+        }
         bytes.map(change);
         floats.map(change);
         assert_eq!(bytes.image(), floats.image());

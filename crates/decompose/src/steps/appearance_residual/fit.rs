@@ -101,16 +101,19 @@ pub(super) fn fit_residual<E>(
 
 /// Slope of the cost by every value of the picture that is drawn.
 fn slope(view: &ResidualView<'_>, image: &Planes) -> Planes {
-    slopes([image.width, image.height], |c, x, y| {
+    let seen = view.photo_linear.turned(|_, v| srgb::encode(v));
+    slopes([image.width, image.height], |x, y| {
         let i = y * image.width + x;
-        // A photo shows nothing above 1.
-        let model = view.model_linear[3 * i + c].to_f32().min(1.0);
-        if !(view.usable[i] && model > LEAST_MODEL) {
-            return 0.0;
-        }
-        let log_ratio = Residual::log_ratio(image.row(c, y)[x], 1.0 - image.row(3, y)[x]);
-        let seen = srgb::encode(view.photo_linear.at(i)[c]);
-        slope_by_drawn(model, log_ratio, seen)
+        let alpha = 1.0 - image.row(3, y)[x];
+        [0, 1, 2].map(|c| {
+            // A photo shows nothing above 1.
+            let model = view.model_linear[3 * i + c].to_f32().min(1.0);
+            if !(view.usable[i] && model > LEAST_MODEL) {
+                return 0.0;
+            }
+            let log_ratio = Residual::log_ratio(image.row(c, y)[x], alpha);
+            slope_by_drawn(model, log_ratio, seen.at(i, c))
+        })
     })
 }
 

@@ -169,24 +169,30 @@ impl PhotoFit<'_> {
         before: Option<&Planes>,
     ) -> Planes {
         let (photo, shading) = (self.views[v].photo, &self.shadings[v]);
-        slopes([image.width, image.height], |c, x, y| {
+        let gain = if colors == Colors::Captured { captured_gain } else { [1.0; 3] };
+        let seen = photo.radiance_linear.turned(|c, v| srgb::encode(v * gain[c]));
+        slopes([image.width, image.height], |x, y| {
             let i = y * image.width + x;
-            let shown = image.row(c, y)[x];
+            let shown = [0, 1, 2].map(|c| image.row(c, y)[x]);
             if !self.told(v, i, colors) {
-                return STAYING * before.map_or(0.0, |b| difference(shown, b.row(c, y)[x]));
+                let Some(before) = before else { return [0.0; 3] };
+                return [0, 1, 2].map(|c| STAYING * difference(shown[c], before.row(c, y)[x]));
             }
-            let radiance = photo.radiance_linear.at(i)[c];
-            let seen = srgb::encode(radiance);
-            match colors {
-                Colors::Captured => difference(shown, srgb::encode(radiance * captured_gain[c])),
-                Colors::Base => {
-                    let (uniform, color) = shading.uniform(i);
-                    let (slope, offset) = (shading.slope(i)[c], shading.offset(i)[c]);
-                    let pixel = Pixel { slope, offset, seen };
-                    (1.0 - uniform) * pixel.slope_at(shown)
-                        + uniform * difference(shown, srgb::encode(color[c]))
-                }
+            let seen = [0, 1, 2].map(|c| seen.at(i, c));
+            if colors == Colors::Captured {
+                return [0, 1, 2].map(|c| difference(shown[c], seen[c]));
             }
+            let (slope, offset) = (shading.slope(i), shading.offset(i));
+            let pixel = |c| Pixel { slope: slope[c], offset: offset[c], seen: seen[c] };
+            let slopes = [0, 1, 2].map(|c| pixel(c).slope_at(shown[c]));
+            let (uniform, color) = shading.uniform(i);
+            if uniform == 0.0 {
+                return slopes;
+            }
+            [0, 1, 2].map(|c| {
+                let of_part = difference(shown[c], srgb::encode(color[c]));
+                (1.0 - uniform) * slopes[c] + uniform * of_part
+            })
         })
     }
 }

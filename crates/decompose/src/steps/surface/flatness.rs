@@ -111,12 +111,11 @@ impl<'a> Witnesses<'a> {
         let [on_plane, on_depth] = self.patches(plane, i, at)?;
         let (mut by_plane, mut by_depth, mut count) = (0.0, 0.0, 0.0);
         for &j in &self.partners[i] {
-            let costs = [&on_plane, &on_depth].map(|p| self.difference(p, j, around));
-            if let [Some(a), Some(b)] = costs {
-                by_plane += a;
-                by_depth += b;
-                count += 1.0;
-            }
+            let Some(a) = self.difference(&on_plane, j, around) else { continue };
+            let Some(b) = self.difference(&on_depth, j, around) else { continue };
+            by_plane += a;
+            by_depth += b;
+            count += 1.0;
         }
         let at = on_plane[on_plane.len() / 2].0;
         let mean = |sum: f32| sum / count;

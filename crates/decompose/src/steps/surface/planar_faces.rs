@@ -4,7 +4,7 @@
 //! turn least, as far as it keeps to one plane (region growing, Besl & Jain 1988), and taken for flat when it is wide, its heights fill little of the
 //! band about the plane, it hardly bends, and creases end it: anything round fills the band, bends, and goes on beyond it.
 
-use std::collections::HashSet;
+use std::mem::replace;
 
 use glam::Vec3;
 
@@ -44,8 +44,8 @@ impl PlanarFace {
     /// Adds small pieces that the planar face surrounds.
     pub(super) fn take_pits(&mut self, mesh: &Mesh, neighbors: &Neighbors, voxel: f32) {
         let most = (PIT_SHARE * self.vertices.len() as f32) as usize;
-        let mut inside: HashSet<u32> = self.vertices.iter().copied().collect();
-        let mut met = inside.clone();
+        let (mut inside, mut met) = (Vec::<u32>::new(), Marks::new(mesh.vertices.len()));
+        self.vertices.iter().for_each(|v| _ = met.insert(*v));
         for k in 0..self.vertices.len() {
             for &start in neighbors.at(self.vertices[k] as usize) {
                 if !met.insert(start) {
@@ -64,7 +64,7 @@ impl PlanarFace {
                 }
             }
         }
-        self.vertices = inside.into_iter().collect();
+        self.vertices.extend(inside);
         self.vertices.sort_unstable();
     }
 }
@@ -83,7 +83,8 @@ pub(super) fn find(mesh: &Mesh, neighbors: &Neighbors, voxel: f32, width: f32) -
     let mut seeds: Vec<u32> = (0..mesh.vertices.len() as u32).collect();
     let turn = |v: &u32| 1.0 - smooth[*v as usize].dot(wide[*v as usize]);
     seeds.sort_by(|a, b| turn(a).total_cmp(&turn(b)).then(a.cmp(b)));
-    let search = Search { mesh, neighbors, normals: &smooth, voxel };
+    let met = Marks::new(own.len());
+    let mut search = Search { mesh, neighbors, normals: &smooth, voxel, met };
     let (mut taken, mut tried) = (vec![false; own.len()], vec![false; own.len()]);
     let mut faces = Vec::new();
     let mut tries = 0;
@@ -107,11 +108,35 @@ pub(super) fn find(mesh: &Mesh, neighbors: &Neighbors, voxel: f32, width: f32) -
     faces
 }
 
+/// A set of vertices that is emptied at once: thousands of pieces are grown, most of them small.
+struct Marks {
+    /// Number of the set that each vertex was last put in.
+    last: Vec<u32>,
+    now: u32,
+}
+
+impl Marks {
+    fn new(vertices: usize) -> Self {
+        Self { last: vec![0; vertices], now: 1 }
+    }
+
+    fn clear(&mut self) {
+        self.now += 1;
+    }
+
+    /// Whether the vertex was not in the set.
+    fn insert(&mut self, v: u32) -> bool {
+        replace(&mut self.last[v as usize], self.now) != self.now
+    }
+}
+
 struct Search<'a> {
     mesh: &'a Mesh,
     neighbors: &'a Neighbors,
     normals: &'a [Vec3],
     voxel: f32,
+    /// Of the piece that is grown.
+    met: Marks,
 }
 
 impl Search<'_> {
@@ -121,16 +146,17 @@ impl Search<'_> {
     }
 
     /// The piece about a seed that keeps to a plane, and what lies around the seed.
-    fn grow(&self, seed: u32, taken: &[bool]) -> Option<(PlanarFace, Vec<u32>)> {
-        let normal = self.normals[seed as usize];
-        let mut plane = Plane { normal, offset: normal.dot(self.mesh.vertices[seed as usize]) };
-        let around = self.spread(seed, taken, SEED_RINGS, |v| self.normals[v].dot(normal) > 0.8);
+    fn grow(&mut self, seed: u32, taken: &[bool]) -> Option<(PlanarFace, Vec<u32>)> {
+        let (mesh, normals) = (self.mesh, self.normals);
+        let normal = normals[seed as usize];
+        let mut plane = Plane { normal, offset: normal.dot(mesh.vertices[seed as usize]) };
+        let around = self.spread(seed, taken, SEED_RINGS, |v| normals[v].dot(normal) > 0.8);
         plane = self.fit(&around, plane)?;
         let mut vertices = Vec::new();
         for _ in 0..GROWTHS {
+            let band = BAND * self.voxel;
             vertices = self.spread(seed, taken, usize::MAX, |v| {
-                plane.height(self.mesh.vertices[v]).abs() < BAND * self.voxel
-                    && self.normals[v].dot(plane.normal) > AGREE
+                plane.height(mesh.vertices[v]).abs() < band && normals[v].dot(plane.normal) > AGREE
             });
             if vertices.len() < around.len() {
                 break;
@@ -142,19 +168,20 @@ impl Search<'_> {
 
     /// Vertices that are connected to the seed through what `holds`, in so many rings.
     fn spread(
-        &self,
+        &mut self,
         seed: u32,
         taken: &[bool],
         rings: usize,
         holds: impl Fn(usize) -> bool,
     ) -> Vec<u32> {
-        let mut seen = HashSet::from([seed]);
+        self.met.clear();
+        self.met.insert(seed);
         let mut out = vec![seed];
         let mut ring = 0..1;
         for _ in 0..rings {
             for k in ring.clone() {
                 for &j in self.neighbors.at(out[k] as usize) {
-                    if !taken[j as usize] && holds(j as usize) && seen.insert(j) {
+                    if !taken[j as usize] && holds(j as usize) && self.met.insert(j) {
                         out.push(j);
                     }
                 }
@@ -175,11 +202,12 @@ impl Search<'_> {
     }
 
     /// Share of the vertices around a piece whose normals agree with its plane.
-    fn ended_by_band(&self, face: &PlanarFace) -> f64 {
-        let mut met: HashSet<u32> = face.vertices.iter().copied().collect();
+    fn ended_by_band(&mut self, face: &PlanarFace) -> f64 {
+        self.met.clear();
+        face.vertices.iter().for_each(|v| _ = self.met.insert(*v));
         let (mut by_band, mut all) = (0usize, 0usize);
         for j in face.vertices.iter().flat_map(|&v| self.neighbors.at(v as usize)) {
-            if met.insert(*j) {
+            if self.met.insert(*j) {
                 all += 1;
                 let agrees = self.normals[*j as usize].dot(face.plane.normal) > AGREE;
                 by_band += usize::from(agrees);
@@ -189,7 +217,7 @@ impl Search<'_> {
     }
 
     /// Whether a piece is wide, fills little of its band and hardly bends.
-    fn is_flat(&self, face: &PlanarFace, width: f32) -> bool {
+    fn is_flat(&mut self, face: &PlanarFace, width: f32) -> bool {
         let count = face.vertices.len() as f64;
         let normal = face.plane.normal.as_dvec3();
         let u = normal.any_orthonormal_vector();

@@ -4,7 +4,7 @@
 //! plate ([`ThinPlate`]) carries the surface between the confident ones. Few rounds with a closing
 //! range; between them visibility and normals are renewed.
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use motes_shading::tracing::{MeshTracer, Ray, Tracer};
 use rayon::prelude::*;
 
@@ -275,18 +275,13 @@ fn steadiness(found: &[Finding], neighbors: &Neighbors, mirror_spread: f32) -> V
     if !(mirror_spread > 0.0) {
         return vec![1.0; found.len()];
     }
-    let mut sum: Vec<f32> = found.iter().map(|f| f.spread.unwrap_or(0.0)).collect();
-    let mut count: Vec<f32> =
-        found.iter().map(|f| f32::from(u8::from(f.spread.is_some()))).collect();
-    for values in [&mut sum, &mut count] {
-        for _ in 0..SPREAD_PASSES {
-            let mean = |v: usize| neighbors.mean(values, v);
-            *values = (0..found.len()).into_par_iter().with_min_len(4096).map(mean).collect();
-        }
+    let told = |f: &Finding| f.spread.map_or(Vec2::ZERO, |spread| Vec2::new(spread, 1.0));
+    let mut sums: Vec<Vec2> = found.iter().map(told).collect();
+    for _ in 0..SPREAD_PASSES {
+        let mean = |v: usize| neighbors.mean(&sums, v);
+        sums = (0..found.len()).into_par_iter().with_min_len(4096).map(mean).collect();
     }
     let limit = mirror_limit(mirror_spread, found.iter().filter_map(|f| f.spread).collect());
-    let of = |(sum, count): (&f32, &f32)| {
-        if *count > 0.0 { steady(sum / count, limit) } else { 1.0 }
-    };
-    sum.iter().zip(&count).map(of).collect()
+    let of = |s: &Vec2| if s.y > 0.0 { steady(s.x / s.y, limit) } else { 1.0 };
+    sums.iter().map(of).collect()
 }

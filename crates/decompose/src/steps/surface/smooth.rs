@@ -5,7 +5,7 @@
 //! penalizes curvature, so that noise goes first and a sphere stays. `b_v` is 1, or less where the
 //! surface has a crease.
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use crate::mesh::conjugate_gradients;
@@ -106,22 +106,20 @@ impl ThinPlate<'_> {
         };
         // The curvature of the surroundings is not noise: only what differs from it is pulled.
         // Normalized convolution (Knutsson & Westin 1993): what is trusted speaks for what is not.
-        let mut trust = self.trust.to_vec();
-        let mut common = map(&|v| rest[v] * trust[v]);
-        let pass = |common: &mut Vec<f32>, trust: &mut Vec<f32>| {
-            *common = map(&|v| self.neighbors.mean(common, v));
-            *trust = map(&|v| self.neighbors.mean(trust, v));
+        let passes = |mut sums: Vec<Vec2>, count: usize| {
+            for _ in 0..count {
+                let mean = |v: usize| self.neighbors.mean(&sums, v);
+                sums = (0..n).into_par_iter().with_min_len(CHUNK).map(mean).collect();
+            }
+            map(&|v| sums[v].x / sums[v].y.max(1e-12))
         };
-        (0..self.rest_passes).for_each(|_| pass(&mut common, &mut trust));
-        let mut common = map(&|v| common[v] / trust[v].max(1e-12));
+        let trusted = |v: usize| Vec2::new(rest[v] * self.trust[v], self.trust[v]);
+        let mut common = passes((0..n).map(trusted).collect(), self.rest_passes);
         if self.steady.iter().any(|&s| s < 1.0) {
-            let mut wide = map(&|v| common[v] * self.steady[v].max(0.01));
-            let mut trust = map(&|v| self.steady[v].max(0.01));
-            (0..self.rest_passes * (WIDER - 1)).for_each(|_| pass(&mut wide, &mut trust));
-            common = map(&|v| {
-                let wide = wide[v] / trust[v].max(1e-12);
-                wide + (common[v] - wide) * self.steady[v]
-            });
+            let steady = |v: usize| self.steady[v].max(0.01);
+            let wide = (0..n).map(|v| Vec2::new(common[v] * steady(v), steady(v))).collect();
+            let wide = passes(wide, self.rest_passes * (WIDER - 1));
+            common = map(&|v| wide[v] + (common[v] - wide[v]) * self.steady[v]);
         }
         let pulled = map(&|v| weighted(rest[v] - common[v], v));
         let residual = map(&|v| {
