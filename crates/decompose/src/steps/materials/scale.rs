@@ -29,7 +29,7 @@ pub(super) fn weigh_scale(
     basis: &Basis,
     profile: &Profile,
     regions: &Regions,
-    model: &ModelOptions,
+    (model, has_lamps): (&ModelOptions, bool),
 ) -> ScaleEvidence {
     let factors: Vec<f32> = (-STEPS..=STEPS).map(|k| (k as f32 * STEP).exp()).collect();
     let label_of = |p: usize| profile.labels[regions.label[regions.of_sample[p] as usize]];
@@ -71,7 +71,7 @@ pub(super) fn weigh_scale(
         highlights: if is_told { log_minimum(&gray) } else { 0.0 },
         usual,
         usual_trust: model.weight_albedo_range * USUAL_SPREAD.powi(-2),
-        least: brightest(samples, basis, profile, regions).ln(),
+        least: brightest(bases(samples, basis, profile, regions), has_lamps).ln(),
         tint: if is_told { agreed_tint(&costs, &parts) } else { Vec3::ZERO },
         log_spread,
         samples: members.len(),
@@ -144,14 +144,19 @@ const WHITEST: f32 = 0.9;
 /// Share of the points that may lie above it: noise, and light that was missed.
 const ABOVE: f32 = 0.03;
 
-/// Factor on the light that takes the brightest base colors of dielectrics down to [`WHITEST`]; 0 without any.
-fn brightest(samples: &[Sample], basis: &Basis, profile: &Profile, regions: &Regions) -> f32 {
+/// Piece and base color of every point of a dielectric, without the bound at 1; that of the brightest channel.
+fn bases(
+    samples: &[Sample],
+    basis: &Basis,
+    profile: &Profile,
+    regions: &Regions,
+) -> Vec<(usize, f32)> {
     let of = |p: usize| {
-        let label = profile.labels[regions.label[regions.of_sample[p] as usize]];
+        let piece = regions.of_sample[p] as usize;
+        let label = profile.labels[regions.label[piece]];
         if label.kind == Kind::Metal {
             return None;
         }
-        // Least squares without the bound at 1.
         let (mut a, mut b) = (Vec3::splat(1e-9), Vec3::ZERO);
         for (k, o) in samples[p].observations.iter().enumerate() {
             let (slope, offset) = linear(basis.at(p, k, label.roughness), label.kind);
@@ -159,9 +164,22 @@ fn brightest(samples: &[Sample], basis: &Basis, profile: &Profile, regions: &Reg
             b += slope * (o.radiance - offset) * o.weight;
         }
         let base = (b / a).max_element();
-        base.is_finite().then_some(base)
+        base.is_finite().then_some((piece, base))
     };
-    let mut all: Vec<f32> = (0..samples.len()).filter_map(of).collect();
+    (0..samples.len()).filter_map(of).collect()
+}
+
+/// Factor on the light that takes the brightest base colors down to [`WHITEST`]; 0 without any. Beside a lamp or a window points
+/// receive light that the model has not: where the scene `has_lamps`, each counts as the median of its piece.
+fn brightest(mut bases: Vec<(usize, f32)>, has_lamps: bool) -> f32 {
+    if has_lamps {
+        bases.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+        for piece in bases.chunk_by_mut(|a, b| a.0 == b.0) {
+            let middle = piece[piece.len() / 2].1;
+            piece.iter_mut().for_each(|point| point.1 = middle);
+        }
+    }
+    let mut all: Vec<f32> = bases.into_iter().map(|(_, base)| base).collect();
     quantile(&mut all, 1.0 - ABOVE).map_or(0.0, |brightest| brightest.max(0.0) / WHITEST)
 }
 
@@ -185,6 +203,20 @@ fn spread(costs: &[f32]) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn points_beside_a_lamp_do_not_tell_the_brightest_base_color() {
+        // A gray wall of which a twentieth is lit by more than the model knows, and a white thing.
+        let wall = (0..1000).map(|i| (0, if i % 20 == 0 { 2.0 } else { 0.4 }));
+        let all: Vec<(usize, f32)> = wall.chain((0..100).map(|_| (1, 0.72))).collect();
+        assert!((brightest(all.clone(), false) - 2.0 / WHITEST).abs() < 1e-6);
+        assert!((brightest(all, true) - 0.72 / WHITEST).abs() < 1e-6);
+        assert_eq!(brightest(Vec::new(), true), 0.0);
+        // Without lamps a sheet of paper that is too bright is too bright.
+        let paper = (0..100).map(|i| (i % 2, if i % 2 == 0 { 0.3 } else { 1.8 }));
+        let both = [false, true].map(|has_lamps| brightest(paper.clone().collect(), has_lamps));
+        assert!(both.iter().all(|factor| (factor - 2.0).abs() < 1e-6), "{both:?}");
+    }
 
     #[test]
     fn a_minimum_between_steps_is_found() {
