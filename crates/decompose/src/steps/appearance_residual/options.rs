@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 pub struct Options {
     /// Steps, one photo each, that fit the appearance residual: a view-dependent factor per
     /// Gaussian for what the model leaves unexplained; 0 disables it
-    #[arg(long, default_value_t = 400, value_name = "COUNT", help_heading = "Fit (expert)")]
+    #[arg(long, default_value_t = 200, value_name = "COUNT", help_heading = "Fit (expert)")]
     pub residual_steps: u32,
 
     /// Degree of the spherical harmonics of the appearance residual
