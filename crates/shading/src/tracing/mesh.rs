@@ -148,13 +148,7 @@ impl MeshTracer {
             .collect();
         let (center, scale) = frame(usable.iter().flat_map(|&i| corners[i as usize]));
         let inner = |p: Vec3| (p - center) * scale;
-        let boxes: Vec<Padded> = usable
-            .iter()
-            .map(|&i| Padded(corners[i as usize].map(|p| Vec3A::from(inner(p)))))
-            .collect();
-        let triangles: Vec<([Vec3; 3], u32)> =
-            usable.iter().map(|&i| (corners[i as usize].map(inner), i)).collect();
-        let tree = if boxes.is_empty() {
+        let tree = if usable.is_empty() {
             WideTree::default()
         } else {
             let parameters = match quality {
@@ -164,7 +158,15 @@ impl MeshTracer {
             };
             // The wide tree fills its own leaves.
             let parameters = BvhBuildParams { max_prims_per_leaf: 1, ..parameters };
-            WideTree::new(&build_bvh2(&boxes, parameters, &mut Duration::default()), &triangles)
+            // Boxes go before the wide tree comes, and triangles come one by one: all at once take more than the tree itself.
+            let boxes: Vec<Padded> =
+                usable.iter().map(|&i| Padded::around(corners[i as usize].map(inner))).collect();
+            let binary = build_bvh2(&boxes, parameters, &mut Duration::default());
+            drop(boxes);
+            WideTree::new(&binary, |k| {
+                let i = usable[k as usize];
+                (corners[i as usize].map(inner), i)
+            })
         };
         let normal = |[a, b, c]: &[Vec3; 3]| {
             (*b - *a).as_dvec3().cross((*c - *a).as_dvec3()).normalize_or_zero().as_vec3()
@@ -231,13 +233,19 @@ impl Tracer for MeshTracer {
 /// end of the scene.
 const PADDING: f32 = 5e-4;
 
-/// Corners of a triangle, internal coordinates.
-struct Padded([Vec3A; 3]);
+/// Box around a triangle, internal coordinates.
+struct Padded(Aabb);
+
+impl Padded {
+    fn around(corners: [Vec3; 3]) -> Self {
+        let [a, b, c] = corners.map(Vec3A::from);
+        Self(Aabb { min: a.min(b).min(c) - PADDING, max: a.max(b).max(c) + PADDING })
+    }
+}
 
 impl Boundable for Padded {
     fn aabb(&self) -> Aabb {
-        let [a, b, c] = self.0;
-        Aabb { min: a.min(b).min(c) - PADDING, max: a.max(b).max(c) + PADDING }
+        self.0
     }
 }
 

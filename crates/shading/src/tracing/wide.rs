@@ -59,12 +59,9 @@ fn level() -> Level {
 }
 
 impl WideTree {
-    /// From a binary tree whose leaves hold one primitive each, and the triangles it was made of.
-    pub(super) fn new(binary: &Bvh2, triangles: &[([Vec3; 3], u32)]) -> Self {
+    /// From a binary tree whose leaves hold one primitive each; `triangle` gives each with its number in the mesh.
+    pub(super) fn new(binary: &Bvh2, triangle: impl Fn(u32) -> ([Vec3; 3], u32)) -> Self {
         let mut tree = Self::default();
-        if triangles.is_empty() {
-            return tree;
-        }
         let counts = counts(binary);
         let packets = packets_below(binary, &counts);
         tree.packets.reserve_exact(packets);
@@ -79,7 +76,7 @@ impl WideTree {
                 let aabb = binary.nodes[child as usize].aabb();
                 let reference = if counts[child as usize] <= LANES as u32 {
                     members.clear();
-                    gather(binary, child, &mut |i| members.push(triangles[i as usize]));
+                    gather(binary, child, &mut |i| members.push(triangle(i)));
                     tree.packets.push(Packet::new(&members));
                     LEAF | (tree.packets.len() - 1) as u32
                 } else {

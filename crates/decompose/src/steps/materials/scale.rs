@@ -212,7 +212,7 @@ mod tests {
         assert!((brightest(all.clone(), false) - 2.0 / WHITEST).abs() < 1e-6);
         assert!((brightest(all, true) - 0.72 / WHITEST).abs() < 1e-6);
         assert_eq!(brightest(Vec::new(), true), 0.0);
-        // Without lamps a sheet of paper that is too bright is too bright.
+        // A piece that is too bright as a whole is too bright either way.
         let paper = (0..100).map(|i| (i % 2, if i % 2 == 0 { 0.3 } else { 1.8 }));
         let both = [false, true].map(|has_lamps| brightest(paper.clone().collect(), has_lamps));
         assert!(both.iter().all(|factor| (factor - 2.0).abs() < 1e-6), "{both:?}");

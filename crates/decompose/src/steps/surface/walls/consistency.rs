@@ -19,8 +19,6 @@ const TURN: f32 = 0.4;
 const MOST_DIFFERENCE: f32 = 0.04;
 /// Share of the distance by which something must be nearer than a place to hide it: what hangs before a wall by less may be the wall.
 const HIDING: f32 = 0.15;
-/// A sum that is so many times too large for a mean is too large in any rounding.
-const CERTAIN: f32 = 1.001;
 /// Places that a photo must show.
 const LEAST_PLACES: usize = 20;
 
@@ -58,19 +56,10 @@ impl<'a> Photos<'a> {
 
     /// What places of photo `i` leave unexplained of its partners; `None` where no partner shows them.
     pub(super) fn cost(&self, i: usize, places: &[Place]) -> Option<Cost> {
-        self.cost_below(f32::INFINITY, i, places)
-    }
-
-    /// [`Self::cost`] where its mean may be below `most`; `None`, too, once no partner that is left can bring it below.
-    fn cost_below(&self, most: f32, i: usize, places: &[Place]) -> Option<Cost> {
         let own = &self.shades[i];
         let (mut sum, mut count) = (0.0, 0);
         let mut differences = Vec::with_capacity(places.len());
-        for (asked, &j) in self.partners[i].iter().enumerate() {
-            let left = (self.partners[i].len() - asked) * places.len();
-            if sum > CERTAIN * most * (count + left) as f32 {
-                return None;
-            }
+        for &j in &self.partners[i] {
             let difference = |&(k, at): &Place| Some(own[k as usize] - self.shade(j, at)?);
             differences.clear();
             differences.extend(places.iter().filter_map(difference));
@@ -104,11 +93,9 @@ impl<'a> Photos<'a> {
         let (view, map) = (&self.views[j], &self.maps[j]);
         let q = view.project(place)?;
         let z = map.depth[view.pixel(q.x, q.y)?];
-        if z > 0.0 && z < (1.0 - HIDING) * q.z {
-            return None;
-        }
+        let is_hidden = z > 0.0 && z < (1.0 - HIDING) * q.z;
         let (shade, weight) = view.between(&self.shades[j], q.x, q.y)?;
-        (weight > 0.5).then_some(shade)
+        (!is_hidden && weight > 0.5).then_some(shade)
     }
 
     /// What the depth of a region leaves unexplained.
@@ -120,12 +107,7 @@ impl<'a> Photos<'a> {
 
     /// What a plane leaves unexplained of a region.
     pub(super) fn by_plane(&self, region: &Region, plane: &Plane) -> Option<Cost> {
-        self.by_plane_below(f32::INFINITY, region, plane)
-    }
-
-    /// [`Self::by_plane`] where its mean may be below `most`: most planes that are tried are far off, which few photos tell.
-    pub(super) fn by_plane_below(&self, most: f32, region: &Region, plane: &Plane) -> Option<Cost> {
-        self.cost_below(most, region.view, &self.on_plane(region, plane))
+        self.cost(region.view, &self.on_plane(region, plane))
     }
 
     /// [`Self::by_plane`] after the plane is moved by a share of its distance from the camera.

@@ -123,7 +123,7 @@ fn improved(
         let offset = normal.dot(middle) - p.height(middle) + scale * d * half;
         Plane { normal, offset }
     };
-    let cost = |p: Plane, _| -vote.gain(among, &p);
+    let cost = |p: Plane| -vote.gain(among, &p);
     descend(step(plane, 0.0, [0.0; 4]), key, FIT_STEPS, scale, cost, step).1
 }
 

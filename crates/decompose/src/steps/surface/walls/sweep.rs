@@ -35,28 +35,26 @@ pub(super) fn sweep(photos: &Photos<'_>, region: &Region) -> Option<Plane> {
     let slopes = Slopes::new(photos, region)?;
     let by_depth = photos.by_depth(region)?;
     let least = COMPARED * by_depth.count as f32;
-    let cost = |w: Vec3, most: f32| {
-        let cost = photos.by_plane_below(most, region, &slopes.plane(w));
+    let cost = |w: Vec3| {
+        let cost = photos.by_plane(region, &slopes.plane(w));
         cost.filter(|c| c.count as f32 >= least).map_or(f32::INFINITY, |c| c.mean)
     };
     let key = (region.view as u64) << 32 | u64::from(region.pixels[0]);
-    let mut starts: Vec<(f32, Vec3)> = Vec::new();
-    for i in 0..STARTS {
+    let start = |i: u64| {
         let mut rng = keyed_rng(PURPOSE, key, i);
         let [a, b, c] = [0; 3].map(|_| rng.random::<f32>() - 0.5);
         let w = Vec3::new(1.0, 1.0 + SLOPES * b, 1.0 + SLOPES * c);
         let w = slopes.inverse_depth * (DEPTHS * a).exp() * w;
-        let most = starts.get(IMPROVED - 1).map_or(f32::INFINITY, |worst| worst.0);
-        starts.push((cost(w, most), w));
-        starts.sort_by(|a, b| a.0.total_cmp(&b.0));
-        starts.truncate(IMPROVED);
-    }
-    starts.retain(|s| s.0.is_finite());
+        (cost(w), w)
+    };
+    let mut starts: Vec<(f32, Vec3)> = (0..STARTS).map(start).filter(|s| s.0.is_finite()).collect();
+    starts.sort_by(|a, b| a.0.total_cmp(&b.0));
     // All three together, and each of them by half as much.
     let step = |w: Vec3, scale: f32, [a, b, c, d]: [f32; 4]| {
         w * (1.0 + scale * a) + w * Vec3::new(b, c, d) * scale * 0.5
     };
-    let improved = starts.iter().map(|&(_, w)| descend(w, [key, 0], STEPS, FIRST, cost, step));
+    let improved = starts.iter().take(IMPROVED);
+    let improved = improved.map(|&(_, w)| descend(w, [key, 0], STEPS, FIRST, cost, step));
     let (least, w) = improved.min_by(|a, b| a.0.total_cmp(&b.0))?;
     let plane = slopes.plane(w);
     let is_sharp = |&share: &f32| {
@@ -67,21 +65,21 @@ pub(super) fn sweep(photos: &Photos<'_>, region: &Region) -> Option<Plane> {
 }
 
 /// Descends at random to less `cost`, in ever smaller steps: `step` makes a neighbor from a scale and four random numbers from -1
-/// to 1. Whatever is not less than its second argument may cost anything from there on. Returns the least cost and where it is.
+/// to 1. Returns the least cost and where it is.
 pub(super) fn descend<T: Copy>(
     start: T,
     [key, round]: [u64; 2],
     steps: u64,
     first: f32,
-    cost: impl Fn(T, f32) -> f32,
+    cost: impl Fn(T) -> f32,
     step: impl Fn(T, f32, [f32; 4]) -> T,
 ) -> (f32, T) {
-    let (mut best, mut least, mut scale) = (start, cost(start, f32::INFINITY), first);
+    let (mut best, mut least, mut scale) = (start, cost(start), first);
     for i in 0..steps {
         let mut rng = keyed_rng(PURPOSE + 1 + round, key, i);
         let random = [0; 4].map(|_| rng.random::<f32>() + rng.random::<f32>() - 1.0);
         let tried = step(best, scale, random);
-        let found = cost(tried, least);
+        let found = cost(tried);
         if found < least {
             (best, least) = (tried, found);
         } else {

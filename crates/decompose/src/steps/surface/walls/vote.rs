@@ -59,7 +59,7 @@ impl<'a> Vote<'a> {
             if fits == MOST_FITTED {
                 break;
             }
-            if refused.iter().any(|plane| self.ratio_below(BETTER, i, plane) < BETTER) {
+            if refused.iter().any(|plane| self.ratio(i, plane) < BETTER) {
                 continue;
             }
             let key = (found.len() * MOST_FITTED + fits) as u64;
@@ -89,19 +89,17 @@ impl<'a> Vote<'a> {
         ranked.into_iter().map(|(_, i, plane)| (i, plane)).collect()
     }
 
-    /// What a plane leaves unexplained of a piece, over what its depth leaves, where that may be below `most`; else infinite.
-    fn ratio_below(&self, most: f32, i: usize, plane: &Plane) -> f32 {
+    /// What a plane leaves unexplained of a piece, over what its depth leaves.
+    fn ratio(&self, i: usize, plane: &Plane) -> f32 {
         let region = &self.pieces[i].region;
         let is_before = plane.height(self.photos.views[region.view].center) > 0.0;
-        let by_depth = self.by_depth[i].max(f32::MIN_POSITIVE);
-        let cost = || self.photos.by_plane_below(most * by_depth, region, plane);
-        is_before.then(cost).flatten().map_or(f32::INFINITY, |c| c.mean / by_depth)
+        let cost = is_before.then(|| self.photos.by_plane(region, plane)).flatten();
+        cost.map_or(f32::INFINITY, |c| c.mean / self.by_depth[i].max(f32::MIN_POSITIVE))
     }
 
     /// Pixels that a plane explains, as far as it explains them better than depth does.
     pub(super) fn gain(&self, among: &[usize], plane: &Plane) -> f32 {
-        let gain =
-            |&i: &usize| (1.0 - self.ratio_below(1.0, i, plane)).max(0.0) * self.pieces[i].size();
+        let gain = |&i: &usize| (1.0 - self.ratio(i, plane)).max(0.0) * self.pieces[i].size();
         // Added up in order: floats sum to other values in another.
         among.par_iter().map(gain).collect::<Vec<f32>>().iter().sum()
     }
@@ -109,7 +107,7 @@ impl<'a> Vote<'a> {
     /// The pieces of which a plane leaves less than `limit` times what their depth leaves.
     pub(super) fn showing(&self, plane: &Plane, limit: f32) -> Vec<usize> {
         let all = (0..self.pieces.len()).into_par_iter();
-        all.filter(|&i| self.ratio_below(limit, i, plane) < limit).collect()
+        all.filter(|&i| self.ratio(i, plane) < limit).collect()
     }
 
     /// The pixels to put onto a plane, when it is a wall.

@@ -13,20 +13,16 @@ fn hanging(brightness: impl Fn(Vec3) -> f32, share: f32) -> (Vec<View>, Vec<Dept
     })
 }
 
-/// A rectangle in the middle of the first photo.
-fn region(views: &[View], maps: &[DepthMap]) -> Region {
+/// The plane of a rectangle in the middle of the first photo.
+fn swept(views: &[View], maps: &[DepthMap]) -> Option<Plane> {
     let (w, h) = (views[0].width, views[0].height);
     let is_in = |&k: &u32| {
         let [x, y] = views[0].at(k);
         (w / 4..3 * w / 4).contains(&x) && (h / 4..3 * h / 4).contains(&y)
     };
     let pixels = (0..(w * h) as u32).filter(is_in).collect();
-    Region::new(0, pixels, &views[0], &maps[0], VOXEL)
-}
-
-/// The plane of that.
-fn swept(views: &[View], maps: &[DepthMap]) -> Option<Plane> {
-    sweep(&Photos::new(views, maps, &shades(views)), &region(views, maps))
+    let region = Region::new(0, pixels, &views[0], &maps[0], VOXEL);
+    sweep(&Photos::new(views, maps, &shades(views)), &region)
 }
 
 #[test]
@@ -49,40 +45,11 @@ fn one_brightness_tells_nothing_and_depth_that_is_right_needs_no_plane() {
 
 #[test]
 fn descents_end_at_the_minimum_and_are_the_same_again() {
-    let cost = |x: f32, _| (x - 0.7).powi(2);
+    let cost = |x: f32| (x - 0.7).powi(2);
     let descent =
         |key| descend(0.0f32, [key, 0], 200, 0.5, cost, |x, scale, [a, ..]| x + scale * a);
     let (least, at) = descent(1);
-    assert!((at - 0.7).abs() < 0.01 && least == cost(at, 0.0), "{at}");
+    assert!((at - 0.7).abs() < 0.01 && least == cost(at), "{at}");
     assert_eq!(descent(1), (least, at));
     assert_ne!(descent(2).1, at);
-}
-
-#[test]
-fn a_cost_is_the_same_below_what_is_asked_and_none_above() {
-    let (views, maps) = hanging(glow, 0.12);
-    let shades = shades(&views);
-    let photos = Photos::new(&views, &maps, &shades);
-    let region = region(&views, &maps);
-    let whole = photos.by_depth(&region).expect("partners show it");
-    let plane = sweep(&photos, &region).expect("told");
-    let (mut given_up, mut same) = (0, 0);
-    for share in [-0.3, -0.1, -0.02, 0.0, 0.02, 0.1, 0.3] {
-        let by = share * plane.height(views[0].center);
-        let moved = Plane { offset: plane.offset - by, ..plane };
-        let Some(cost) = photos.by_plane(&region, &moved) else { continue };
-        for most in [0.2, 0.9, 1.1, 3.0].map(|times| times * whole.mean) {
-            match photos.by_plane_below(most, &region, &moved) {
-                Some(found) => {
-                    assert_eq!((found.mean, found.count), (cost.mean, cost.count));
-                    same += 1;
-                }
-                None => {
-                    assert!(cost.mean >= most, "{} {most}", cost.mean);
-                    given_up += 1;
-                }
-            }
-        }
-    }
-    assert!(given_up > 2 && same > 2, "{given_up} {same}");
 }
