@@ -30,14 +30,11 @@ pub(crate) fn exp2_minus_8<S: Simd, const DEGREE: usize>(simd: S, y: S::f32s) ->
 
 /// The same for one value.
 pub(crate) fn exp2_minus_8_scalar(degree: usize, y: f32) -> f32 {
-    let c = COEFFICIENTS[degree - 2];
-    let r = c.iter().rev().fold(0.0f32, |r, &c| r * y + c);
-    let r2 = r * r;
-    let r4 = r2 * r2;
-    r4 * r4
+    let [value] = exp2_minus_8_lanes(degree, &[y]);
+    value
 }
 
-/// The same for one value per lane.
+/// The same for one value per lane, without fused multiply-add.
 #[inline(always)]
 pub(crate) fn exp2_minus_8_lanes<const LANES: usize>(
     degree: usize,

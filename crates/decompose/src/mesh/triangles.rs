@@ -152,6 +152,15 @@ impl Neighbors {
         (sum + values[v]) / (ring.len() + 1) as f32
     }
 
+    /// [`Self::mean`] of all vertices, so many times over.
+    pub(crate) fn smoothed<T: Value>(&self, mut values: Vec<T>, passes: usize) -> Vec<T> {
+        for _ in 0..passes {
+            let mean = |v: usize| self.mean(&values, v);
+            values = (0..values.len()).into_par_iter().with_min_len(4096).map(mean).collect();
+        }
+        values
+    }
+
     /// Mean of the neighbors less the vertex; nothing without neighbors.
     #[inline]
     pub(crate) fn laplacian<T: Value>(&self, values: &[T], v: usize) -> T {

@@ -54,8 +54,7 @@ impl<'a> LocalFactors<'a> {
             let (position, normal, _) = self.scene.frame(hit, to_viewer);
             return self.light.factor(position, normal);
         }
-        let ([b, c], [u, v, w]) = (hit.barycentrics(), corners.map(|v| self.at_vertices[v]));
-        (u * (1.0 - b - c) + v * b + w * c).map(f32::exp)
+        self.scene.interpolate(hit.triangle, hit.barycentrics(), &self.at_vertices).map(f32::exp)
     }
 }
 

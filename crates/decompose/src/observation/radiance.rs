@@ -60,14 +60,13 @@ impl Radiance {
 
     /// Every value turned into another; of a photo's bytes, each of the 256 once per channel.
     pub(crate) fn turned<F: Fn(usize, f32) -> f32>(&self, of: F) -> Turned<'_, F> {
-        let table = match &self.pixels {
-            Pixels::Bytes(_, linear) => {
+        match &self.pixels {
+            Pixels::Bytes(values, linear) => {
                 let turn = |c: usize| std::array::from_fn(|v| of(c, linear[c][v]));
-                Some(Box::new(std::array::from_fn(turn)))
+                Turned::Bytes(values, Box::new(std::array::from_fn(turn)))
             }
-            Pixels::Floats(_) => None,
-        };
-        Turned { pixels: &self.pixels, table, of }
+            Pixels::Floats(values) => Turned::Floats(values, of),
+        }
     }
 
     /// Changes every value by the number of its channel and itself.
@@ -96,23 +95,21 @@ impl Radiance {
     }
 }
 
-/// Values of a [`Radiance`] turned into others, as they are asked for.
-pub(crate) struct Turned<'a, F> {
-    pixels: &'a Pixels,
-    table: Option<Box<[[f32; 256]; 3]>>,
-    of: F,
+/// Values of a [`Radiance`] turned into others.
+pub(crate) enum Turned<'a, F> {
+    /// Values of the photo, and what each is turned into per channel.
+    Bytes(&'a [[u8; 3]], Box<[[f32; 256]; 3]>),
+    /// Turned as they are asked for.
+    Floats(&'a [[f32; 3]], F),
 }
 
 impl<F: Fn(usize, f32) -> f32> Turned<'_, F> {
     /// Of channel `c` of pixel `i`.
     #[inline]
     pub(crate) fn at(&self, i: usize, c: usize) -> f32 {
-        match (self.pixels, &self.table) {
-            (Pixels::Bytes(values, _), Some(table)) => table[c][usize::from(values[i][c])],
-            (Pixels::Bytes(values, linear), None) => {
-                (self.of)(c, linear[c][usize::from(values[i][c])])
-            }
-            (Pixels::Floats(values), _) => (self.of)(c, values[i][c]),
+        match self {
+            Self::Bytes(values, table) => table[c][usize::from(values[i][c])],
+            Self::Floats(values, of) => of(c, values[i][c]),
         }
     }
 }

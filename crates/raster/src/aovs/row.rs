@@ -70,8 +70,8 @@ impl Seen<'_> {
     pub(super) fn depth_median(&self, list: List<'_>, at: [f32; 2], enough: f32) -> Lanes<f32> {
         let rays = self.rays(at);
         let (mut transmittance, mut median) = ([1.0f32; LANES], [0.0f32; LANES]);
+        let least = enough.next_up();
         for (splat, shape) in splats(list, self.shapes) {
-            let least = enough.next_up();
             let Some(alpha) = self.alpha(splat, at, &transmittance, least) else { continue };
             let mut next = transmittance;
             for k in 0..LANES {

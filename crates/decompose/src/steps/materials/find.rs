@@ -80,7 +80,7 @@ pub(crate) fn find_materials(
         claims.iter_mut().filter(|c| **c == Claim::None).for_each(|c| *c = Claim::NoMetal);
         regions = find_regions(samples, &profile, &region_options, &claims);
     }
-    let scale = weigh_scale(samples, &basis, &profile, &regions, (model, emitters.is_some()));
+    let scale = weigh_scale(samples, &basis, &profile, &regions, model, emitters.is_some());
     FoundMaterials {
         specular_gain,
         misfit,

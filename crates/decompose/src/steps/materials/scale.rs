@@ -29,7 +29,8 @@ pub(super) fn weigh_scale(
     basis: &Basis,
     profile: &Profile,
     regions: &Regions,
-    (model, has_lamps): (&ModelOptions, bool),
+    model: &ModelOptions,
+    has_lamps: bool,
 ) -> ScaleEvidence {
     let factors: Vec<f32> = (-STEPS..=STEPS).map(|k| (k as f32 * STEP).exp()).collect();
     let label_of = |p: usize| profile.labels[regions.label[regions.of_sample[p] as usize]];

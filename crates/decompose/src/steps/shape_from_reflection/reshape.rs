@@ -55,10 +55,8 @@ impl Reshape<'_> {
 
     fn hold(&self) -> Vec<f32> {
         let own = self.mesh.vertex_normals();
-        let mut turn = self.map(|v| own[v].angle_between(self.normals[v]));
-        for _ in 0..PASSES {
-            turn = self.map(|v| self.neighbors.mean(&turn, v));
-        }
+        let turn = self.map(|v| own[v].angle_between(self.normals[v]));
+        let turn = self.neighbors.smoothed(turn, PASSES);
         let right = |t: f32| (1.0 + (t / WRONG).powi(2)).powi(-2);
         self.map(|v| HOLD[0] + (HOLD[1] - HOLD[0]) * right(turn[v]))
     }

@@ -152,9 +152,8 @@ impl Search<'_> {
         let mut plane = Plane { normal, offset: normal.dot(mesh.vertices[seed as usize]) };
         let around = self.spread(seed, taken, SEED_RINGS, |v| normals[v].dot(normal) > 0.8);
         plane = self.fit(&around, plane)?;
-        let mut vertices = Vec::new();
+        let (mut vertices, band) = (Vec::new(), BAND * self.voxel);
         for _ in 0..GROWTHS {
-            let band = BAND * self.voxel;
             vertices = self.spread(seed, taken, usize::MAX, |v| {
                 plane.height(mesh.vertices[v]).abs() < band && normals[v].dot(plane.normal) > AGREE
             });

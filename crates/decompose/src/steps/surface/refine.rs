@@ -127,7 +127,7 @@ fn curvature(mesh: &Mesh, normals: &[Vec3], neighbors: &Neighbors) -> Vec<f32> {
     let map = |f: &(dyn Fn(usize) -> f32 + Sync)| -> Vec<f32> {
         (0..n).into_par_iter().with_min_len(1024).map(f).collect()
     };
-    let mut mean = map(&|v| {
+    let mean = map(&|v| {
         let (mut rise, mut run) = (0.0, 0.0);
         for &j in neighbors.at(v) {
             let d = mesh.vertices[j as usize] - mesh.vertices[v];
@@ -136,10 +136,7 @@ fn curvature(mesh: &Mesh, normals: &[Vec3], neighbors: &Neighbors) -> Vec<f32> {
         }
         if run > 0.0 { rise / run } else { 0.0 }
     });
-    for _ in 0..CURVATURE_PASSES {
-        mean = map(&|v| neighbors.mean(&mean, v));
-    }
-    mean
+    neighbors.smoothed(mean, CURVATURE_PASSES)
 }
 
 fn find(
@@ -276,11 +273,7 @@ fn steadiness(found: &[Finding], neighbors: &Neighbors, mirror_spread: f32) -> V
         return vec![1.0; found.len()];
     }
     let told = |f: &Finding| f.spread.map_or(Vec2::ZERO, |spread| Vec2::new(spread, 1.0));
-    let mut sums: Vec<Vec2> = found.iter().map(told).collect();
-    for _ in 0..SPREAD_PASSES {
-        let mean = |v: usize| neighbors.mean(&sums, v);
-        sums = (0..found.len()).into_par_iter().with_min_len(4096).map(mean).collect();
-    }
+    let sums = neighbors.smoothed(found.iter().map(told).collect(), SPREAD_PASSES);
     let limit = mirror_limit(mirror_spread, found.iter().filter_map(|f| f.spread).collect());
     let of = |s: &Vec2| if s.y > 0.0 { steady(s.x / s.y, limit) } else { 1.0 };
     sums.iter().map(of).collect()

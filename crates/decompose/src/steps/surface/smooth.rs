@@ -70,12 +70,7 @@ impl ThinPlate<'_> {
 
     /// `b_v`: edges and thin things bend more easily than what is nearly flat.
     fn bending_weights(&self, rest: &[f32]) -> Vec<f32> {
-        let n = rest.len();
-        let step = |values: &[f32], v: usize| self.neighbors.mean(values, v);
-        let mut mean = rest.to_vec();
-        for _ in 0..CREASE_PASSES {
-            mean = (0..n).into_par_iter().with_min_len(CHUNK).map(|v| step(&mean, v)).collect();
-        }
+        let mean = self.neighbors.smoothed(rest.to_vec(), CREASE_PASSES);
         mean.iter().map(|c| 1.0 / (1.0 + (c / (CREASE * self.voxel)).powi(2))).collect()
     }
 
@@ -106,11 +101,8 @@ impl ThinPlate<'_> {
         };
         // The curvature of the surroundings is not noise: only what differs from it is pulled.
         // Normalized convolution (Knutsson & Westin 1993): what is trusted speaks for what is not.
-        let passes = |mut sums: Vec<Vec2>, count: usize| {
-            for _ in 0..count {
-                let mean = |v: usize| self.neighbors.mean(&sums, v);
-                sums = (0..n).into_par_iter().with_min_len(CHUNK).map(mean).collect();
-            }
+        let passes = |sums: Vec<Vec2>, count: usize| {
+            let sums = self.neighbors.smoothed(sums, count);
             map(&|v| sums[v].x / sums[v].y.max(1e-12))
         };
         let trusted = |v: usize| Vec2::new(rest[v] * self.trust[v], self.trust[v]);
