@@ -1,15 +1,16 @@
 //! Parts, their materials, and the scale of the light that highlights tell.
 
 use glam::Vec3;
-use motes_scene::Switch;
+use motes_scene::{ScaleAnchor, Switch};
 use motes_shading::integrate::IntegrationOptions;
 
+use super::borders::find_regions;
 use super::contrast::contrast_roughness;
 use super::mirrors;
 use super::options::Options;
 use super::profile::{Label, Profile};
-use super::regions::{Claim, RegionOptions, Regions, find_regions};
-use super::scale::weigh_scale;
+use super::regions::{Claim, RegionOptions, Regions};
+use super::scale::{Surroundings, weigh_scale};
 use super::telling::{Shown, without_weak_highlights};
 use crate::appearance::basis::Basis;
 use crate::appearance::{
@@ -53,17 +54,24 @@ pub(crate) fn find_materials(
     if is_metal_untold {
         profile.forbid(|label| label.kind == Kind::Metal);
     }
-    let region_options =
-        RegionOptions { pieces: 200, price: options.weight_smooth_roughness, evidence: 0.2 };
+    let region_options = RegionOptions {
+        pieces: 200,
+        price: options.weight_smooth_roughness,
+        evidence: 0.2,
+        border: 0.3,
+    };
     let mut claims = vec![Claim::None; samples.len()];
     let mut regions = match model.metallic {
         Switch::Auto => {
             let shown = Shown::of(samples);
             let regions =
                 believable_regions(samples, &profile, &shown, &region_options, &mut claims);
-            let is_metal = |p: usize| regions.kind(p, &profile) == Kind::Metal;
+            let metal_part = |p: usize| {
+                let is_metal = regions.kind(p, &profile) == Kind::Metal;
+                is_metal.then_some(regions.of_sample[p])
+            };
             let has_claimed = !is_metal_untold
-                && mirrors::claim(samples, &profile, &shown, &basis, &is_metal, &mut claims);
+                && mirrors::claim(samples, &profile, &shown, &basis, &metal_part, &mut claims);
             match has_claimed {
                 true => find_regions(samples, &profile, &region_options, &claims),
                 false => regions,
@@ -80,7 +88,9 @@ pub(crate) fn find_materials(
         claims.iter_mut().filter(|c| **c == Claim::None).for_each(|c| *c = Claim::NoMetal);
         regions = find_regions(samples, &profile, &region_options, &claims);
     }
-    let scale = weigh_scale(samples, &basis, &profile, &regions, model, emitters.is_some());
+    let surroundings =
+        Surroundings { has_lamps: emitters.is_some(), has_sky: light.anchor == ScaleAnchor::Sky };
+    let scale = weigh_scale(samples, &basis, &profile, &regions, model, surroundings);
     FoundMaterials {
         specular_gain,
         misfit,
@@ -102,7 +112,7 @@ fn believable_regions(
 ) -> Regions {
     for _ in 0..DOUBTS {
         let regions = find_regions(samples, profile, options, claims);
-        let doubted = shown.doubtful_metals(samples, profile, &regions, &ROUGHNESS);
+        let doubted = shown.doubtful_metals(samples, profile, &regions);
         if !doubted.contains(&true) {
             return regions;
         }

@@ -4,7 +4,7 @@
 //! need no normals are left: a point and its neighbors are explained much worse than the scene is, most of what they show moves with the
 //! viewer, and it moves alike at points that lie side by side. Leaves, fur and misplaced texture move, too, but every point on its own.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use motes_math::knn::nearest_neighbors;
 use motes_math::median::median;
@@ -37,14 +37,14 @@ const LEAST_POINTS: usize = 20;
 /// Least luminance of its base color as a metal. A dark coat moves with the viewer, too, and reflects a twenty-fifth.
 const LEAST_REFLECTANCE: f32 = 0.25;
 
-/// Claims of metal for the points of things that mirror although no label explains them (docs/benchmarks/decompose.md), but for those of
-/// which most `is_metal` already. Whether there are any.
+/// Claims of metal for the points of things that mirror although no label explains them (docs/benchmarks/decompose.md), together with the
+/// metal parts among their points, as `metal_part` numbers them. Whether there are any.
 pub(super) fn claim(
     samples: &[Sample],
     profile: &Profile,
     shown: &Shown,
     basis: &Basis,
-    is_metal: &dyn Fn(usize) -> bool,
+    metal_part: &dyn Fn(usize) -> Option<u32>,
     claims: &mut [Claim],
 ) -> bool {
     let positions: Vec<[f32; 3]> = samples.iter().map(|s| s.position.to_array()).collect();
@@ -58,17 +58,19 @@ pub(super) fn claim(
         things.entry(thing).or_default().push(p);
     }
     things.retain(|&thing, points| {
-        let known = points.iter().filter(|&&p| is_metal(p)).count();
         let roughest = basis.roughness.len() - 1;
         let color = || metal_color(basis, samples, &of_sample, thing as usize, roughest);
         let begins = points.iter().filter(|&&p| signs[p] == Signs::Clear).count();
         begins >= LEAST_POINTS
-            && 2 * known < points.len()
             && luminance(color()) >= LEAST_REFLECTANCE
             && !is_coated(samples, basis, points, NARROW.min(roughest))
             && coherence(points, shown, &around) >= LEAST_COHERENCE_OF_ALL
     });
-    things.values().flatten().for_each(|&p| claims[p] = Claim::Metal);
+    // A fit may call half of a thing metal, and parts may reach beyond the signs, which end where photos are few.
+    let known: BTreeSet<u32> = things.values().flatten().filter_map(|&p| metal_part(p)).collect();
+    let of_known =
+        (0..samples.len()).filter(|&p| metal_part(p).is_some_and(|k| known.contains(&k)));
+    things.values().flatten().copied().chain(of_known).for_each(|p| claims[p] = Claim::Metal);
     !things.is_empty()
 }
 
@@ -159,8 +161,9 @@ mod tests {
     const PHOTOS: u32 = 10;
 
     /// Points of a square of 8 by 8 that show `shown(point, photo)`, beside as many that are gray whoever looks, and how many of the square
-    /// are claimed. No label explains what changes from photo to photo: the light is even, and brings 1.
-    fn claimed(shown: impl Fn(u32, u32) -> f32, is_metal: bool) -> [usize; 2] {
+    /// are claimed. The first `known` are of one metal already. No label explains what changes from photo to photo: the light is even,
+    /// and brings 1.
+    fn claimed(shown: impl Fn(u32, u32) -> f32, known: usize) -> [usize; 2] {
         let samples: Vec<Sample> = (0..192)
             .map(|p: u32| {
                 let radiance = |k| if p < 64 { shown(p, k) } else { 0.3 };
@@ -185,7 +188,8 @@ mod tests {
         let profile = Profile::new(&samples, &basis, &|_| 0.0);
         let mut claims = vec![Claim::None; 192];
         let shown = Shown::of(&samples);
-        let any = claim(&samples, &profile, &shown, &basis, &|_| is_metal, &mut claims);
+        let metal_part = |p: usize| (p < known).then_some(3);
+        let any = claim(&samples, &profile, &shown, &basis, &metal_part, &mut claims);
         let count = |range: std::ops::Range<usize>| {
             claims[range].iter().filter(|c| **c == Claim::Metal).count()
         };
@@ -200,16 +204,17 @@ mod tests {
 
     #[test]
     fn what_wanders_over_neighbors_and_no_label_explains_is_metal() {
-        assert_eq!(claimed(wanders, false), [64, 0]);
-        assert_eq!(claimed(wanders, true), [0, 0], "it is known already");
+        assert_eq!(claimed(wanders, 0), [64, 0]);
+        assert_eq!(claimed(wanders, 40), [64, 0], "what is known in part is one thing");
+        assert_eq!(claimed(wanders, 70), [64, 6], "what is known reaches beyond the signs");
     }
 
     #[test]
     fn leaves_dark_coats_paint_and_what_few_photos_show_are_none() {
         let leaves =
             |p: u32, k: u32| 0.5 + 0.45 * (1.7 * (p * p + 7 * k * (p % 5 + 1)) as f32).sin();
-        assert_eq!(claimed(leaves, false), [0, 0]);
-        assert_eq!(claimed(|p, k| 0.1 * wanders(p, k), false), [0, 0]);
-        assert_eq!(claimed(|p, _| wanders(p, 3), false), [0, 0]);
+        assert_eq!(claimed(leaves, 0), [0, 0]);
+        assert_eq!(claimed(|p, k| 0.1 * wanders(p, k), 0), [0, 0]);
+        assert_eq!(claimed(|p, _| wanders(p, 3), 70), [0, 0]);
     }
 }

@@ -1,5 +1,6 @@
 //! What the surface is made of: parts of one kind and roughness, and the scale of light against base color.
 
+mod borders;
 mod coat;
 mod contrast;
 mod find;

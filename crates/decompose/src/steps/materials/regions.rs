@@ -3,15 +3,18 @@
 //! The shortest description wins (Rissanen 1978): parts are merged as long as a common label costs less than the
 //! labels of two parts, so materials differ only where the photos show it.
 
-use glam::Vec3;
-use kiddo::{ImmutableKdTree, SquaredEuclidean};
-use motes_math::disjoint_sets::DisjointSets;
 use std::collections::{BTreeMap, BTreeSet};
-use std::num::NonZero;
+
+use glam::Vec3;
+use motes_math::disjoint_sets::DisjointSets;
+use motes_math::knn::nearest_neighbors;
 
 use super::profile::Profile;
 use crate::appearance::Kind;
 use crate::observation::Sample;
+
+/// Points beside a point.
+pub(super) const BESIDE: usize = 8;
 
 /// How parts are found.
 #[derive(Clone, Copy, Debug)]
@@ -22,6 +25,8 @@ pub(super) struct RegionOptions {
     pub price: f32,
     /// Observations of neighboring points err together: costs count this much.
     pub evidence: f32,
+    /// What every pair of neighbors of two parts costs, in the same units.
+    pub border: f32,
 }
 
 /// Parts of the surface.
@@ -48,7 +53,7 @@ pub(super) enum Claim {
 }
 
 impl Claim {
-    fn allows(self, kind: Kind) -> bool {
+    pub(super) fn allows(self, kind: Kind) -> bool {
         self == Self::None || (self == Self::Metal) == (kind == Kind::Metal)
     }
 }
@@ -60,19 +65,52 @@ impl Regions {
         of.filter(|(_, own)| **own as usize == part).map(|(p, _)| p).collect()
     }
 
+    /// Numbers the parts from 0 on without gaps, sums their costs, and gives each the label that costs it least.
+    pub(super) fn choose_labels(
+        &mut self,
+        profile: &Profile,
+        options: &RegionOptions,
+        claims: &[Claim],
+    ) {
+        let used: BTreeSet<u32> = self.of_sample.iter().copied().collect();
+        let number: BTreeMap<u32, u32> = used.into_iter().zip(0..).collect();
+        self.costs = vec![vec![0.0; profile.labels.len()]; number.len()];
+        let mut claim = vec![Claim::None; number.len()];
+        for (p, part) in self.of_sample.iter_mut().enumerate() {
+            *part = number[part];
+            let k = *part as usize;
+            claim[k] = joint(claim[k], claims[p]);
+            for (sum, c) in self.costs[k].iter_mut().zip(profile.costs_of(p)) {
+                *sum += options.evidence * c;
+            }
+        }
+        let best = |(costs, claim): (&Vec<f32>, &Claim)| {
+            let priced = |label: usize| costs[label] + price(profile, label, *claim);
+            (0..costs.len()).min_by(|&x, &y| priced(x).total_cmp(&priced(y))).unwrap_or(0)
+        };
+        self.label = self.costs.iter().zip(&claim).map(best).collect();
+    }
+
     /// Kind of a sample.
     pub(super) fn kind(&self, p: usize, profile: &Profile) -> Kind {
         profile.labels[self.label[self.of_sample[p] as usize]].kind
     }
 }
 
-/// Divides `samples` into parts. Flat pieces and what stands on them, and what is claimed to be metal and what is not, are known to be
+/// The points beside every one, nearest first, `[P, BESIDE]`.
+pub(super) fn beside(samples: &[Sample]) -> Vec<u32> {
+    let positions: Vec<[f32; 3]> = samples.iter().map(|s| s.position.to_array()).collect();
+    nearest_neighbors(&positions, BESIDE)
+}
+
+/// Divides `samples` into parts along the borders of compact pieces. Flat pieces and what stands on them, and what is claimed to be metal and what is not, are known to be
 /// different things: their parts do not merge.
-pub(super) fn find_regions(
+pub(super) fn merged_pieces(
     samples: &[Sample],
     profile: &Profile,
     options: &RegionOptions,
     claims: &[Claim],
+    neighbors: &[u32],
 ) -> Regions {
     let count = profile.labels.len();
     if samples.is_empty() {
@@ -90,15 +128,11 @@ pub(super) fn find_regions(
     for (&k, &of_point) in piece.iter().zip(claims).filter(|(_, c)| **c != Claim::None) {
         claim[k as usize] = of_point;
     }
-    let price = |label: usize, claim: Claim| {
-        let is_allowed = claim.allows(profile.labels[label].kind);
-        if is_allowed { profile.prices[label] } else { f32::INFINITY }
-    };
     let priced = |costs: &mut dyn Iterator<Item = f32>, claim: Claim| {
-        let all = costs.enumerate().map(|(label, c)| c + price(label, claim));
+        let all = costs.enumerate().map(|(label, c)| c + price(profile, label, claim));
         all.fold(f32::INFINITY, f32::min)
     };
-    let mut edges = adjacency(samples, claims, &piece);
+    let mut edges = adjacency(samples, claims, neighbors, &piece);
     let mut sets = DisjointSets::new(n);
     loop {
         // What merging saves: a price, minus what a common label loses.
@@ -130,17 +164,16 @@ pub(super) fn find_regions(
             .collect();
     }
     let root = sets.labels();
-    let roots: Vec<usize> = (0..n).filter(|&k| root[k] == k as u32).collect();
-    let number: BTreeMap<u32, u32> = roots.iter().zip(0..).map(|(&r, i)| (r as u32, i)).collect();
-    let argmin = |r: usize| {
-        let priced = |label: usize| costs[r][label] + price(label, claim[r]);
-        (0..count).min_by(|&x, &y| priced(x).total_cmp(&priced(y))).unwrap_or(0)
-    };
-    Regions {
-        of_sample: piece.iter().map(|&k| number[&root[k as usize]]).collect(),
-        label: roots.iter().map(|&r| argmin(r)).collect(),
-        costs: roots.iter().map(|&r| costs[r].clone()).collect(),
-    }
+    let of_sample = piece.iter().map(|&k| root[k as usize]).collect();
+    let mut regions = Regions { of_sample, label: Vec::new(), costs: Vec::new() };
+    regions.choose_labels(profile, options, claims);
+    regions
+}
+
+/// What a label costs a part of which this is known.
+fn price(profile: &Profile, label: usize, claim: Claim) -> f32 {
+    let is_allowed = claim.allows(profile.labels[label].kind);
+    if is_allowed { profile.prices[label] } else { f32::INFINITY }
 }
 
 /// Of a part of two, which are both claimed to be metal or neither is.
@@ -149,8 +182,8 @@ fn joint(a: Claim, b: Claim) -> Claim {
 }
 
 /// Whether two points can be of one part.
-fn may_join(samples: &[Sample], claims: &[Claim], p: usize, q: usize) -> bool {
-    let is_metal = |p: usize| claims.get(p) == Some(&Claim::Metal);
+pub(super) fn may_join(samples: &[Sample], claims: &[Claim], p: usize, q: usize) -> bool {
+    let is_metal = |p: usize| claims[p] == Claim::Metal;
     samples[p].sheet == samples[q].sheet && is_metal(p) == is_metal(q)
 }
 
@@ -186,24 +219,17 @@ fn pieces(samples: &[Sample], claims: &[Claim], wanted: usize) -> Vec<u32> {
     piece
 }
 
-fn adjacency(samples: &[Sample], claims: &[Claim], piece: &[u32]) -> BTreeSet<(usize, usize)> {
-    let positions: Vec<[f32; 3]> = samples.iter().map(|s| s.position.to_array()).collect();
-    let mut edges = BTreeSet::new();
-    let (Ok(tree), Some(wanted)) =
-        (ImmutableKdTree::<f32, 3>::new_from_slice(&positions), NonZero::new(9))
-    else {
-        return edges;
-    };
-    for (p, position) in positions.iter().enumerate() {
-        for other in tree.query(position).nearest_n::<SquaredEuclidean<f32>>(wanted).execute() {
-            let q = other.item as usize;
-            let (a, b) = (piece[p] as usize, piece[q] as usize);
-            if a != b && may_join(samples, claims, p, q) {
-                edges.insert((a.min(b), a.max(b)));
-            }
-        }
-    }
-    edges
+fn adjacency(
+    samples: &[Sample],
+    claims: &[Claim],
+    neighbors: &[u32],
+    piece: &[u32],
+) -> BTreeSet<(usize, usize)> {
+    let pairs = neighbors.iter().enumerate().map(|(k, &q)| (k / BESIDE, q as usize));
+    pairs
+        .filter(|&(p, q)| piece[p] != piece[q] && may_join(samples, claims, p, q))
+        .map(|(p, q)| (piece[p].min(piece[q]) as usize, piece[p].max(piece[q]) as usize))
+        .collect()
 }
 
 #[cfg(test)]
@@ -220,14 +246,14 @@ mod tests {
         let costs = [0.5, 0.1, 0.2].repeat(strip.len());
         let base_color_linear = vec![Vec3::ONE; costs.len()];
         let profile = Profile { prices: vec![0.0; 3], costs, base_color_linear, labels };
-        let options = RegionOptions { pieces: 10, price: 5.0, evidence: 1.0 };
-        let found = find_regions(&strip, &profile, &options, claims);
+        let options = RegionOptions { pieces: 10, price: 5.0, evidence: 1.0, border: 0.1 };
+        let found = merged_pieces(&strip, &profile, &options, claims, &beside(&strip));
         [10, 70].map(|p| found.kind(p, &profile))
     }
 
     #[test]
     fn claims_of_metal_hold_and_stay_among_themselves() {
-        assert_eq!(kinds(&[]), [Kind::Dielectric; 2]);
+        assert_eq!(kinds(&[Claim::None; 80]), [Kind::Dielectric; 2]);
         let mut claims = [Claim::None; 80];
         claims[..40].fill(Claim::Metal);
         assert_eq!(kinds(&claims), [Kind::Metal, Kind::Dielectric]);

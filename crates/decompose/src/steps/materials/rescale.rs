@@ -5,14 +5,12 @@ use motes_scene::ScaleAnchor;
 
 use super::find::find_materials;
 use super::options::Options;
+use super::scale::TELLING_SPREAD;
 use crate::appearance::FoundMaterials;
 use crate::error::DecomposeError;
 use crate::illumination::environment;
 use crate::observation::Sample;
 use crate::state::{BaseColorAnchor, Illumination, State};
-
-/// Spread of the scale, log units, up to which highlights count as an anchor.
-const TELLING_SPREAD: f32 = 0.35;
 
 /// Takes `light` to the scale that known base colors, else highlights and what is usual tell, and finds materials anew: the
 /// scale moves what is a highlight and what is not. `systematic` is the least error of what highlights tell, log units.

@@ -23,6 +23,18 @@ const USUAL_SPREAD: f32 = 0.35;
 /// Observations and neighboring points err together; costs count this much.
 const EVIDENCE: f32 = 0.1;
 
+/// Spread of the scale, log units, up to which highlights count as an anchor.
+pub(super) const TELLING_SPREAD: f32 = 0.35;
+
+/// What tells of the light beside highlights.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Surroundings {
+    /// Lamps or windows are in the scene.
+    pub has_lamps: bool,
+    /// Photos show the sky that lights it.
+    pub has_sky: bool,
+}
+
 /// Weighs highlights of all dielectric parts against what base colors usually are.
 pub(super) fn weigh_scale(
     samples: &[Sample],
@@ -30,7 +42,7 @@ pub(super) fn weigh_scale(
     profile: &Profile,
     regions: &Regions,
     model: &ModelOptions,
-    has_lamps: bool,
+    surroundings: Surroundings,
 ) -> ScaleEvidence {
     let factors: Vec<f32> = (-STEPS..=STEPS).map(|k| (k as f32 * STEP).exp()).collect();
     let label_of = |p: usize| profile.labels[regions.label[regions.of_sample[p] as usize]];
@@ -68,11 +80,15 @@ pub(super) fn weigh_scale(
     let gray = gray(&costs);
     let log_spread = spread(&gray);
     let is_told = log_spread.is_finite();
+    let Surroundings { has_lamps, has_sky } = surroundings;
+    let brightest = brightest(bases(samples, basis, profile, regions), has_lamps);
+    let is_scale_told = has_lamps || has_sky || log_spread < TELLING_SPREAD;
+    let whitest = if is_scale_told { WHITEST } else { USUALLY_BELOW };
     ScaleEvidence {
         highlights: if is_told { log_minimum(&gray) } else { 0.0 },
         usual,
         usual_trust: model.weight_albedo_range * USUAL_SPREAD.powi(-2),
-        least: brightest(bases(samples, basis, profile, regions), has_lamps).ln(),
+        least: (brightest / whitest).ln(),
         tint: if is_told { agreed_tint(&costs, &parts) } else { Vec3::ZERO },
         log_spread,
         samples: members.len(),
@@ -142,6 +158,8 @@ fn log_minimum(costs: &[f32]) -> f32 {
 
 /// A scene's brightest surfaces have at most this base color: fresh snow and white paint.
 const WHITEST: f32 = 0.9;
+/// What they have at most where nothing tells the scale: few scenes have anything white (docs/benchmarks/relight.md).
+const USUALLY_BELOW: f32 = 0.75;
 /// Share of the points that may lie above it: noise, and light that was missed.
 const ABOVE: f32 = 0.03;
 
@@ -170,8 +188,8 @@ fn bases(
     (0..samples.len()).filter_map(of).collect()
 }
 
-/// Factor on the light that takes the brightest base colors down to [`WHITEST`]; 0 without any. Beside a lamp or a window points
-/// receive light that the model has not: where the scene `has_lamps`, each counts as the median of its piece.
+/// The base color that hardly any is above; 0 without any. Beside a lamp or a window points receive light that the model has not: where
+/// the scene `has_lamps`, each counts as the median of its piece.
 fn brightest(mut bases: Vec<(usize, f32)>, has_lamps: bool) -> f32 {
     if has_lamps {
         bases.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
@@ -181,7 +199,7 @@ fn brightest(mut bases: Vec<(usize, f32)>, has_lamps: bool) -> f32 {
         }
     }
     let mut all: Vec<f32> = bases.into_iter().map(|(_, base)| base).collect();
-    quantile(&mut all, 1.0 - ABOVE).map_or(0.0, |brightest| brightest.max(0.0) / WHITEST)
+    quantile(&mut all, 1.0 - ABOVE).unwrap_or(0.0).max(0.0)
 }
 
 /// Position of the minimum, between the values by a parabola.
@@ -210,13 +228,13 @@ mod tests {
         // A gray wall of which a twentieth is lit by more than the model knows, and a white thing.
         let wall = (0..1000).map(|i| (0, if i % 20 == 0 { 2.0 } else { 0.4 }));
         let all: Vec<(usize, f32)> = wall.chain((0..100).map(|_| (1, 0.72))).collect();
-        assert!((brightest(all.clone(), false) - 2.0 / WHITEST).abs() < 1e-6);
-        assert!((brightest(all, true) - 0.72 / WHITEST).abs() < 1e-6);
+        assert!((brightest(all.clone(), false) - 2.0).abs() < 1e-6);
+        assert!((brightest(all, true) - 0.72).abs() < 1e-6);
         assert_eq!(brightest(Vec::new(), true), 0.0);
         // A piece that is too bright as a whole is too bright either way.
         let paper = (0..100).map(|i| (i % 2, if i % 2 == 0 { 0.3 } else { 1.8 }));
         let both = [false, true].map(|has_lamps| brightest(paper.clone().collect(), has_lamps));
-        assert!(both.iter().all(|factor| (factor - 2.0).abs() < 1e-6), "{both:?}");
+        assert_eq!(both, [1.8; 2]);
     }
 
     #[test]

@@ -18,10 +18,8 @@ use crate::appearance::Kind;
 use crate::observation::Sample;
 use crate::observation::samples::luminance;
 
-/// Share from which a part may be a rough metal (docs/benchmarks/decompose.md).
-const LEAST_SHARE: f32 = 0.25;
-/// Roughness from which a metal needs that evidence: what is sharper shows a picture of its surroundings, which a fit does not invent.
-const ROUGH: f32 = 0.45;
+/// Share from which a part may be a metal (docs/benchmarks/decompose.md).
+const LEAST_SHARE: f32 = 0.5;
 /// Least roughness of a highlight that the generic coat of a dielectric has.
 const SHARP: f32 = 0.3;
 /// Share of the cost of a part without highlights that a sharper one must save.
@@ -92,23 +90,20 @@ impl Shown {
         product / (squares[0] * squares[1]).sqrt().max(1e-30)
     }
 
-    /// Points of parts that are called a rough metal without moving like one.
+    /// Points of parts that are called a metal without moving like one.
     pub(super) fn doubtful_metals(
         &self,
         samples: &[Sample],
         profile: &Profile,
         regions: &Regions,
-        roughness: &[f32],
     ) -> Vec<bool> {
         let is_doubtful: Vec<bool> = regions
             .label
             .iter()
             .enumerate()
             .map(|(part, &label)| {
-                let Label { kind, roughness: r } = profile.labels[label];
-                kind == Kind::Metal
-                    && roughness[r] >= ROUGH
-                    && self.moving_share(&regions.members(part)) < LEAST_SHARE
+                let share = self.moving_share(&regions.members(part));
+                profile.labels[label].kind == Kind::Metal && share < LEAST_SHARE
             })
             .collect();
         (0..samples.len()).map(|p| is_doubtful[regions.of_sample[p] as usize]).collect()
