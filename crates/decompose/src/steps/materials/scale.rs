@@ -80,15 +80,12 @@ pub(super) fn weigh_scale(
     let gray = gray(&costs);
     let log_spread = spread(&gray);
     let is_told = log_spread.is_finite();
-    let Surroundings { has_lamps, has_sky } = surroundings;
-    let brightest = brightest(bases(samples, basis, profile, regions), has_lamps);
-    let is_scale_told = has_lamps || has_sky || log_spread < TELLING_SPREAD;
-    let whitest = if is_scale_told { WHITEST } else { USUALLY_BELOW };
+    let brightest = brightest(bases(samples, basis, profile, regions), surroundings.has_lamps);
     ScaleEvidence {
         highlights: if is_told { log_minimum(&gray) } else { 0.0 },
         usual,
         usual_trust: model.weight_albedo_range * USUAL_SPREAD.powi(-2),
-        least: (brightest / whitest).ln(),
+        least: (brightest / whitest(surroundings, log_spread)).ln(),
         tint: if is_told { agreed_tint(&costs, &parts) } else { Vec3::ZERO },
         log_spread,
         samples: members.len(),
@@ -160,6 +157,13 @@ fn log_minimum(costs: &[f32]) -> f32 {
 const WHITEST: f32 = 0.9;
 /// What they have at most where nothing tells the scale: few scenes have anything white (docs/benchmarks/relight.md).
 const USUALLY_BELOW: f32 = 0.75;
+/// Base color that hardly any of a scene is above, where highlights tell the scale to within `log_spread`.
+fn whitest(surroundings: Surroundings, log_spread: f32) -> f32 {
+    let Surroundings { has_lamps, has_sky } = surroundings;
+    let is_told = has_lamps || has_sky || log_spread < TELLING_SPREAD;
+    if is_told { WHITEST } else { USUALLY_BELOW }
+}
+
 /// Share of the points that may lie above it: noise, and light that was missed.
 const ABOVE: f32 = 0.03;
 
@@ -235,6 +239,15 @@ mod tests {
         let paper = (0..100).map(|i| (i % 2, if i % 2 == 0 { 0.3 } else { 1.8 }));
         let both = [false, true].map(|has_lamps| brightest(paper.clone().collect(), has_lamps));
         assert_eq!(both, [1.8; 2]);
+    }
+
+    #[test]
+    fn white_is_expected_only_where_something_tells_the_scale() {
+        let neither = Surroundings { has_lamps: false, has_sky: false };
+        assert_eq!(whitest(neither, f32::INFINITY), USUALLY_BELOW);
+        assert_eq!(whitest(neither, 0.1), WHITEST);
+        assert_eq!(whitest(Surroundings { has_lamps: true, ..neither }, 2.0), WHITEST);
+        assert_eq!(whitest(Surroundings { has_sky: true, ..neither }, 2.0), WHITEST);
     }
 
     #[test]
