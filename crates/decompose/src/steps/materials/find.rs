@@ -112,7 +112,7 @@ fn believable_regions(
 ) -> Regions {
     for _ in 0..DOUBTS {
         let regions = find_regions(samples, profile, options, claims);
-        let doubted = shown.doubtful_metals(samples, profile, &regions);
+        let doubted = shown.doubtful_metals(samples, profile, &regions, &ROUGHNESS);
         if !doubted.contains(&true) {
             return regions;
         }

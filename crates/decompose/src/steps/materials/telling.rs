@@ -18,8 +18,13 @@ use crate::appearance::Kind;
 use crate::observation::Sample;
 use crate::observation::samples::luminance;
 
-/// Share from which a part may be a metal (docs/benchmarks/decompose.md).
-const LEAST_SHARE: f32 = 0.5;
+/// Share from which a part may be a rough metal (docs/benchmarks/decompose.md).
+const LEAST_SHARE: f32 = 0.25;
+/// Roughness from which a metal needs that evidence: what is sharper shows a picture of its surroundings, which a fit does not invent.
+const ROUGH: f32 = 0.45;
+/// Share from which a part of a plane may be a metal of any roughness: the far rim of a plane is seen at grazing angles only, where every
+/// coat reflects as much.
+const LEAST_SHARE_OF_PLANE: f32 = 0.5;
 /// Least roughness of a highlight that the generic coat of a dielectric has.
 const SHARP: f32 = 0.3;
 /// Share of the cost of a part without highlights that a sharper one must save.
@@ -96,14 +101,21 @@ impl Shown {
         samples: &[Sample],
         profile: &Profile,
         regions: &Regions,
+        roughness: &[f32],
     ) -> Vec<bool> {
         let is_doubtful: Vec<bool> = regions
             .label
             .iter()
             .enumerate()
             .map(|(part, &label)| {
-                let share = self.moving_share(&regions.members(part));
-                profile.labels[label].kind == Kind::Metal && share < LEAST_SHARE
+                let Label { kind, roughness: r } = profile.labels[label];
+                let members = regions.members(part);
+                let least = match members.first() {
+                    Some(&p) if samples[p].sheet != 0 => LEAST_SHARE_OF_PLANE,
+                    _ if roughness[r] >= ROUGH => LEAST_SHARE,
+                    _ => 0.0,
+                };
+                kind == Kind::Metal && self.moving_share(&members) < least
             })
             .collect();
         (0..samples.len()).map(|p| is_doubtful[regions.of_sample[p] as usize]).collect()
@@ -142,12 +154,13 @@ pub(super) fn without_weak_highlights(profile: &Profile, regions: &mut Regions, 
 mod tests {
     use glam::Vec3;
 
+    use super::super::profile::labels;
     use super::*;
     use crate::observation::Observation;
 
     /// Points whose base colors differ by `paint` (log), and that show `mirrored` (log) of what is around them.
-    fn share(paint: f32, mirrored: f32, gain: f32) -> f32 {
-        let samples: Vec<Sample> = (0..80)
+    fn points(paint: f32, mirrored: f32, gain: f32) -> Vec<Sample> {
+        (0..80)
             .map(|p: u32| {
                 let observations = (0..12u32)
                     .map(|k| {
@@ -164,14 +177,41 @@ mod tests {
                     .collect();
                 Sample::facing_z(observations)
             })
-            .collect();
+            .collect()
+    }
+
+    fn share(paint: f32, mirrored: f32, gain: f32) -> f32 {
+        let samples = points(paint, mirrored, gain);
         Shown::of(&samples).moving_share(&(0..samples.len()).collect::<Vec<_>>())
+    }
+
+    /// Whether a metal of this roughness is doubted where about a third of what lasts moves.
+    fn is_doubted(sheet: u32, roughness: f32) -> bool {
+        let on_sheet = |sample| Sample { sheet, ..sample };
+        let samples: Vec<Sample> = points(0.5, 0.3, 0.0).into_iter().map(on_sheet).collect();
+        let labels = labels(1);
+        let metal = labels.iter().position(|l| l.kind == Kind::Metal).expect("a metal");
+        let (costs, base_color_linear) = (vec![0.0; 240], vec![Vec3::ONE; 240]);
+        let profile = Profile { prices: vec![0.0; 3], costs, base_color_linear, labels };
+        let regions =
+            Regions { of_sample: vec![0; 80], label: vec![metal], costs: vec![vec![0.0; 3]] };
+        let doubted =
+            Shown::of(&samples).doubtful_metals(&samples, &profile, &regions, &[roughness]);
+        doubted[0]
     }
 
     #[test]
     fn what_belongs_to_its_place_is_no_metal() {
         assert!(share(0.5, 0.1, 0.0) < LEAST_SHARE);
         assert!(share(0.1, 0.5, 0.0) > 4.0 * LEAST_SHARE);
+    }
+
+    #[test]
+    fn a_metal_plane_has_to_move_more_than_other_metals() {
+        let third = share(0.5, 0.3, 0.0);
+        assert!(third > LEAST_SHARE && third < LEAST_SHARE_OF_PLANE, "{third}");
+        assert!(is_doubted(1, 0.1) && is_doubted(1, 0.6));
+        assert!(!is_doubted(0, 0.1) && !is_doubted(0, 0.6));
     }
 
     #[test]
