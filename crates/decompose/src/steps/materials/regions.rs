@@ -103,8 +103,8 @@ pub(super) fn beside(samples: &[Sample]) -> Vec<u32> {
     nearest_neighbors(&positions, BESIDE)
 }
 
-/// Divides `samples` into parts along the borders of compact pieces. Flat pieces and what stands on them, and what is claimed to be metal and what is not, are known to be
-/// different things: their parts do not merge.
+/// Divides `samples` into parts along the borders of compact pieces. Flat pieces and what stands on them, and what is claimed to be
+/// metal and what is not, are known to be different things: their parts do not merge.
 pub(super) fn merged_pieces(
     samples: &[Sample],
     profile: &Profile,
