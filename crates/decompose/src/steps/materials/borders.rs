@@ -4,7 +4,7 @@
 //! explains them best, then parts choose their labels again (iterated conditional modes, Besag 1986; labels between, Isack & Boykov 2012).
 
 use super::profile::Profile;
-use super::regions::{BESIDE, Claim, RegionOptions, Regions, beside, may_join, merged_pieces};
+use super::regions::{BESIDE, Claim, RegionOptions, Regions, may_join, merged_pieces};
 use crate::observation::Sample;
 
 /// Times that all points are looked at.
@@ -14,30 +14,28 @@ const ROUNDS: usize = 10;
 pub(super) fn find_regions(
     samples: &[Sample],
     profile: &Profile,
-    options: &RegionOptions,
+    options: &RegionOptions<'_>,
     claims: &[Claim],
 ) -> Regions {
-    let neighbors = beside(samples);
-    let mut regions = merged_pieces(samples, profile, options, claims, &neighbors);
-    settle(samples, profile, options, claims, &neighbors, &mut regions);
+    let mut regions = merged_pieces(samples, profile, options, claims);
+    settle(samples, profile, options, claims, &mut regions);
     regions
 }
 
-/// Moves points of `regions` to the parts of their neighbors, `[P, BESIDE]`, as long as that lowers what the points cost under the labels
+/// Moves points of `regions` to the parts of their neighbors, as long as that lowers what the points cost under the labels
 /// of their parts plus `options.border` for every neighbor that is of another part. Labels follow after every round.
 fn settle(
     samples: &[Sample],
     profile: &Profile,
-    options: &RegionOptions,
+    options: &RegionOptions<'_>,
     claims: &[Claim],
-    neighbors: &[u32],
     regions: &mut Regions,
 ) {
     for _ in 0..ROUNDS {
         let mut moved = false;
         for p in 0..samples.len() {
             let own = regions.of_sample[p];
-            let beside = || neighbors[p * BESIDE..][..BESIDE].iter().map(|&q| q as usize);
+            let beside = || options.neighbors[p * BESIDE..][..BESIDE].iter().map(|&q| q as usize);
             let cost = |part: u32| {
                 let foreign = beside().filter(|&q| regions.of_sample[q] != part).count();
                 let label = regions.label[part as usize];
@@ -68,6 +66,7 @@ mod tests {
     use glam::Vec3;
 
     use super::super::profile::labels;
+    use super::super::regions::beside;
     use super::*;
     use crate::appearance::Kind;
 
@@ -89,7 +88,8 @@ mod tests {
             costs: costs.collect(),
             base_color_linear: vec![Vec3::ONE; 180],
         };
-        let options = RegionOptions { pieces: 4, price: 0.5, evidence: 1.0, border };
+        let neighbors = &beside(&strip);
+        let options = RegionOptions { pieces: 4, price: 0.5, evidence: 1.0, border, neighbors };
         let found = find_regions(&strip, &profile, &options, claims);
         (0..60).map(|p| found.kind(p, &profile) == Kind::Metal).collect()
     }

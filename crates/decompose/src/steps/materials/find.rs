@@ -9,7 +9,7 @@ use super::contrast::contrast_roughness;
 use super::mirrors;
 use super::options::Options;
 use super::profile::{Label, Profile};
-use super::regions::{Claim, RegionOptions, Regions};
+use super::regions::{Claim, RegionOptions, Regions, beside};
 use super::scale::{Surroundings, weigh_scale};
 use super::telling::{Shown, without_weak_highlights};
 use crate::appearance::basis::Basis;
@@ -59,6 +59,7 @@ pub(crate) fn find_materials(
         price: options.weight_smooth_roughness,
         evidence: 0.2,
         border: 0.3,
+        neighbors: &beside(samples),
     };
     let mut claims = vec![Claim::None; samples.len()];
     let mut regions = match model.metallic {
@@ -107,7 +108,7 @@ fn believable_regions(
     samples: &[Sample],
     profile: &Profile,
     shown: &Shown,
-    options: &RegionOptions,
+    options: &RegionOptions<'_>,
     claims: &mut [Claim],
 ) -> Regions {
     for _ in 0..DOUBTS {

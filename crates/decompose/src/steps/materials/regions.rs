@@ -18,7 +18,7 @@ pub(super) const BESIDE: usize = 8;
 
 /// How parts are found.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct RegionOptions {
+pub(super) struct RegionOptions<'a> {
     /// Number of pieces to start from.
     pub pieces: usize,
     /// What one more part costs, in units of the profile's cost.
@@ -27,6 +27,8 @@ pub(super) struct RegionOptions {
     pub evidence: f32,
     /// What every pair of neighbors of two parts costs, in the same units.
     pub border: f32,
+    /// The points beside every one, nearest first, `[P, BESIDE]`.
+    pub neighbors: &'a [u32],
 }
 
 /// Parts of the surface.
@@ -69,21 +71,14 @@ impl Regions {
     pub(super) fn choose_labels(
         &mut self,
         profile: &Profile,
-        options: &RegionOptions,
+        options: &RegionOptions<'_>,
         claims: &[Claim],
     ) {
         let used: BTreeSet<u32> = self.of_sample.iter().copied().collect();
         let number: BTreeMap<u32, u32> = used.into_iter().zip(0..).collect();
-        self.costs = vec![vec![0.0; profile.labels.len()]; number.len()];
-        let mut claim = vec![Claim::None; number.len()];
-        for (p, part) in self.of_sample.iter_mut().enumerate() {
-            *part = number[part];
-            let k = *part as usize;
-            claim[k] = joint(claim[k], claims[p]);
-            for (sum, c) in self.costs[k].iter_mut().zip(profile.costs_of(p)) {
-                *sum += options.evidence * c;
-            }
-        }
+        self.of_sample.iter_mut().for_each(|part| *part = number[part]);
+        let claim;
+        (self.costs, claim) = tally(&self.of_sample, number.len(), profile, options, claims);
         let best = |(costs, claim): (&Vec<f32>, &Claim)| {
             let priced = |label: usize| costs[label] + price(profile, label, *claim);
             (0..costs.len()).min_by(|&x, &y| priced(x).total_cmp(&priced(y))).unwrap_or(0)
@@ -97,7 +92,27 @@ impl Regions {
     }
 }
 
-/// The points beside every one, nearest first, `[P, BESIDE]`.
+/// Costs of `n` parts by label, and what is known of each.
+fn tally(
+    of_sample: &[u32],
+    n: usize,
+    profile: &Profile,
+    options: &RegionOptions<'_>,
+    claims: &[Claim],
+) -> (Vec<Vec<f32>>, Vec<Claim>) {
+    let mut costs = vec![vec![0.0; profile.labels.len()]; n];
+    let mut claim = vec![Claim::None; n];
+    for (p, &part) in of_sample.iter().enumerate() {
+        let k = part as usize;
+        claim[k] = joint(claim[k], claims[p]);
+        for (sum, c) in costs[k].iter_mut().zip(profile.costs_of(p)) {
+            *sum += options.evidence * c;
+        }
+    }
+    (costs, claim)
+}
+
+/// [`RegionOptions::neighbors`] of samples.
 pub(super) fn beside(samples: &[Sample]) -> Vec<u32> {
     let positions: Vec<[f32; 3]> = samples.iter().map(|s| s.position.to_array()).collect();
     nearest_neighbors(&positions, BESIDE)
@@ -108,31 +123,20 @@ pub(super) fn beside(samples: &[Sample]) -> Vec<u32> {
 pub(super) fn merged_pieces(
     samples: &[Sample],
     profile: &Profile,
-    options: &RegionOptions,
+    options: &RegionOptions<'_>,
     claims: &[Claim],
-    neighbors: &[u32],
 ) -> Regions {
-    let count = profile.labels.len();
     if samples.is_empty() {
         return Regions { of_sample: Vec::new(), label: Vec::new(), costs: Vec::new() };
     }
     let piece = pieces(samples, claims, options.pieces);
     let n = piece.iter().max().map_or(0, |&m| m as usize + 1);
-    let mut costs = vec![vec![0.0f32; count]; n];
-    for (p, &k) in piece.iter().enumerate() {
-        for (sum, c) in costs[k as usize].iter_mut().zip(profile.costs_of(p)) {
-            *sum += options.evidence * c;
-        }
-    }
-    let mut claim = vec![Claim::None; n];
-    for (&k, &of_point) in piece.iter().zip(claims).filter(|(_, c)| **c != Claim::None) {
-        claim[k as usize] = of_point;
-    }
+    let (mut costs, mut claim) = tally(&piece, n, profile, options, claims);
     let priced = |costs: &mut dyn Iterator<Item = f32>, claim: Claim| {
         let all = costs.enumerate().map(|(label, c)| c + price(profile, label, claim));
         all.fold(f32::INFINITY, f32::min)
     };
-    let mut edges = adjacency(samples, claims, neighbors, &piece);
+    let mut edges = adjacency(samples, claims, options.neighbors, &piece);
     let mut sets = DisjointSets::new(n);
     loop {
         // What merging saves: a price, minus what a common label loses.
@@ -246,8 +250,10 @@ mod tests {
         let costs = [0.5, 0.1, 0.2].repeat(strip.len());
         let base_color_linear = vec![Vec3::ONE; costs.len()];
         let profile = Profile { prices: vec![0.0; 3], costs, base_color_linear, labels };
-        let options = RegionOptions { pieces: 10, price: 5.0, evidence: 1.0, border: 0.1 };
-        let found = merged_pieces(&strip, &profile, &options, claims, &beside(&strip));
+        let neighbors = &beside(&strip);
+        let options =
+            RegionOptions { pieces: 10, price: 5.0, evidence: 1.0, border: 0.1, neighbors };
+        let found = merged_pieces(&strip, &profile, &options, claims);
         [10, 70].map(|p| found.kind(p, &profile))
     }
 

@@ -157,6 +157,7 @@ fn log_minimum(costs: &[f32]) -> f32 {
 const WHITEST: f32 = 0.9;
 /// What they have at most where nothing tells the scale: few scenes have anything white (docs/benchmarks/relight.md).
 const USUALLY_BELOW: f32 = 0.75;
+
 /// Base color that hardly any of a scene is above, where highlights tell the scale to within `log_spread`.
 fn whitest(surroundings: Surroundings, log_spread: f32) -> f32 {
     let Surroundings { has_lamps, has_sky } = surroundings;

@@ -109,13 +109,16 @@ impl Shown {
             .enumerate()
             .map(|(part, &label)| {
                 let Label { kind, roughness: r } = profile.labels[label];
+                if kind != Kind::Metal {
+                    return false;
+                }
                 let members = regions.members(part);
                 let least = match members.first() {
                     Some(&p) if samples[p].sheet != 0 => LEAST_SHARE_OF_PLANE,
                     _ if roughness[r] >= ROUGH => LEAST_SHARE,
                     _ => 0.0,
                 };
-                kind == Kind::Metal && self.moving_share(&members) < least
+                self.moving_share(&members) < least
             })
             .collect();
         (0..samples.len()).map(|p| is_doubtful[regions.of_sample[p] as usize]).collect()
