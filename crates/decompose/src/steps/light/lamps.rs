@@ -33,8 +33,10 @@ const RINGS: usize = 3;
 const MOST_AROUND: f32 = 0.6;
 /// A lamp gives at least this share of all light that the points receive, ...
 const LEAST_SHARE: f32 = 0.01;
-/// ... and sends at least this many times what is seen of it.
+/// ... sends at least this many times what is seen of it, ...
 const LEAST_EXCESS: f32 = 1.5;
+/// ... and saves at least this share of the cost of neighbors that it lights differently.
+const LEAST_SAVING: f64 = 0.015;
 
 /// Pieces of the surface that may be lamps.
 #[derive(Clone, Debug, Default)]
@@ -129,24 +131,21 @@ impl Lamps {
         self.seen.iter().map(|&seen| Lamp { radiance: seen * LEAST_EXCESS, seen }).collect()
     }
 
-    /// Leaves the pieces that light what is around them, more than by what is seen of them.
-    pub(crate) fn keep_lamps(&mut self, light: &mut CellLight, lit: &LitPoints) {
-        if self.seen.is_empty() {
-            return;
-        }
+    /// The pieces that light what is around them, more than by what is seen of them, and `saved` of the cost of neighbors there.
+    pub(crate) fn kept(self, light: &CellLight, lit: &LitPoints, saved: &[f64]) -> Self {
         let flux = lit.received_from(&light.sources());
         let total: f32 = flux.iter().sum();
         let of_lamps = &flux[light.cells.len()..];
-        let is_lamp = |(lamp, flux): (&Lamp, &f32)| {
+        let is_lamp = |((lamp, flux), saved): ((&Lamp, &f32), &f64)| {
             *flux >= LEAST_SHARE * total
                 && luminance(lamp.radiance) >= LEAST_EXCESS * luminance(lamp.seen)
+                && *saved >= LEAST_SAVING
         };
-        let kept: Vec<bool> = light.lamps.iter().zip(of_lamps).map(is_lamp).collect();
+        let kept: Vec<bool> = light.lamps.iter().zip(of_lamps).zip(saved).map(is_lamp).collect();
         let mut keep = kept.iter();
-        light.lamps.retain(|_| *keep.next().unwrap_or(&false));
-        let mut keep = kept.iter();
-        self.emitters.retain(|_| *keep.next().unwrap_or(&false));
-        *self = std::mem::take(self).renumbered(&kept);
+        let mut emitters = self.emitters;
+        emitters.retain(|_| *keep.next().unwrap_or(&false));
+        Self { emitters, ..self }.renumbered(&kept)
     }
 
     /// Numbers and what is seen of the pieces that are kept.

@@ -4,6 +4,7 @@ mod by_turns;
 pub(crate) mod cost;
 mod evidence;
 pub(crate) mod glossy;
+mod lamp_saving;
 pub(crate) mod lamps;
 mod likely_pairs;
 mod local;
@@ -88,7 +89,9 @@ fn lamps_term(found: &problem::FoundLight) -> Option<Term> {
                 "{count} clipped pieces of the surface give {percent:.0} % of the light, the brightest {excess:.0} times what is seen of it"
             )
         } else {
-            format!("light from clipped pieces of the surface changes the cost by {change:+.1} %")
+            format!(
+                "no clipped piece of the surface makes neighbors that it lights differently more alike; all together change the cost by {change:+.1} %"
+            )
         },
         numbers: numbers([
             ("lamps", Some(count as f64)),

@@ -8,6 +8,7 @@ use motes_shading::environment::Orientation;
 
 use super::cost::SolveOptions;
 use super::evidence::prior_log_base;
+use super::lamp_saving::{SmoothLight, saved};
 use super::lamps::Lamps;
 use super::local::{FoundLocal, Place};
 use super::options::Options;
@@ -26,8 +27,6 @@ pub(super) const COLUMNS: usize = 32;
 pub(super) const SHARE: f32 = 0.03;
 /// How much smoother the sky is that lamps are first found beside.
 const STIFF: f32 = 100.0;
-/// Share of the cost that lamps have to save.
-const LEAST_SAVING: f32 = 0.01;
 /// Weight of light from above where photos show no sky and shadows tell of no sun.
 const ABOVE: f32 = 0.1;
 /// Weight of a clear sky where shadows tell of a sun and photos show no sky.
@@ -173,31 +172,29 @@ impl<'a> LightProblem<'a> {
         found
     }
 
-    /// Leaves out pieces that light nothing, and all of them unless base colors are more alike with them; costs of a smooth
-    /// light without and with, where there were any.
+    /// Leaves out pieces that light nothing, and those that leave the base colors of what they light no more alike; costs of a
+    /// smooth light without and with all of them, where there were any.
     fn weigh_lamps(&mut self, traced: &mut TracedCells) -> Option<(f64, f64)> {
         if self.lamps.seen.is_empty() {
             return None;
         }
-        let (with, mut light, lit) = self.smooth(traced);
-        self.lamps.keep_lamps(&mut light, &lit);
+        let with = self.smooth(traced);
         let lamps = std::mem::take(&mut self.lamps);
-        let (without, ..) = self.smooth(traced);
-        if !lamps.seen.is_empty() && with < f64::from(1.0 - LEAST_SAVING) * without {
-            self.lamps = lamps;
-        }
-        Some((without, with))
+        let without = self.smooth(traced);
+        let saved = saved(&with, &without, self.solve_options().sigma);
+        self.lamps = lamps.kept(&with.light, &with.lit, &saved);
+        Some((without.cost, with.cost))
     }
 
-    /// Cost of a light of large cells, with that light and what it lights.
-    fn smooth(&self, traced: &mut TracedCells) -> (f64, CellLight, LitPoints) {
+    /// A light of large cells, and what it lights.
+    fn smooth(&self, traced: &mut TracedCells) -> SmoothLight {
         let bounces = self.bounces();
         let mut lights = vec![self.even()];
         let (rows, mut lit) = self.lit_points(&lights[0], &bounces, traced);
         self.start(&mut lights, &rows, &lit);
         let pairs = self.near_pairs(&rows, &lit, self.seed);
         let (_, cost) = solve(&mut lights, &lit, &pairs, &mut [], &self.solve_options());
-        (cost, lights.swap_remove(0), lit.swap_remove(0))
+        SmoothLight { cost, light: lights.swap_remove(0), lit: lit.swap_remove(0), pairs }
     }
 
     /// An even white light, and lamps that send hardly more than what is seen of them.
