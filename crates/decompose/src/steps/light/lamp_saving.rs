@@ -12,7 +12,6 @@ use glam::Vec3;
 
 use super::cost::rho;
 use super::pairs::Pair;
-use super::problem::base_colors;
 use super::solve::LitPoints;
 use crate::illumination::CellLight;
 
@@ -33,8 +32,9 @@ pub(super) struct SmoothLight {
 
 impl SmoothLight {
     fn log_base(&self) -> Vec<Vec3> {
-        let base = base_colors(&self.lit, &self.light);
-        base.into_iter().map(|b| b.max(Vec3::splat(DARK)).ln()).collect()
+        let shading = self.lit.shading(&self.light.sources());
+        let base = self.lit.radiance.iter().zip(shading).map(|(l, s)| *l / s);
+        base.map(|b| b.max(Vec3::splat(DARK)).ln()).collect()
     }
 
     /// Share of all light on every point that comes from lamp `j`.
@@ -114,7 +114,7 @@ mod tests {
 
     #[test]
     fn a_lamp_saves_where_it_shines_however_small_that_place_is() {
-        let checks = |p: usize| if p % 3 == 0 { 0.6 } else { 0.4 };
+        let checks = |p: usize| if p.is_multiple_of(3) { 0.6 } else { 0.4 };
         let lit = shown(checks, 4.0);
         let of = |lamp| saved(&row(&lit, Some(lamp)), &row(&lit, None), 0.05)[0];
         let [dim, right, bright] = [1.0, 4.0, 40.0].map(of);
