@@ -10,13 +10,9 @@
 
 use glam::Vec3;
 
-use super::cost::rho;
 use super::pairs::Pair;
-use super::solve::LitPoints;
+use super::solve::{LitPoints, likeness, log_base};
 use crate::illumination::CellLight;
-
-/// Base colors below this are as dark as what can be told.
-const DARK: f32 = 1e-4;
 
 /// A light that was found, what it lights, and the pairs that told it.
 pub(super) struct SmoothLight {
@@ -31,20 +27,17 @@ pub(super) struct SmoothLight {
 }
 
 impl SmoothLight {
-    fn log_base(&self) -> Vec<Vec3> {
-        let shading = self.lit.shading(&self.light.sources());
-        let base = self.lit.radiance.iter().zip(shading).map(|(l, s)| *l / s);
-        base.map(|b| b.max(Vec3::splat(DARK)).ln()).collect()
+    fn shading(&self) -> Vec<Vec3> {
+        self.lit.shading(&self.light.sources())
     }
 
-    /// Share of all light on every point that comes from lamp `j`.
-    fn shares(&self, j: usize) -> Vec<f32> {
-        let sources = self.light.sources();
-        let column = self.light.cells.len() + j;
+    /// Share that lamp `j` has of the light on every point.
+    fn shares(&self, j: usize, shading: &[Vec3]) -> Vec<f32> {
         let transport = &self.lit.transport;
-        let shading = self.lit.shading(&sources);
+        let column = self.light.cells.len() + j;
+        let radiance = self.light.lamps[j].radiance;
         let share = |(p, all): (usize, &Vec3)| {
-            let of_lamp = sources[column] * transport.cells[p * transport.columns + column];
+            let of_lamp = radiance * transport.cells[p * transport.columns + column];
             of_lamp.element_sum() / all.element_sum()
         };
         shading.iter().enumerate().map(share).collect()
@@ -53,20 +46,21 @@ impl SmoothLight {
 
 /// What every lamp of `with` saves beside the same points under a light `without` lamps; 0 where nothing tells.
 pub(super) fn saved(with: &SmoothLight, without: &SmoothLight, sigma: f32) -> Vec<f64> {
-    let [lit, unlit] = [with, without].map(SmoothLight::log_base);
-    let unlike = |base: &[Vec3], pair: &Pair| {
-        let difference = base[pair.a as usize] - base[pair.b as usize];
-        difference.to_array().into_iter().map(|d| f64::from(rho(d, sigma).0)).sum::<f64>()
-    };
+    let shading = with.shading();
+    let lit = log_base(&with.lit.radiance, &shading);
+    let unlit = log_base(&without.lit.radiance, &without.shading());
     let of_lamp = |j: usize| {
-        let share = with.shares(j);
-        let (mut cost, mut cost_without) = (0.0, 0.0);
-        for pair in &with.pairs {
+        let share = with.shares(j, &shading);
+        let telling = |pair: &Pair| {
             let told = (share[pair.a as usize] - share[pair.b as usize]).abs();
-            let weight = f64::from(pair.weight * told);
-            cost += weight * unlike(&lit, pair);
-            cost_without += weight * unlike(&unlit, pair);
-        }
+            Pair { weight: pair.weight * told, ..*pair }
+        };
+        let pairs: Vec<Pair> = with.pairs.iter().map(telling).collect();
+        let [cost, cost_without] = [&lit, &unlit].map(|log_base| {
+            let mut cost = 0.0;
+            likeness(log_base, &pairs, sigma, &mut cost);
+            cost
+        });
         if cost_without > 0.0 { 1.0 - cost / cost_without } else { 0.0 }
     };
     (0..with.light.lamps.len()).map(of_lamp).collect()

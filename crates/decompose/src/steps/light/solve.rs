@@ -102,11 +102,7 @@ pub(crate) fn cost_and_gradient(
     let shading: Vec<Vec3> =
         lit.iter().zip(&lights).flat_map(|(l, light)| l.shading(light)).collect();
     let radiance: Vec<Vec3> = lit.iter().flat_map(|l| l.radiance.iter().copied()).collect();
-    let log_base: Vec<Vec3> = radiance
-        .iter()
-        .zip(&shading)
-        .map(|(l, s)| l.max(Vec3::splat(FLOOR)).ln() - s.ln())
-        .collect();
+    let log_base = log_base(&radiance, &shading);
 
     let lighting = Lighting {
         theta,
@@ -153,8 +149,14 @@ pub(crate) fn cost_and_gradient(
     (cells.cost, cells.gradient)
 }
 
-/// Cost of pairs whose base colors differ, added to `cost`, and its slope by every logarithm.
-fn likeness(log_base: &[Vec3], pairs: &[Pair], sigma: f32, cost: &mut f64) -> Vec<Vec3> {
+/// Logarithm of radiance over irradiance over π.
+pub(super) fn log_base(radiance: &[Vec3], shading: &[Vec3]) -> Vec<Vec3> {
+    let of = |(l, s): (&Vec3, &Vec3)| l.max(Vec3::splat(FLOOR)).ln() - s.ln();
+    radiance.iter().zip(shading).map(of).collect()
+}
+
+/// Mean cost of pairs whose base colors differ, added to `cost`, and its slope by every logarithm.
+pub(super) fn likeness(log_base: &[Vec3], pairs: &[Pair], sigma: f32, cost: &mut f64) -> Vec<Vec3> {
     let mut by_log_base = vec![Vec3::ZERO; log_base.len()];
     let total: f32 = pairs.iter().map(|p| p.weight).sum::<f32>().max(1e-6);
     for pair in pairs {
