@@ -17,7 +17,7 @@ use kiddo::{ImmutableKdTree, SquaredEuclidean};
 /// Anchors that a place listens to.
 pub(crate) const NEAR: usize = 8;
 /// Difference of unit normals over which the factor changes: the sides of a fold face two lamps.
-const NORMAL_REACH: f32 = 0.4;
+pub(crate) const NORMAL_REACH: f32 = 0.4;
 
 /// A place with a normal, and the logarithm of the factor there, per channel.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -9,6 +9,6 @@ mod texels;
 
 pub use cells::{Cell, CellLight, Lamp, environment};
 pub use local_light::{LightAnchor, LocalLight};
-pub(crate) use local_light::{NEAR, feature};
+pub(crate) use local_light::{NEAR, NORMAL_REACH, feature};
 pub(crate) use octahedron::Octahedron;
 pub(crate) use texels::light_by_texels;
