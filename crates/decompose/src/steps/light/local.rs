@@ -17,6 +17,7 @@ mod solve;
 use glam::Vec3;
 use motes_scene::Switch;
 
+use self::facings::Weights;
 use self::solve::{cost, solve};
 use super::pairs::Pair;
 use crate::illumination::{LightAnchor, LocalLight, feature};
@@ -115,9 +116,6 @@ impl FoundLocal {
         }
     }
 }
-
-/// Anchors that a point takes from, and how much of each.
-type Weights = Vec<(usize, f32)>;
 
 impl Points<'_> {
     /// Anchors for points at a median `distance` from the cameras, and what every point takes from them.

@@ -2,8 +2,10 @@
 
 use glam::Vec3;
 
-use super::Weights;
 use crate::illumination::{LocalLight, NORMAL_REACH};
+
+/// Anchors that a point takes from, and how much of each.
+pub(super) type Weights = Vec<(usize, f32)>;
 
 /// `κ`: more than the few pairs around a corner.
 const MEAN: f32 = 0.3;

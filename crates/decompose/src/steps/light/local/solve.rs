@@ -3,8 +3,7 @@
 use glam::Vec3;
 
 use super::super::pairs::Pair;
-use super::Weights;
-use super::facings::Facings;
+use super::facings::{Facings, Weights};
 use crate::illumination::{LocalLight, NEAR};
 use crate::mesh::conjugate_gradients;
 
