@@ -4,10 +4,10 @@
 //!
 //! ```text
 //! mean_pairs w ρ(log b_a - log b_b - (g_a - g_b)) + λ mean_j |l_j - mean of its neighbors|² + μ mean_j |l_j|²
-//!     + κ Σ_f s_f |mean of g over what faces the way f|²
+//!     + κ Σ_d s_d |mean of g over what faces the way d|²
 //! ```
 //!
-//! with `g_p = Σ_j w_pj l_j`, the shares `s_f` of the points, and the pairs of the light itself: neighbors have one base color. Curvature is
+//! with `g_p = Σ_j w_pj l_j`, the shares `s_d` of the points, and the pairs of the light itself: neighbors have one base color. Curvature is
 //! dear, so a gradient over a wall is light and a step from one thing to the next is base color. Pairs face one way, so they tell nothing of
 //! one wall against another: that is left to the light at infinity and the lamps. Reweighted least squares; conjugate gradients.
 
@@ -287,11 +287,11 @@ mod tests {
     fn a_round_corner_does_not_tie_a_wall_to_the_floor() {
         let at = |i: u16| {
             let turn = f32::from(i % 9 + 1) * std::f32::consts::PI / 20.0;
-            (Vec3::new(f32::from(i) / 320.0, 0.0, 0.0), Vec3::new(0.0, turn.sin(), turn.cos()))
+            (Vec3::new(f32::from(i) / 160.0, 0.0, 0.0), Vec3::new(0.0, turn.sin(), turn.cos()))
         };
-        let step = step_at_a_fold(LOCAL_TURN, &(0..160).map(at).collect::<Vec<_>>());
+        let step = step_at_a_fold(LOCAL_TURN, &(0..80).map(at).collect::<Vec<_>>());
         println!("step {step:.3}");
-        assert!(step.abs() < 0.2, "{step}");
+        assert!(step.abs() < 0.4, "{step}");
     }
 
     #[test]

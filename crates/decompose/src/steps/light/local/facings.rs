@@ -8,15 +8,15 @@ use crate::illumination::{LocalLight, NORMAL_REACH};
 pub(super) type Weights = Vec<(usize, f32)>;
 
 /// `κ`: more than the few pairs around a corner.
-const MEAN: f32 = 0.3;
+const MEAN: f32 = 0.1;
+/// Shares of a mean below this do not count.
+const LEAST: f32 = 1e-6;
 
-/// Anchors by the way that they face, and the share of the points that take from each.
+/// Ways to face, and what the points that face each way take from every anchor.
 pub(super) struct Facings {
-    /// Per anchor.
-    facing: Vec<usize>,
-    /// Per anchor.
-    share: Vec<f32>,
-    /// Per facing.
+    /// Per way: anchors with their shares of its mean, of sum 1,
+    means: Vec<Weights>,
+    /// and the share of the points that face that way.
     shares: Vec<f32>,
 }
 
@@ -27,43 +27,48 @@ impl Facings {
         let mut share = vec![0.0; anchors.len()];
         let of_one = 1.0 / weights.len().max(1) as f32;
         weights.iter().flatten().for_each(|(j, w)| share[*j] += w * of_one);
-        let facing = facings(&anchors.iter().map(|a| a.normal).collect::<Vec<_>>());
-        let mut shares = vec![0.0; facing.iter().max().map_or(0, |last| last + 1)];
-        facing.iter().zip(&share).for_each(|(f, share)| shares[*f] += share);
-        Self { facing, share, shares }
+        let ways = ways(&anchors.iter().map(|a| a.normal).collect::<Vec<_>>());
+        let mut means: Vec<Weights> = vec![Vec::new(); ways.len()];
+        for (j, (anchor, share)) in anchors.iter().zip(&share).enumerate() {
+            let near =
+                |way: &Vec3| (-0.5 * (anchor.normal.distance(*way) / NORMAL_REACH).powi(2)).exp();
+            let all: f32 = ways.iter().map(near).sum();
+            for (mean, way) in means.iter_mut().zip(&ways) {
+                mean.push((j, share * near(way) / all));
+            }
+        }
+        let shares: Vec<f32> = means.iter().map(|m| m.iter().map(|(_, s)| s).sum()).collect();
+        for (mean, share) in means.iter_mut().zip(&shares) {
+            mean.iter_mut().for_each(|(_, s)| *s /= share.max(f32::MIN_POSITIVE));
+            mean.retain(|(_, s)| *s > LEAST);
+        }
+        Self { means, shares }
     }
 
-    /// Adds the slope of half of `κ Σ_f s_f |mean of l over f|²`, with `s_f` the share of the points that face that way.
+    /// Adds the slope of half of `κ Σ_d s_d |mean of l over d|²`, with `s_d` the share of the points that face that way.
     pub(super) fn hold(&self, l: &[Vec3], slope: &mut [Vec3]) {
-        let mut sums = vec![Vec3::ZERO; self.shares.len()];
-        for ((l, share), f) in l.iter().zip(&self.share).zip(&self.facing) {
-            sums[*f] += *l * *share;
-        }
-        for ((slope, share), f) in slope.iter_mut().zip(&self.share).zip(&self.facing) {
-            *slope += sums[*f] * (MEAN * *share / self.shares[*f].max(f32::MIN_POSITIVE));
+        for (mean, share) in self.means.iter().zip(&self.shares) {
+            let held = mean.iter().map(|(j, s)| l[*j] * *s).sum::<Vec3>() * (MEAN * share);
+            mean.iter().for_each(|(j, s)| slope[*j] += held * *s);
         }
     }
 }
 
-/// The facing of every normal: the nearest of normals that lie apart.
-fn facings(normals: &[Vec3]) -> Vec<usize> {
-    let (mut of, mut nearest) = (vec![0; normals.len()], vec![f32::INFINITY; normals.len()]);
-    let (mut next, mut count) = (0, 0);
-    while let Some(seed) = normals.get(next).copied() {
-        for ((of, nearest), normal) in of.iter_mut().zip(&mut nearest).zip(normals) {
-            let distance = normal.distance(seed);
-            if distance < *nearest {
-                (*of, *nearest) = (count, distance);
-            }
-        }
-        count += 1;
+/// Normals that lie apart, one of them near each of these.
+fn ways(normals: &[Vec3]) -> Vec<Vec3> {
+    let mut nearest = vec![f32::INFINITY; normals.len()];
+    let mut ways = Vec::new();
+    let mut next = 0;
+    while let Some(way) = normals.get(next).copied() {
+        ways.push(way);
+        nearest.iter_mut().zip(normals).for_each(|(d, n)| *d = d.min(n.distance(way)));
         let far = nearest.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1).then(b.0.cmp(&a.0)));
         match far {
             Some((k, distance)) if *distance > NORMAL_REACH => next = k,
             _ => break,
         }
     }
-    of
+    ways
 }
 
 #[cfg(test)]
@@ -87,23 +92,27 @@ mod tests {
         Facings::new(&light, &weights)
     }
 
-    /// `κ / 2 Σ_f s_f |mean of l over f|²`, one loop per sum.
+    /// `κ / 2 Σ_d s_d |mean of l over d|²`, one loop per sum.
     fn cost(facings: &Facings, l: &[Vec3]) -> f64 {
-        let of = |f: usize| {
-            let (mut sum, mut share) = (Vec3::ZERO, 0.0);
-            for (j, l) in l.iter().enumerate().filter(|(j, _)| facings.facing[*j] == f) {
-                sum += *l * facings.share[j];
-                share += facings.share[j];
+        let mut cost = 0.0;
+        for (mean, share) in facings.means.iter().zip(&facings.shares) {
+            let mut held = Vec3::ZERO;
+            for (j, s) in mean {
+                held += l[*j] * *s;
             }
-            0.5 * MEAN * share * (sum / share).length_squared()
-        };
-        f64::from((0..facings.shares.len()).map(of).sum::<f32>())
+            cost += 0.5 * MEAN * share * held.length_squared();
+        }
+        f64::from(cost)
     }
 
     #[test]
     fn the_slope_is_that_of_the_cost() {
         let facings = corner();
-        assert_eq!(facings.facing, [0, 0, 0, 1, 1, 1]);
+        let sum = |of: &Weights| of.iter().map(|(_, s)| s).sum::<f32>();
+        assert!(
+            facings.means.len() == 2 && facings.means.iter().all(|m| (sum(m) - 1.0).abs() < 1e-5)
+        );
+        assert!((facings.shares[0] - 0.525).abs() < 0.01, "{:?}", facings.shares);
         let l: Vec<Vec3> = (0..6).map(|k| Vec3::new(0.3, -0.2, 0.1) * (k as f32 - 1.5)).collect();
         let mut slope = vec![Vec3::ZERO; 6];
         facings.hold(&l, &mut slope);
