@@ -12,12 +12,14 @@
 //! one wall against another: that is left to the light at infinity and the lamps. Reweighted least squares; conjugate gradients.
 
 mod facings;
+mod farthest;
 mod solve;
 
 use glam::Vec3;
 use motes_scene::Switch;
 
 use self::facings::Weights;
+use self::farthest::farthest;
 use self::solve::{cost, solve};
 use super::pairs::Pair;
 use crate::illumination::{LightAnchor, LocalLight, feature};
@@ -159,23 +161,15 @@ fn anchored(places: &[(Vec3, Vec3)], reach: f32) -> Option<LocalLight> {
         return None;
     }
     let features: Vec<[f32; 6]> = places.iter().map(|(x, n)| feature(*x, *n, reach)).collect();
-    let distance = |a: &[f32; 6], b: &[f32; 6]| -> f32 {
+    let squared = |a: &[f32; 6], b: &[f32; 6]| -> f32 {
         a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum()
     };
-    let mut nearest = vec![f32::INFINITY; places.len()];
-    let mut anchors = Vec::new();
-    let mut next = 0;
-    while anchors.len() < MOST_ANCHORS {
-        let Some(seed) = features.get(next) else { break };
-        let (position, normal) = places[next];
-        anchors.push(LightAnchor { position, normal, log_factor: Vec3::ZERO });
-        nearest.iter_mut().zip(&features).for_each(|(d, f)| *d = d.min(distance(f, seed)));
-        let far = nearest.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1).then(b.0.cmp(&a.0)));
-        match far {
-            Some((p, d)) if *d > 1.0 => next = p,
-            _ => break,
-        }
-    }
+    let anchor = |k: usize| {
+        let (position, normal) = places[k];
+        LightAnchor { position, normal, log_factor: Vec3::ZERO }
+    };
+    let chosen = farthest(&features, squared, 1.0, MOST_ANCHORS);
+    let anchors = chosen.into_iter().map(anchor).collect();
     LocalLight::new(anchors, reach)
 }
 

@@ -2,7 +2,8 @@
 
 use glam::Vec3;
 
-use crate::illumination::{LocalLight, NORMAL_REACH};
+use super::farthest::farthest;
+use crate::illumination::{LightAnchor, LocalLight, NORMAL_REACH};
 
 /// Anchors that a point takes from, and how much of each.
 pub(super) type Weights = Vec<(usize, f32)>;
@@ -11,6 +12,11 @@ pub(super) type Weights = Vec<(usize, f32)>;
 const MEAN: f32 = 0.1;
 /// Shares of a mean below this do not count.
 const LEAST: f32 = 1e-6;
+
+/// The factor where these are the weights.
+pub(super) fn value(factors: &[Vec3], weights: &[(usize, f32)]) -> Vec3 {
+    weights.iter().map(|(j, w)| factors[*j] * *w).sum()
+}
 
 /// Ways to face, and what the points that face each way take from every anchor.
 pub(super) struct Facings {
@@ -27,11 +33,12 @@ impl Facings {
         let mut share = vec![0.0; anchors.len()];
         let of_one = 1.0 / weights.len().max(1) as f32;
         weights.iter().flatten().for_each(|(j, w)| share[*j] += w * of_one);
-        let ways = ways(&anchors.iter().map(|a| a.normal).collect::<Vec<_>>());
+        let squared = |a: &LightAnchor, b: &LightAnchor| a.normal.distance_squared(b.normal);
+        let ways = farthest(anchors, squared, NORMAL_REACH, anchors.len());
         let mut means: Vec<Weights> = vec![Vec::new(); ways.len()];
         for (j, (anchor, share)) in anchors.iter().zip(&share).enumerate() {
-            let near =
-                |way: &Vec3| (-0.5 * (anchor.normal.distance(*way) / NORMAL_REACH).powi(2)).exp();
+            let off = |way: &usize| anchor.normal.distance(anchors[*way].normal) / NORMAL_REACH;
+            let near = |way: &usize| (-0.5 * off(way).powi(2)).exp();
             let all: f32 = ways.iter().map(near).sum();
             for (mean, way) in means.iter_mut().zip(&ways) {
                 mean.push((j, share * near(way) / all));
@@ -48,33 +55,15 @@ impl Facings {
     /// Adds the slope of half of `κ Σ_d s_d |mean of l over d|²`, with `s_d` the share of the points that face that way.
     pub(super) fn hold(&self, l: &[Vec3], slope: &mut [Vec3]) {
         for (mean, share) in self.means.iter().zip(&self.shares) {
-            let held = mean.iter().map(|(j, s)| l[*j] * *s).sum::<Vec3>() * (MEAN * share);
+            let held = value(l, mean) * (MEAN * share);
             mean.iter().for_each(|(j, s)| slope[*j] += held * *s);
         }
     }
 }
 
-/// Normals that lie apart, one of them near each of these.
-fn ways(normals: &[Vec3]) -> Vec<Vec3> {
-    let mut nearest = vec![f32::INFINITY; normals.len()];
-    let mut ways = Vec::new();
-    let mut next = 0;
-    while let Some(way) = normals.get(next).copied() {
-        ways.push(way);
-        nearest.iter_mut().zip(normals).for_each(|(d, n)| *d = d.min(n.distance(way)));
-        let far = nearest.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1).then(b.0.cmp(&a.0)));
-        match far {
-            Some((k, distance)) if *distance > NORMAL_REACH => next = k,
-            _ => break,
-        }
-    }
-    ways
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::illumination::LightAnchor;
 
     /// Six anchors of a floor and a wall, and what four points take from them.
     fn corner() -> Facings {

@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::super::pairs::Pair;
-use super::facings::{Facings, Weights};
+use super::facings::{Facings, Weights, value};
 use crate::illumination::{LocalLight, NEAR};
 use crate::mesh::conjugate_gradients;
 
@@ -19,10 +19,6 @@ const ROUNDS: usize = 12;
 const STEPS: usize = 200;
 /// Log factors stay within this: a factor of 20.
 const RANGE: f32 = 3.0;
-
-fn value(factors: &[Vec3], weights: &[(usize, f32)]) -> Vec3 {
-    weights.iter().map(|(j, w)| factors[*j] * *w).sum()
-}
 
 /// What the base colors of a pair differ by, less what the factors explain.
 fn left(factors: &[Vec3], weights: &[Weights], log_base: &[Vec3], pair: &Pair) -> Vec3 {
