@@ -10,6 +10,7 @@
 //! over the eight nearest of its anchors `j`.
 
 use std::num::NonZero;
+use std::sync::Arc;
 
 use glam::Vec3;
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
@@ -35,7 +36,7 @@ pub struct LightAnchor {
 pub struct LocalLight {
     anchors: Vec<LightAnchor>,
     reach: f32,
-    tree: ImmutableKdTree<f32, 6>,
+    tree: Arc<ImmutableKdTree<f32, 6>>,
 }
 
 /// A place with its normal, in units of what they reach.
@@ -55,7 +56,7 @@ impl LocalLight {
             return None;
         }
         let tree = ImmutableKdTree::new_from_slice(&features).ok()?;
-        Some(Self { anchors, reach, tree })
+        Some(Self { anchors, reach, tree: Arc::new(tree) })
     }
 
     /// The anchors.
@@ -70,9 +71,10 @@ impl LocalLight {
 
     /// Other factors at the same anchors.
     #[must_use]
-    pub(crate) fn with(mut self, log_factors: &[Vec3]) -> Self {
-        self.anchors.iter_mut().zip(log_factors).for_each(|(a, l)| a.log_factor = *l);
-        self
+    pub(crate) fn with(&self, log_factors: &[Vec3]) -> Self {
+        let anchors = self.anchors.iter().zip(log_factors);
+        let anchors = anchors.map(|(a, l)| LightAnchor { log_factor: *l, ..*a }).collect();
+        Self { anchors, reach: self.reach, tree: Arc::clone(&self.tree) }
     }
 
     /// The anchors that a place listens to, with weights of sum 1.

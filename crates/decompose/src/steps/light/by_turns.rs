@@ -36,15 +36,14 @@ impl LightProblem<'_> {
         };
         let places: Vec<(Vec3, Vec3)> = rows_of_one.iter().map(facing).collect();
         let (base, pairs) = self.local_problem(lights, rows, lit_of_one);
-        let points = local::Points { places: &places, log_base: &base };
+        let solver = local::solver(&places, self.distance)?;
         // All pairs judge alike: the steep light beside a lamp, which is the evidence, is what photos agree about least.
-        let costs = local::judge(&points, &pairs, self.distance)?;
+        let costs = local::judge(&solver, &base, &pairs);
         let agreement = self.agreement(rows_of_one);
         let fit = |base: &[Vec3], pairs: &[Pair]| {
-            let points = local::Points { places: &places, log_base: base };
-            local::fit(&points, &by_agreement(pairs, &agreement), self.distance)
+            local::fit(&solver, base, &by_agreement(pairs, &agreement))
         };
-        let light = fit(&base, &pairs)?;
+        let light = fit(&base, &pairs);
         let spread = local::spread(&light, &places);
         let mut found = FoundLocal { light, costs, spread, place };
         if !found.is_kept(self.options.local_light) {
@@ -61,7 +60,7 @@ impl LightProblem<'_> {
             let pairs = self.pairs_under(lights, rows, &even, seed);
             solve(lights, &even, &pairs, &mut [], &self.solve_options());
             let (base, pairs) = self.local_problem(lights, rows, lit_of_one);
-            found.light = fit(&base, &pairs)?;
+            found.light = fit(&base, &pairs);
         }
         Some(found)
     }

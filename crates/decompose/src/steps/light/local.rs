@@ -18,9 +18,8 @@ mod solve;
 use glam::Vec3;
 use motes_scene::Switch;
 
-use self::facings::Weights;
 use self::farthest::farthest;
-use self::solve::{cost, solve};
+use self::solve::Solver;
 use super::pairs::Pair;
 use crate::illumination::{LightAnchor, LocalLight, feature};
 use crate::report::{Term, numbers};
@@ -40,14 +39,6 @@ const LEAST_SPREAD_BESIDE_LAMPS: f64 = 0.15;
 const LEAST_SPREAD_OUTDOORS: f64 = 0.45;
 /// Share of the light from which lamps count.
 const LAMP_SHARE: f32 = 0.05;
-
-/// Points under one light.
-pub(super) struct Points<'a> {
-    /// Position, world, and unit normal.
-    pub places: &'a [(Vec3, Vec3)],
-    /// Logarithm of radiance over irradiance.
-    pub log_base: &'a [Vec3],
-}
 
 /// Where photos were taken, as far as their light tells.
 #[derive(Clone, Copy, Debug, Default)]
@@ -119,20 +110,15 @@ impl FoundLocal {
     }
 }
 
-impl Points<'_> {
-    /// Anchors for points at a median `distance` from the cameras, and what every point takes from them.
-    fn anchored(&self, distance: f32) -> Option<(LocalLight, Vec<Weights>)> {
-        let start = anchored(self.places, REACH * distance)?;
-        let weights = self.places.iter().map(|(x, n)| start.weights(*x, *n)).collect();
-        Some((start, weights))
-    }
+/// A fit of the local light of points (position, world, and unit normal) at a median `distance` from the cameras; none where there is
+/// nothing to fit.
+pub(super) fn solver(places: &[(Vec3, Vec3)], distance: f32) -> Option<Solver> {
+    Some(Solver::new(anchored(places, REACH * distance)?, places))
 }
 
-/// Fits the local light of points at a median `distance` from the cameras; none where there is nothing to fit.
-pub(super) fn fit(points: &Points<'_>, pairs: &[Pair], distance: f32) -> Option<LocalLight> {
-    let (start, weights) = points.anchored(distance)?;
-    let all = solve(&start, &weights, points.log_base, pairs);
-    Some(start.with(&all))
+/// Fits the local light to `log_base`, logarithms of radiance over irradiance at the points.
+pub(super) fn fit(solver: &Solver, log_base: &[Vec3], pairs: &[Pair]) -> LocalLight {
+    solver.light(&solver.solve(log_base, pairs))
 }
 
 /// Standard deviation of the log factors at the points, mean of the channels.
@@ -145,14 +131,13 @@ pub(super) fn spread(light: &LocalLight, places: &[(Vec3, Vec3)]) -> f64 {
 }
 
 /// What [`fit`] saves of the pairs of points that it is not told of.
-pub(super) fn judge(points: &Points<'_>, pairs: &[Pair], distance: f32) -> Option<[f64; 2]> {
-    let (start, weights) = points.anchored(distance)?;
+pub(super) fn judge(solver: &Solver, log_base: &[Vec3], pairs: &[Pair]) -> [f64; 2] {
     let is_left_out =
         |pair: &Pair| [pair.a, pair.b].iter().any(|p| (*p as usize).is_multiple_of(LEFT_OUT));
     let (judges, told): (Vec<Pair>, Vec<Pair>) = pairs.iter().copied().partition(is_left_out);
-    let by_others = solve(&start, &weights, points.log_base, &told);
+    let by_others = solver.solve(log_base, &told);
     let nothing = vec![Vec3::ZERO; by_others.len()];
-    Some([nothing, by_others].map(|factors| cost(&factors, &weights, points.log_base, &judges)))
+    [nothing, by_others].map(|factors| solver.cost(&factors, log_base, &judges))
 }
 
 /// Farthest points as anchors, until every point has one within what place and normal reach or there are enough.
@@ -180,9 +165,15 @@ mod tests {
     use super::super::pairs::{Likeness, PairOptions, choose_pairs};
     use super::*;
 
-    fn find(points: &Points<'_>, pairs: &[Pair], distance: f32) -> Option<FoundLocal> {
-        let (costs, light) = (judge(points, pairs, distance)?, fit(points, pairs, distance)?);
-        let spread = spread(&light, points.places);
+    fn find(
+        places: &[(Vec3, Vec3)],
+        log_base: &[Vec3],
+        pairs: &[Pair],
+        distance: f32,
+    ) -> Option<FoundLocal> {
+        let solver = solver(places, distance)?;
+        let (costs, light) = (judge(&solver, log_base, pairs), fit(&solver, log_base, pairs));
+        let spread = spread(&light, places);
         Some(FoundLocal { light, costs, spread, place: Place::default() })
     }
 
@@ -200,7 +191,7 @@ mod tests {
             })
             .filter(|p| (places[p.a as usize].0 - places[p.b as usize].0).length() < 0.1)
             .collect();
-        find(&Points { places: &places, log_base: &log_base }, &pairs, 1.0).unwrap()
+        find(&places, &log_base, &pairs, 1.0).unwrap()
     }
 
     /// Standard deviation of what is left of the lamp on the wall.
@@ -264,7 +255,7 @@ mod tests {
         let feature = |(x, n): &(Vec3, Vec3)| likeness.facing_feature(*x, Vec3::ONE, *n, turn);
         let features: Vec<[f32; 8]> = places.iter().map(feature).collect();
         let pairs = choose_pairs(&features, &PairOptions { count: 8, among: 200, seed: 1 });
-        let light = fit(&Points { places: &places, log_base: &log_base }, &pairs, 1.0).unwrap();
+        let light = fit(&solver(&places, 1.0).unwrap(), &log_base, &pairs);
         let factor = |(x, n): &(Vec3, Vec3)| light.log_factor(*x, *n).x;
         let mean = |of: &[(Vec3, Vec3)]| of.iter().map(factor).sum::<f32>() / 400.0;
         mean(&places[400..800]) - mean(&places[..400])
@@ -298,10 +289,10 @@ mod tests {
 
     #[test]
     fn nothing_is_found_of_nothing() {
-        assert!(find(&Points { places: &[], log_base: &[] }, &[], 1.0).is_none());
+        assert!(find(&[], &[], &[], 1.0).is_none());
         let one = [(Vec3::ZERO, Vec3::Z)];
-        let found = find(&Points { places: &one, log_base: &[Vec3::ONE] }, &[], 1.0).unwrap();
+        let found = find(&one, &[Vec3::ONE], &[], 1.0).unwrap();
         assert_eq!(found.light.log_factor(Vec3::ZERO, Vec3::Z), Vec3::ZERO);
-        assert!(find(&Points { places: &one, log_base: &[Vec3::ONE] }, &[], f32::NAN).is_none());
+        assert!(find(&one, &[Vec3::ONE], &[], f32::NAN).is_none());
     }
 }
