@@ -96,7 +96,7 @@ pub(super) fn texture(view: &View) -> Vec<f32> {
             let of = |low: usize, high: usize| 0.5 * (view.luma[high] - view.luma[low]);
             let dx = of(k - usize::from(x > 0), k + usize::from(x + 1 < w));
             let dy = of(k - w * usize::from(y > 0), k + w * usize::from(y + 1 < h));
-            if view.weight[k] > 0.5 { dx * dx + dy * dy } else { f32::NAN }
+            if view.weight(k) > 0.5 { dx * dx + dy * dy } else { f32::NAN }
         })
         .collect();
     let energy = blurred(&squares, w, h, WINDOW);

@@ -6,6 +6,7 @@ use glam::{DVec3, Vec3};
 use motes_scene::{Gaussians, Surface, UnitWorld};
 use rayon::prelude::*;
 
+use super::burnt_out::is_lamp;
 use super::creases;
 use super::depth_prior;
 use super::flatness::{Witnesses, fitted};
@@ -114,6 +115,8 @@ const MOST_VOXEL: f32 = 0.005;
 const SHEET_CELL: f32 = 4.0;
 /// Pieces that rise less than this many voxels over a plane are noise of its depth.
 const CRUMB: f32 = 6.0;
+/// Side of the smallest lamp over that of other things.
+const LAMP: f32 = 0.5;
 /// Open edges up to this many voxels over a plane are extended down to it.
 const SKIRT: f32 = 8.0;
 /// Pixels between the samples that planes are searched among.
@@ -338,7 +341,8 @@ fn clean(
     // What no camera comes near is as rough as the pixels that see it.
     let grain = |p: Vec3| {
         let footprint = |view: &View| view.project(p).map(|q| q.z * view.footprint());
-        views.iter().filter_map(footprint).reduce(f32::min).unwrap_or(voxel).max(voxel)
+        let least = views.iter().filter_map(footprint).reduce(f32::min).unwrap_or(voxel);
+        least.max(voxel) * if is_lamp(p, views, sheets) { LAMP } else { 1.0 }
     };
     let small = mesh.drop_small_components(options.min_component.powi(2), grain);
     small + seams::drop_crumbs(mesh, sheets, CRUMB, &grain)

@@ -185,7 +185,7 @@ impl<'a> Witnesses<'a> {
             let z = map.depth[at];
             let ray = view.pixel_ray(pixel);
             let flat = plane.depth(view, ray)?;
-            if !(z > 0.0 && view.weight[at] > 0.5) {
+            if !(z > 0.0 && view.weight(at) > 0.5) {
                 return None;
             }
             for (patch, z) in patches.iter_mut().zip([flat, z]) {

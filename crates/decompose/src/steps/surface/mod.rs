@@ -1,5 +1,6 @@
 //! The surface: extracted from the Gaussians and the photos, or given.
 
+mod burnt_out;
 mod contour;
 mod creases;
 mod depth_prior;

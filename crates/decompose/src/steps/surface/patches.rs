@@ -122,7 +122,7 @@ fn look_up<S: Simd>(simd: S, view: &View, patch: &Patch) -> Option<(Samples, f32
         (corners[0][k], corners[1][k]) = (top[0], top[1]);
         (corners[2][k], corners[3][k]) = (low[0], low[1]);
         if !view.whole && k < SAMPLES {
-            ignored += 1.0 - view.weight[first];
+            ignored += 1.0 - view.weight(first);
         }
     }
     if !(ignored <= 0.25 * SAMPLES as f32) {

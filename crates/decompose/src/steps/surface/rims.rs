@@ -96,7 +96,7 @@ fn look(p: Vec3, view: &View, map: &DepthMap, voxel: f32) -> Option<(Look, f32)>
             off = off.min((z - q.z).abs());
         }
     }
-    let weight = (voxel / footprint).powi(2).min(1.0) * view.weight[pixel];
+    let weight = (voxel / footprint).powi(2).min(1.0) * view.weight(pixel);
     if off <= AT * unit {
         Some((Look::At, weight))
     } else if nearest > q.z + THROUGH * unit {

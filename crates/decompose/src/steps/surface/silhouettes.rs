@@ -120,7 +120,7 @@ fn spread_map(i: usize, views: &[View], maps: &[DepthMap], flat: &[bool], voxel:
                 let Some(k) = other.pixel(q.x, q.y) else { continue };
                 let z = map.depth[k];
                 agreed += f32::from(u8::from((z - q.z).abs() < AGREED * voxel));
-                if z > q.z - HIDDEN * voxel && other.weight[k] > 0.5 {
+                if z > q.z - HIDDEN * voxel && other.weight(k) > 0.5 {
                     values.push(other.luma[k]);
                 }
             }

@@ -23,17 +23,41 @@ pub(super) struct View {
     pub(super) luma: Vec<f32>,
     /// `[h, w]`, channels raised to 1/2.2, of 255.
     pub(super) color: Vec<[u8; 3]>,
-    /// `[h, w]`, 0 to 1.
-    pub(super) weight: Vec<f32>,
+    /// `[h, w]`.
+    pub(super) shown: Vec<Shown>,
     /// Every pixel counts fully.
     pub(super) whole: bool,
+}
+
+/// What a photo shows of a pixel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Shown {
+    /// A mask hides it.
+    Nothing,
+    /// As bright as it is.
+    Whole,
+    /// Clipped in some channels,
+    Clipped,
+    /// or in all of them.
+    BurntOut,
+}
+
+impl Shown {
+    fn of(photo: &Photo, pixel: usize) -> Self {
+        match photo.clipped_channels(pixel) {
+            _ if photo.usable[pixel] => Self::Whole,
+            _ if !photo.is_clipped(pixel) => Self::Nothing,
+            channels if channels.all() => Self::BurntOut,
+            _ => Self::Clipped,
+        }
+    }
 }
 
 impl View {
     pub(super) fn new(photo: &Photo, unit: &UnitWorld) -> Self {
         let camera_from_unit = unit.pose(&photo.camera_from_world);
         let c = &photo.camera;
-        let weight: Vec<f32> = photo.usable.iter().map(|&u| f32::from(u8::from(u))).collect();
+        let shown: Vec<Shown> = (0..photo.usable.len()).map(|i| Shown::of(photo, i)).collect();
         Self {
             rotation: camera_from_unit.rotation_matrix().as_mat3(),
             center: camera_from_unit.center_in_world().as_vec3(),
@@ -45,9 +69,15 @@ impl View {
             camera_from_unit,
             luma: luma(&photo.radiance_linear),
             color: color(&photo.radiance_linear),
-            whole: weight.iter().all(|&w| w == 1.0),
-            weight,
+            whole: shown.iter().all(|s| *s == Shown::Whole),
+            shown,
         }
+    }
+
+    /// How much a pixel counts, 0 to 1.
+    #[inline]
+    pub(super) fn weight(&self, pixel: usize) -> f32 {
+        f32::from(u8::from(self.shown[pixel] == Shown::Whole))
     }
 
     /// Larger of width and height, pixels.
@@ -145,7 +175,7 @@ impl View {
     pub(super) fn color_at(&self, p: Vec2) -> Option<Vec3> {
         let (first, u, v) = self.around(p.x, p.y)?;
         let four = [first, first + 1, first + self.width, first + self.width + 1];
-        if four.iter().any(|&k| !(self.weight[k] > 0.5)) {
+        if four.iter().any(|&k| self.shown[k] != Shown::Whole) {
             return None;
         }
         let [a, b, c, d] = four.map(|k| Vec3::from(self.color[k].map(f32::from)) / 255.0);
@@ -164,7 +194,7 @@ impl View {
         let (first, u, v) = self.around(x, y)?;
         let mix = |k: usize| values[k] + (values[k + 1] - values[k]) * u;
         let (top, low) = (mix(first), mix(first + self.width));
-        Some((top + (low - top) * v, self.weight[first]))
+        Some((top + (low - top) * v, self.weight(first)))
     }
 
     /// Column and row of a pixel.

@@ -16,7 +16,7 @@ use super::planes::{Plane, Sample, least_squares, reach};
 use super::regions::regions;
 use super::silhouettes::blurred;
 use super::splat_depth::DepthMap;
-use super::view::View;
+use super::view::{Shown, View};
 
 /// Share of a photo that a region has at least.
 const LEAST_REGION: f32 = 0.004;
@@ -146,7 +146,7 @@ impl Region {
     }
 }
 
-/// The regions without texture of all photos.
+/// The regions without texture of all photos. A wall beside a lamp goes on where it is clipped in some channels.
 pub(super) fn bare_regions(
     views: &[View],
     maps: &[DepthMap],
@@ -156,7 +156,10 @@ pub(super) fn bare_regions(
     let of = |k: usize| {
         let (view, map) = (&views[k], &maps[k]);
         let counts: Vec<bool> = (0..map.depth.len())
-            .map(|i| textures[k][i] < BARE && view.weight[i] > 0.5 && map.depth[i] > 0.0)
+            .map(|i| {
+                let is_shown = matches!(view.shown[i], Shown::Whole | Shown::Clipped);
+                textures[k][i] < BARE && is_shown && map.depth[i] > 0.0
+            })
             .collect();
         let least = (LEAST_REGION * counts.len() as f32) as usize;
         let region = |pixels| Region::new(k, pixels, view, map, voxel);

@@ -5,6 +5,7 @@ use glam::{DVec3, Mat3, Quat, Vec2};
 use motes_scene::{Pinhole, Pose};
 
 use super::super::tsdf::local;
+use super::super::view::Shown;
 use super::*;
 
 const WIDTH: usize = 48;
@@ -37,7 +38,7 @@ fn scene(count: usize) -> (Vec<View>, Vec<DepthMap>, Vec<Silhouette>) {
             camera_from_unit: Pose::IDENTITY,
             luma: vec![0.5; pixels],
             color: vec![[0; 3]; pixels],
-            weight: vec![1.0; pixels],
+            shown: vec![Shown::Whole; pixels],
             whole: true,
         };
         let depth = (0..pixels).map(|i| {

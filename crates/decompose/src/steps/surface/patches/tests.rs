@@ -6,6 +6,7 @@ use motes_math::rng::keyed_rng;
 use motes_scene::{Pinhole, Pose};
 use rand::RngExt as _;
 
+use super::super::view::Shown;
 use super::*;
 
 const WIDTH: usize = 40;
@@ -22,13 +23,13 @@ fn views(count: usize) -> Vec<View> {
             let own = (1.3 * x + phase[0]).sin() * (1.1 * y + phase[1]).sin();
             0.5 + 0.1 * common + 0.02 * k as f32 * own
         });
-        let mut weight = vec![1.0; WIDTH * HEIGHT];
+        let mut shown = vec![Shown::Whole; WIDTH * HEIGHT];
         if k % 3 == 1 {
-            weight
+            shown
                 .iter_mut()
                 .enumerate()
                 .filter(|(i, _)| i % WIDTH < 12)
-                .for_each(|(_, w)| *w = 0.3);
+                .for_each(|(_, w)| *w = Shown::Clipped);
         }
         let camera =
             Pinhole { fx: 40.0, fy: 42.0, cx: 20.0, cy: 15.0, width: WIDTH, height: HEIGHT };
@@ -45,8 +46,8 @@ fn views(count: usize) -> Vec<View> {
             camera_from_unit: Pose::IDENTITY,
             luma: luma.collect(),
             color: vec![[0; 3]; WIDTH * HEIGHT],
-            whole: weight.iter().all(|&w| w == 1.0),
-            weight,
+            whole: shown.iter().all(|s| *s == Shown::Whole),
+            shown,
         }
     };
     (0..count).map(of).collect()

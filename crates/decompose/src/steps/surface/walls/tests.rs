@@ -193,6 +193,23 @@ pub(super) fn all_regions(views: &[View], maps: &[DepthMap]) -> Vec<Region> {
     bare_regions(views, maps, &textures, VOXEL)
 }
 
+#[test]
+fn a_region_goes_on_where_some_channels_are_clipped_and_ends_where_all_are() {
+    let (mut views, maps) = pictures(0.0);
+    let mut marked = |shown: Shown| {
+        for view in &mut views {
+            let left = (0..view.shown.len()).filter(|k| k % view.width < view.width / 3);
+            left.for_each(|k| view.shown[k] = shown);
+        }
+        let regions = all_regions(&views, &maps);
+        regions.iter().map(|region| region.pixels.len()).sum::<usize>() as f32
+    };
+    let whole = marked(Shown::Whole);
+    let (clipped, burnt_out) = (marked(Shown::Clipped), marked(Shown::BurntOut));
+    assert!(clipped == whole && burnt_out < 0.7 * whole, "{whole} {clipped} {burnt_out}");
+    assert_eq!(marked(Shown::Nothing), burnt_out, "a mask hides it");
+}
+
 /// Brightness that tells the places of a bare floor apart, as the glow of a lamp does.
 pub(super) fn glow(p: Vec3) -> f32 {
     0.2 + 0.3 * (-2.0 * (p - Vec3::new(0.3, 0.2, 0.0)).length_squared()).exp()
