@@ -27,7 +27,7 @@ revision = revision=$$(git describe --always --dirty --abbrev=10 --exclude '*' 2
     echo "$$revision" >'$(BIN)/motes-revision.txt' || rm -f '$(BIN)/motes-revision.txt'
 
 .DELETE_ON_ERROR:
-.PHONY: build provider-diffusion provider-diffusion-ci setup setup-consumers docs test fmt tidy licenses clippy doc unit fuzz lab lab-relit lab-ci relight relight-ci edit edit-ci kitchen kitchen-ci truth schemas install dist uninstall clean help
+.PHONY: build provider-diffusion provider-diffusion-ci setup setup-consumers docs test fmt tidy licenses clippy doc unit fuzz lab lab-relit poses-ci lab-ci relight relight-ci edit edit-ci kitchen kitchen-ci truth schemas install dist uninstall clean help
 
 build: ## build the stages and the dispatcher into target/release (the default)
 	$(CARGO) build --release $(LOCKED) -p motes $(addprefix -p ,$(STAGES) $(PROVIDERS))
@@ -90,7 +90,10 @@ lab: setup build ## photos to a report page; PHOTOS=dir takes yours, PRESET=draf
 lab-relit: setup build ## the lab's next step: a 2D tool relights the pictures, the model takes their light; TOOL=program takes yours
 	$(call run-lab,$(PRESET),$(if $(TOOL),TOOL='$(TOOL)') relit)
 
-lab-ci: setup build
+poses-ci: setup
+	'$(VENV)/bin/python' -m unittest discover -s crates/import-colmap/tests/pycolmap
+
+lab-ci: poses-ci build
 	$(call run-lab,draft,all relit)
 
 # A made scene brings its cameras; photos need COLMAP.

@@ -11,8 +11,11 @@ use super::{Request, SfmReport, Solution};
 use crate::error::{IngestError, Result};
 use crate::progress::Progress;
 
-/// Files for pycolmap, name and text; this one lies beside every script.
-pub(super) const EVENTS: [&str; 2] = ["pycolmap_events.py", include_str!("pycolmap_events.py")];
+/// Files for pycolmap, name and text; these lie beside every script.
+pub(super) const SHARED: [[&str; 2]; 2] = [
+    ["pycolmap_events.py", include_str!("pycolmap_events.py")],
+    ["pycolmap_match.py", include_str!("pycolmap_match.py")],
+];
 const PHOTOS: [&str; 2] = ["pycolmap_photos.py", include_str!("pycolmap_photos.py")];
 const CONTRADICTED: [&str; 2] =
     ["pycolmap_contradicted.py", include_str!("pycolmap_contradicted.py")];
@@ -59,7 +62,7 @@ pub(super) fn solve(
     progress: &dyn Progress,
 ) -> Result<Solution> {
     std::fs::create_dir_all(request.workspace).map_err(|e| cannot_write(request.workspace, &e))?;
-    for file in [EVENTS, PHOTOS, CONTRADICTED] {
+    for file in SHARED.into_iter().chain([PHOTOS, CONTRADICTED]) {
         write(request.workspace, file)?;
     }
     let script = write(request.workspace, DRIVER)?;

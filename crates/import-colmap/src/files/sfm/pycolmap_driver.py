@@ -21,7 +21,7 @@ most photos first) and, if masks are given, masks/. Those are replaced when they
 Reproducibility: a run is a function of the photos, the options and --seed. Ids are given here in name order
 (COLMAP's own reader threads give them in order of completion), every random generator is seeded, and the
 mapper runs on one thread, because a parallel bundle adjustment adds floating-point numbers in any order.
-Feature extraction and matching treat each photo or pair by itself, so they may use all threads.
+Feature extraction treats each photo by itself, so it may use all threads; matching is in pycolmap_match.py.
 
 EXIF orientation: COLMAP does not apply it. It works on the pixels as stored, and so do the keypoints and poses
 that come out. Hand over upright copies if the rest of the program turns photos upright; a warning names the
@@ -40,10 +40,13 @@ import sys
 import time
 
 from pycolmap_contradicted import leave_out_contradicted
-from pycolmap_events import CountRows, Events, Failure, count_features, count_pairs, end_with_parent
+from pycolmap_events import Events, Failure, Watch, count_features, count_pairs, end_with_parent, photos_done
+from pycolmap_match import match_pairs
 from pycolmap_photos import group_photos, list_photos, make_database, read_photos, stage_masks
 
 EXHAUSTIVE_UP_TO = 60  # pairs grow with the square of the photos: 60 are 1770 pairs, minutes on two cores
+# Sequential matching, as COLMAP does it: with the photos at these distances in name order.
+NEIGHBOR_STEPS = [1 << k for k in range(10)]
 FOCAL_MOVED = 0.15     # EXIF focal lengths are rounded to whole millimeters, so a few percent off is normal
 MIN_FEATURES = 50      # a photo with fewer cannot be placed reliably (the mapper wants 30 inliers)
 
@@ -201,7 +204,7 @@ def run(arguments, events):
         extraction.sift.peak_threshold = arguments.peak_threshold
     if arguments.max_image_size:
         extraction.max_image_size = arguments.max_image_size
-    with CountRows(events, database, "keypoints", "features", len(names)):
+    with Watch(pycolmap, events, [database], photos_done, "features", len(names)):
         for batch, mask_folder in batches:
             if not batch:
                 continue
@@ -211,7 +214,7 @@ def run(arguments, events):
                 reader.mask_path = mask_folder
             pycolmap.extract_features(database, arguments.photos, image_names=batch, reader_options=reader,
                                       extraction_options=extraction, device=pycolmap.Device.cpu)
-    features = count_features(database)
+    features = count_features(pycolmap, database)
     poor = [n for n in names if features.get(n, 0) < MIN_FEATURES]
     if len(names) - len(poor) < 2:
         raise Failure("too_few_features", "Almost nothing to hold on to in the photos: %d of %d have fewer than %d "
@@ -219,28 +222,12 @@ def run(arguments, events):
                       "Use sharp, well-lit photos of a textured subject; put a printed pattern or newspaper under a "
                       "plain one.")
 
-    matching = pycolmap.FeatureMatchingOptions()
-    matching.use_gpu = False
-    matching.num_threads = threads
-    matching.guided_matching = arguments.guided_matching
-    verification = pycolmap.TwoViewGeometryOptions()
-    verification.ransac.random_seed = seed
     n = len(names)
     exhaustive = arguments.matcher == "exhaustive" or (arguments.matcher == "auto" and n <= EXHAUSTIVE_UP_TO)
-    if exhaustive:
-        total, match, pairing = n * (n - 1) // 2, pycolmap.match_exhaustive, pycolmap.ExhaustivePairingOptions()
-    else:
-        match, pairing = pycolmap.match_sequential, pycolmap.SequentialPairingOptions()
-        pairing.num_threads = threads
-        # What the pairing will visit: the next `overlap` photos and those at distances 2^k up to 2^(overlap-1).
-        steps = set(range(1, pairing.overlap + 1))
-        if pairing.quadratic_overlap:
-            steps |= {1 << k for k in range(pairing.overlap)}
-        total = sum(max(0, n - s) for s in steps)
-    with CountRows(events, database, "two_view_geometries", "matching", total):
-        match(database, matching_options=matching, pairing_options=pairing, verification_options=verification,
-              device=pycolmap.Device.cpu)
-    pairs = count_pairs(database)
+    reach = range(1, n) if exhaustive else NEIGHBOR_STEPS
+    tried = [(names[i], names[i + step]) for i in range(n) for step in reach if i + step < n]
+    match_pairs(pycolmap, events, database, tried, threads, seed, arguments.guided_matching)
+    pairs = count_pairs(pycolmap, database)
     if pairs == 0:
         raise Failure("too_few_matches", "No two of the %d photos show the same thing from nearby places." % n,
                       "Take photos that overlap: move about 15 degrees around the subject between shots and keep it "
@@ -317,7 +304,7 @@ def run(arguments, events):
                 focal_px=main["focal_px"], matcher="exhaustive" if exhaustive else "sequential",
                 contradicted=contradicted, verified_pairs=pairs, features=sum(features.values()),
                 pycolmap=pycolmap.__version__, seed=seed,
-                seconds=round(time.monotonic() - started, 2), cpu_seconds=round(times.user + times.system, 2))
+                seconds=round(time.monotonic() - started, 2), cpu_seconds=round(sum(times[:4]), 2))  # children included
 
 
 def main(argv):

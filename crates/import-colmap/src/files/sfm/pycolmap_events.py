@@ -3,8 +3,10 @@
 import json
 import os
 import shutil
-import sqlite3
 import threading
+from contextlib import closing
+
+INTERVAL_S = 0.5  # between two reports of progress
 
 
 class Failure(Exception):
@@ -40,31 +42,30 @@ class Events:
         self.emit(event="warning", code=code, message=message, **extra)
 
 
-class CountRows:
-    """Reports progress while a COLMAP call blocks, by counting rows in its database from a second,
-    read-only connection: the calls themselves tell nothing. The database is in WAL mode, so this
-    reader never holds up the writer."""
+class Watch:
+    """Reports progress while a COLMAP call blocks, by counting what is in its databases through connections of its own:
+    the calls themselves tell nothing. The databases are in WAL mode, so this reader never holds up a writer.
 
-    def __init__(self, events, database, table, phase, total):
-        self.events, self.database, self.table = events, database, table
+    The connections must be pycolmap's. Python's sqlite3 is a second copy of SQLite in the same process, and POSIX locks
+    do not hold between the two: when one closes the database, it takes itself for the last user and cuts off the shared
+    memory that the other has mapped, which ends the process with SIGBUS (https://sqlite.org/howtocorrupt.html, 2.2.1)."""
+
+    def __init__(self, pycolmap, events, databases, count, phase, total):
+        self.pycolmap, self.events, self.databases, self.count = pycolmap, events, databases, count
         self.phase, self.total = phase, total
         self.stop = threading.Event()
         self.thread = threading.Thread(target=self.watch, daemon=True)
 
     def watch(self):
-        while not self.stop.wait(0.5):
+        while not self.stop.wait(INTERVAL_S):
             try:
-                db = sqlite3.connect(self.database, timeout=0.2)
-                try:
-                    db.execute("PRAGMA query_only=1")
-                    rows = db.execute("SELECT COUNT(*) FROM " + self.table).fetchone()[0]
-                finally:
-                    db.close()
-            except sqlite3.Error:
+                done = sum(self.count(connection) for connection in self.connections)
+            except Exception:
                 continue  # only a progress report is lost
-            self.events.progress(self.phase, min(rows, self.total), self.total)
+            self.events.progress(self.phase, min(done, self.total), self.total)
 
     def __enter__(self):
+        self.connections = [self.pycolmap.Database.open(path) for path in self.databases]
         self.events.progress(self.phase, 0, self.total)
         self.thread.start()
         return self
@@ -72,8 +73,20 @@ class CountRows:
     def __exit__(self, kind, value, trace):
         self.stop.set()
         self.thread.join()
+        for connection in self.connections:
+            connection.close()
         if kind is None:
             self.events.progress(self.phase, self.total, self.total)
+
+
+def photos_done(database):
+    """Photos whose features have been looked for."""
+    return sum(database.exists_keypoints(image.image_id) for image in database.read_all_images())
+
+
+def pairs_done(database):
+    """Pairs of photos that have been matched and verified, with whatever outcome."""
+    return database.num_verified_image_pairs()
 
 
 def end_with_parent(scratch):
@@ -92,18 +105,15 @@ def end_with_parent(scratch):
     threading.Thread(target=watch, daemon=True).start()
 
 
-def count_features(path):
-    db = sqlite3.connect(path)
-    try:
-        return dict(db.execute("SELECT images.name, COALESCE(keypoints.rows, 0) FROM images "
-                               "LEFT JOIN keypoints USING (image_id)"))
-    finally:
-        db.close()
+def count_features(pycolmap, path):
+    """Features of each photo, by name."""
+    with closing(pycolmap.Database.open(path)) as database:
+        images = database.read_all_images()
+        return {image.name: database.num_keypoints_for_image(image.image_id) for image in images}
 
 
-def count_pairs(path):
-    db = sqlite3.connect(path)
-    try:
-        return db.execute("SELECT COUNT(*) FROM two_view_geometries WHERE rows > 0").fetchone()[0]
-    finally:
-        db.close()
+def count_pairs(pycolmap, path):
+    """Pairs of photos that match."""
+    with closing(pycolmap.Database.open(path)) as database:
+        _, inliers = database.read_two_view_geometry_num_inliers()
+        return sum(n > 0 for n in inliers)

@@ -15,7 +15,8 @@ import shutil
 import sys
 import time
 
-from pycolmap_events import CountRows, Events, Failure, count_pairs
+from pycolmap_events import Events, Failure, Watch, count_pairs, photos_done
+from pycolmap_match import match_pairs
 
 
 def posed_model(pycolmap, database, photos):
@@ -57,7 +58,7 @@ def posed_model(pycolmap, database, photos):
 MANY_PIXELS = 25_000_000
 
 
-def match(pycolmap, arguments, events, database, workspace, request):
+def match(pycolmap, arguments, events, database, request):
     photos, pairs = request["photos"], request["pairs"]
     names = [photo["name"] for photo in photos]
     extraction = pycolmap.FeatureExtractionOptions()
@@ -65,22 +66,11 @@ def match(pycolmap, arguments, events, database, workspace, request):
         extraction.sift.first_octave = 0
     extraction.use_gpu = False
     extraction.num_threads = arguments.threads
-    with CountRows(events, database, "keypoints", "features", len(names)):
+    with Watch(pycolmap, events, [database], photos_done, "features", len(names)):
         pycolmap.extract_features(database, arguments.photos, image_names=names, extraction_options=extraction,
                                   device=pycolmap.Device.cpu)
-    matching = pycolmap.FeatureMatchingOptions()
-    matching.use_gpu = False
-    matching.num_threads = arguments.threads
-    verification = pycolmap.TwoViewGeometryOptions()
-    verification.ransac.random_seed = arguments.seed
-    pairing = pycolmap.ImportedPairingOptions()
-    pairing.match_list_path = os.path.join(workspace, "pairs.txt")
-    with open(pairing.match_list_path, "w", encoding="utf-8") as f:
-        f.writelines("%s %s\n" % (a, b) for a, b in pairs)
-    with CountRows(events, database, "two_view_geometries", "matching", len(pairs)):
-        pycolmap.match_image_pairs(database, matching_options=matching, pairing_options=pairing,
-                                   verification_options=verification, device=pycolmap.Device.cpu)
-    if count_pairs(database) == 0:
+    match_pairs(pycolmap, events, database, pairs, arguments.threads, arguments.seed)
+    if count_pairs(pycolmap, database) == 0:
         raise Failure("too_few_matches", "No two of the %d photos show the same thing." % len(names),
                       "Check that every photo has its own pose.")
 
@@ -104,7 +94,7 @@ def run(arguments, events):
     os.makedirs(path)
     model = posed_model(pycolmap, database, request["photos"])
     pycolmap.set_random_seed(arguments.seed)
-    match(pycolmap, arguments, events, database, workspace, request)
+    match(pycolmap, arguments, events, database, request)
     options = pycolmap.IncrementalPipelineOptions()
     options.num_threads = 1
     options.random_seed = arguments.seed

@@ -13,7 +13,7 @@ use serde_json::json;
 use super::choose::python_with_pycolmap;
 use super::events::listen;
 use super::options::SfmOptions;
-use super::pycolmap::{EVENTS, write};
+use super::pycolmap::{SHARED, write};
 use crate::error::{IngestError, Result};
 use crate::progress::Progress;
 
@@ -56,7 +56,9 @@ pub(crate) fn triangulate(
         remedy: "free some space, or leave it out with --triangulate off".into(),
     })?;
     let workspace = workspace.path();
-    write(workspace, EVENTS)?;
+    for file in SHARED {
+        write(workspace, file)?;
+    }
     let script = write(workspace, SCRIPT)?;
     let request = write(workspace, ["request.json", &request(capture, &used).to_string()])?;
     let mut command = Command::new(&python);
