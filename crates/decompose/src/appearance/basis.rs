@@ -4,7 +4,7 @@
 //! per channel, `b` its base color. So base color is found in closed form for every roughness.
 
 use glam::Vec3;
-use motes_shading::brdf::{Brdf, Lobes, Material};
+use motes_shading::brdf::{BrdfValue, Lobes, Material, Model, WithModel, with_model};
 use motes_shading::emitters::Emitters;
 use motes_shading::environment::Environment;
 use motes_shading::integrate::{
@@ -157,35 +157,54 @@ impl Wanted {
     pub(crate) const ALL: Self = Self { dielectric: true, metal: true };
 }
 
-/// Calls `add` with what every direction of light adds to the terms at a point: four materials weigh it.
+/// Calls `add` with what every direction of light adds to the terms at a point: three materials weigh it.
 pub(crate) fn each_term(
     point: &SurfacePoint,
     incident_light: &[Incident],
     wanted: Wanted,
-    mut add: impl FnMut(Terms),
+    add: impl FnMut(Terms),
 ) {
-    let brdf = |base: f32, metallic: f32| {
-        let material =
-            Material { base_color_linear: Vec3::splat(base), metallic, ..point.material };
-        Brdf::new(&material, point.shading_normal, point.to_viewer)
-    };
-    let (white, mirror, black) = (brdf(1.0, 0.0), brdf(1.0, 1.0), brdf(0.0, 1.0));
-    for incident in incident_light {
-        let l = incident.weighted_radiance;
-        if l == Vec3::ZERO {
-            continue;
+    with_model(point.material.lobes, EachTerm { point, incident_light, wanted, add });
+}
+
+struct EachTerm<'a, F> {
+    point: &'a SurfacePoint,
+    incident_light: &'a [Incident],
+    wanted: Wanted,
+    add: F,
+}
+
+impl<F: FnMut(Terms)> WithModel for EachTerm<'_, F> {
+    type Output = ();
+
+    fn run<M: Model>(mut self) {
+        let point = self.point;
+        let brdf = |base: f32, metallic: f32| {
+            let material =
+                Material { base_color_linear: Vec3::splat(base), metallic, ..point.material };
+            M::new(&material, point.shading_normal, point.to_viewer)
+        };
+        let brdfs = [brdf(1.0, 0.0), brdf(1.0, 1.0), brdf(0.0, 1.0)];
+        for incident in self.incident_light {
+            let (l, w) = (incident.weighted_radiance, incident.to_light);
+            if l == Vec3::ZERO {
+                continue;
+            }
+            let [white, mirror, black] = if self.wanted.metal {
+                M::eval_alike(&brdfs, w)
+            } else {
+                [brdfs[0].eval_pdf(w).0, BrdfValue::default(), BrdfValue::default()]
+            };
+            let mut out = Terms::default();
+            if self.wanted.dielectric {
+                (out.diffuse, out.specular) = (white.diffuse * l, white.specular * l);
+            }
+            if self.wanted.metal {
+                (out.metal_slope, out.metal_offset) =
+                    ((mirror.specular - black.specular) * l, black.specular * l);
+            }
+            (self.add)(out);
         }
-        let mut out = Terms::default();
-        if wanted.dielectric {
-            let f = white.eval_pdf(incident.to_light).0;
-            (out.diffuse, out.specular) = (f.diffuse * l, f.specular * l);
-        }
-        if wanted.metal {
-            let one = mirror.eval_pdf(incident.to_light).0.specular;
-            let zero = black.eval_pdf(incident.to_light).0.specular;
-            (out.metal_slope, out.metal_offset) = ((one - zero) * l, zero * l);
-        }
-        add(out);
     }
 }
 

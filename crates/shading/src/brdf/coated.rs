@@ -101,6 +101,23 @@ pub struct Coated<D> {
     frame: Frame,
 }
 
+/// What depends on the direction of light but on neither base color nor metallic.
+#[derive(Clone, Copy, Debug)]
+struct Factors {
+    /// `n · w_i`.
+    mu_i: f32,
+    /// `D(h)`.
+    distribution: f32,
+    /// `D(h) V`.
+    single: f32,
+    /// Schlick's `(1 - w_o · h)⁵`.
+    fresnel: f32,
+    /// `1 - E(μ_i)`.
+    multiple: f32,
+    /// Of the diffuse lobe, with the cosine.
+    diffuse: f32,
+}
+
 impl<D: DiffuseLobe> Coated<D> {
     fn prepare(&mut self, material: &Material) {
         let base = material.base_color_linear;
@@ -128,6 +145,42 @@ impl<D: DiffuseLobe> Coated<D> {
         let diffuse = (1.0 - metallic) * luminance(base) * (1.0 - s);
         let share = specular * e_s.x / (specular + diffuse).max(1e-6);
         self.specular_probability = share.clamp(0.1, 0.9);
+    }
+
+    /// None where either side is below the surface.
+    #[inline]
+    fn factors_at(&self, to_light: Vec3) -> Option<Factors> {
+        let mu_i = self.normal.dot(to_light).min(1.0);
+        let (lobe, rows) = self.lobe.as_ref().filter(|_| mu_i > 0.0)?;
+        let h = (to_light + self.to_viewer).normalize();
+        let d = self.distribution(h);
+        let root_i = (self.a + (1.0 - self.a) * mu_i * mu_i).sqrt();
+        let v = 0.5 / (self.mu_o * root_i + mu_i * self.root_o);
+        let c = (1.0 - self.to_viewer.dot(h)).clamp(0.0, 1.0);
+        let rest = Vec2::ONE - rows.at(mu_i);
+        let angles = Angles {
+            mu_i,
+            half: 1.0 - c,
+            to_light_dot_to_viewer: to_light.dot(self.to_viewer),
+            transmission_i: rest.y,
+        };
+        Some(Factors {
+            mu_i,
+            distribution: d,
+            single: d * v,
+            fresnel: c * c * (c * c) * c,
+            multiple: rest.x,
+            diffuse: lobe.factor(&angles) * mu_i,
+        })
+    }
+
+    #[inline]
+    fn value(&self, factors: &Factors) -> BrdfValue {
+        let fresnel = self.f0 + (Vec3::ONE - self.f0) * factors.fresnel;
+        BrdfValue {
+            diffuse: self.diffuse * factors.diffuse,
+            specular: (fresnel * factors.single + self.multiple * factors.multiple) * factors.mu_i,
+        }
     }
 
     /// `D(h)`; `sin²` comes from a cross product, as narrow lobes need.
@@ -176,31 +229,18 @@ impl<D: DiffuseLobe> Model for Coated<D> {
 
     #[inline]
     fn eval_pdf(&self, to_light: Vec3) -> (BrdfValue, f32) {
-        let mu_i = self.normal.dot(to_light).min(1.0);
-        let Some((lobe, rows)) = self.lobe.as_ref().filter(|_| mu_i > 0.0) else {
+        let Some(factors) = self.factors_at(to_light) else {
             return (BrdfValue::default(), 0.0);
         };
-        let h = (to_light + self.to_viewer).normalize();
-        let d = self.distribution(h);
-        let root_i = (self.a + (1.0 - self.a) * mu_i * mu_i).sqrt();
-        let v = 0.5 / (self.mu_o * root_i + mu_i * self.root_o);
-        let c = (1.0 - self.to_viewer.dot(h)).clamp(0.0, 1.0);
-        let w = c * c * (c * c) * c;
-        let fresnel = self.f0 + (Vec3::ONE - self.f0) * w;
-        let rest = Vec2::ONE - rows.at(mu_i);
-        let angles = Angles {
-            mu_i,
-            half: 1.0 - c,
-            to_light_dot_to_viewer: to_light.dot(self.to_viewer),
-            transmission_i: rest.y,
-        };
-        let value = BrdfValue {
-            diffuse: self.diffuse * (lobe.factor(&angles) * mu_i),
-            specular: (fresnel * (d * v) + self.multiple * rest.x) * mu_i,
-        };
         let p = self.specular_probability;
-        let reflection = d / (2.0 * (self.mu_o + self.root_o));
-        (value, p * reflection + (1.0 - p) * mu_i * FRAC_1_PI)
+        let reflection = factors.distribution / (2.0 * (self.mu_o + self.root_o));
+        (self.value(&factors), p * reflection + (1.0 - p) * factors.mu_i * FRAC_1_PI)
+    }
+
+    #[inline]
+    fn eval_alike<const N: usize>(models: &[Self; N], to_light: Vec3) -> [BrdfValue; N] {
+        let factors = models.first().and_then(|model| model.factors_at(to_light));
+        models.each_ref().map(|model| factors.map(|f| model.value(&f)).unwrap_or_default())
     }
 
     /// The first number chooses the lobe.

@@ -44,6 +44,13 @@ pub trait Model: Copy {
     /// `f_r (n · w_i)⁺` and the density of [`Self::sample`] at the unit vector `to_light`.
     fn eval_pdf(&self, to_light: Vec3) -> (BrdfValue, f32);
 
+    /// The values of [`Self::eval_pdf`] for materials that differ in base color and metallic only, at one point and seen from
+    /// one side: what they have in common may be computed once.
+    #[inline]
+    fn eval_alike<const N: usize>(models: &[Self; N], to_light: Vec3) -> [BrdfValue; N] {
+        models.each_ref().map(|model| model.eval_pdf(to_light).0)
+    }
+
     /// A direction toward the light; `u` in [0, 1)³. None when the sampled direction goes into the surface, or the point faces
     /// away.
     fn sample(&self, u: [f32; 3]) -> Option<Vec3>;

@@ -19,6 +19,8 @@ pub use options::Options;
 const SYSTEMATIC: f32 = 0.1;
 /// Share of the materials' cost that such a light has to save: it fits errors of normals too.
 const LEAST_SAVING: f32 = 0.08;
+/// Share of that which a round has to save for another one to follow.
+const WORTH_ANOTHER: f32 = 0.5;
 
 /// Fits the light to what glossy parts and metals reflect, and keeps it when materials then explain the photos better. Nothing is
 /// done, and told, where the light is known or nothing reflects.
@@ -59,7 +61,11 @@ pub fn run(
         };
         next.materials = materials::find_materials(state, &next, of_materials);
         materials::rescale(state, &mut next, SYSTEMATIC, of_materials)?;
+        let saved = 1.0 - next.materials.cost() / state.illumination.materials.cost();
         fitted = Some(next);
+        if saved < f64::from(WORTH_ANOTHER * LEAST_SAVING) {
+            break;
+        }
     }
     let Some(fitted) = fitted else { return Ok(None) };
     let cost = [state.illumination.materials.cost(), fitted.materials.cost()];
