@@ -247,3 +247,38 @@ fn a_normal_that_faces_away_reflects_nothing() {
     assert!(brdf.faces_away() && brdf.sample([0.2, 0.5, 0.5]).is_none());
     assert_eq!(brdf.eval_pdf(-glam::Vec3::Z).0.total(), glam::Vec3::ZERO);
 }
+
+/// Materials of three base colors and metallics, evaluated together and one by one.
+struct Alike(f32);
+
+impl WithModel for Alike {
+    type Output = ();
+
+    fn run<M: Model>(self) {
+        let narrow = |v: DVec3| v.as_vec3().normalize();
+        for mu_o in COSINES.into_iter().chain([-0.2]) {
+            let models = [(1.0, 0.0), (0.3, 0.4), (0.0, 1.0)].map(|(base, metallic)| {
+                let base = glam::Vec3::new(base, 0.5 * base, base * base);
+                let m = motes_shading::brdf::Material::principled(base, self.0, metallic);
+                M::new(&m, glam::Vec3::Z, narrow(viewer(mu_o)))
+            });
+            for mu_i in COSINES.into_iter().chain([-0.2]) {
+                let w = narrow(DVec3::new(-1.0, 0.3, 1.0) * viewer(mu_i));
+                let together = M::eval_alike(&models, w);
+                for (model, value) in models.iter().zip(together) {
+                    let alone = model.eval_pdf(w).0;
+                    assert_eq!([alone.diffuse, alone.specular], [value.diffuse, value.specular]);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn materials_evaluated_together_are_those_evaluated_alone() {
+    for roughness in ROUGHNESSES {
+        for &lobes in LOBES {
+            with_model(lobes, Alike(roughness as f32));
+        }
+    }
+}
