@@ -51,7 +51,7 @@ impl LightProblem<'_> {
         }
         let transport = lit_of_one.transport.clone();
         let mut even = [LitPoints { transport, radiance: Vec::new() }];
-        let turns = if place.has_lamps() { 0 } else { LOCAL_TURNS };
+        let turns = if lights[0].lamps.is_empty() { LOCAL_TURNS } else { 0 };
         for turn in 0..turns {
             let radiance = lit_of_one.radiance.iter().zip(&places);
             even[0].radiance =
