@@ -80,7 +80,7 @@ def run_all(pycolmap, events, databases, parts, seed, guided):
             for child in children:
                 if child.wait() != 0:
                     raise Failure("internal", "pycolmap ended while it matched photos (exit code %d)." % child.returncode,
-                                  "Run again; the log above says why, and with fewer --threads less memory is used.")
+                                  "Run again with -v to see its log; fewer --threads need less memory.")
     finally:
         for child in children:
             child.kill()
