@@ -51,7 +51,7 @@ pub(crate) struct Place {
 
 impl Place {
     /// Whether lamps give a share of the light that tells.
-    pub(super) fn has_lamps(self) -> bool {
+    fn has_lamps(self) -> bool {
         self.lamp_share >= LAMP_SHARE
     }
 
