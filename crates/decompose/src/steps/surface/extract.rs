@@ -269,13 +269,14 @@ fn put_on_walls(
     };
     let mut bare: Vec<Vec<f32>> =
         views.par_iter().zip(on_planes).with_max_len(1).map(bare).collect();
-    let around = |maps: &[DepthMap], known| {
+    let around = |maps: &[DepthMap], known, told| {
         let mut scene = planes::samples(views, maps, SAMPLE_STRIDE);
         scene.retain(|s| s.footprint <= tsdf::MAX_FOOTPRINT * voxel);
-        walls::Surroundings { scene, uneven, known, voxel }
+        walls::Surroundings { scene, uneven, known, told, voxel }
     };
     let whole = walls::bare_regions(views, maps, &bare, voxel);
-    let told = walls::told(&whole, views, maps, |maps| around(maps, known), options.wall_share);
+    let told =
+        walls::told(&whole, views, maps, |maps| around(maps, known, &[]), options.wall_share);
     let rest;
     let regions = if told.planes.is_empty() {
         &whole
@@ -289,7 +290,13 @@ fn put_on_walls(
     let known = [known, &told.planes].concat();
     let found = {
         let witnesses = Witnesses::new(views, maps, tolerance, voxel);
-        walls::walls(regions, views, &around(maps, &known), &witnesses, options.wall_share)
+        walls::walls(
+            regions,
+            views,
+            &around(maps, &known, &told.planes),
+            &witnesses,
+            options.wall_share,
+        )
     };
     walls::flatten(&found, regions, views, maps, voxel);
     walls::spread(&found, &regions.iter().collect::<Vec<_>>(), views, maps, voxel);

@@ -47,6 +47,9 @@ const TORN: f32 = 0.75;
 const BENT: f32 = 0.5;
 /// Cosine of the angle up to which a plane lies along another (15 degrees).
 const ALONG: f32 = 0.966;
+/// Sine and cosine of the angle by which a wall that depth tells may be turned out of the right angles to those that photos tell
+/// (10 degrees).
+const SQUARE: (f32, f32) = (0.174, 0.985);
 /// Pixels are put onto a wall where this share of those around them lies on it,
 const AGREED: f32 = 0.4;
 /// within this share of the photo's longer side, unless they lie so many times `NEAR` before it.
@@ -68,6 +71,8 @@ pub(super) struct Surroundings<'a> {
     pub(super) uneven: &'a [Plane],
     /// Planes that were found, which a wall must not be a bent part of.
     pub(super) known: &'a [Plane],
+    /// Those of them that photos tell: what depth tells beside them is square to them.
+    pub(super) told: &'a [Plane],
     pub(super) voxel: f32,
 }
 
@@ -244,10 +249,14 @@ fn torn(plane: &Plane, shown: &[usize], regions: &[Region], witnesses: &Witnesse
 }
 
 impl Surroundings<'_> {
-    /// Whether a plane that depth tells may bound the scene. One along uneven ground would be a flatter part of it.
+    /// Whether a plane that depth tells may bound the scene. One along uneven ground would be a flatter part of it, and one askew to
+    /// walls that photos tell is a smear of Gaussians at the rim of the capture.
     fn may_have(&self, plane: &Plane) -> bool {
+        let cosine = |other: &Plane| other.normal.dot(plane.normal);
+        let is_square = |t: &Plane| !(SQUARE.0..SQUARE.1).contains(&cosine(t).abs());
         self.lies_before(plane, BEHIND)
-            && self.uneven.iter().all(|u| u.normal.dot(plane.normal) < ALONG)
+            && self.uneven.iter().all(|u| cosine(u) < ALONG)
+            && self.told.iter().all(is_square)
     }
 
     /// Whether no more than a share of the scene lies behind a plane.

@@ -64,7 +64,7 @@ pub(super) fn counted(
 fn found(
     views: &[View],
     maps: &[DepthMap],
-    [uneven, known]: [&[Plane]; 2],
+    [uneven, known, told]: [&[Plane]; 3],
     counts: impl Fn(&View, [usize; 2]) -> bool,
 ) -> (Vec<Wall>, Vec<Region>) {
     let texture = |view: &View| {
@@ -75,14 +75,14 @@ fn found(
     let regions = bare_regions(views, maps, &textures, VOXEL);
     let scene = samples(views, maps, 4);
     let witnesses = Witnesses::new(views, maps, TOLERANCE, VOXEL);
-    let around = Surroundings { scene, uneven, known, voxel: VOXEL };
+    let around = Surroundings { scene, uneven, known, told, voxel: VOXEL };
     (walls(&regions, views, &around, &witnesses, 0.01), regions)
 }
 
 #[test]
 fn a_bare_floor_is_found_in_torn_depth_and_the_thing_on_it_stays() {
     let (views, mut maps) = pictures(0.06);
-    let (walls, regions) = found(&views, &maps, [&[]; 2], |_, _| true);
+    let (walls, regions) = found(&views, &maps, [&[]; 3], |_, _| true);
     assert_eq!(walls.len(), 1);
     let plane = walls[0].plane;
     let turned = plane.normal.angle_between(Vec3::Z).to_degrees();
@@ -101,7 +101,7 @@ fn a_bare_floor_is_found_in_torn_depth_and_the_thing_on_it_stays() {
 #[test]
 fn a_bare_thing_before_something_else_is_no_wall() {
     let (views, maps) = pictures(0.0);
-    let (walls, regions) = found(&views, &maps, [&[]; 2], on_disk);
+    let (walls, regions) = found(&views, &maps, [&[]; 3], on_disk);
     assert!(!regions.is_empty());
     assert!(walls.is_empty(), "{:?}", walls.iter().map(|w| w.plane).collect::<Vec<_>>());
 }
@@ -110,7 +110,18 @@ fn a_bare_thing_before_something_else_is_no_wall() {
 fn a_part_of_uneven_ground_is_no_wall() {
     let (views, maps) = pictures(0.06);
     let uneven = Plane { normal: Vec3::new(0.1, 0.0, 1.0).normalize(), offset: 0.0 };
-    assert!(found(&views, &maps, [&[uneven], &[]], |_, _| true).0.is_empty());
+    assert!(found(&views, &maps, [&[uneven], &[], &[]], |_, _| true).0.is_empty());
+}
+
+#[test]
+fn what_is_askew_to_walls_that_photos_tell_is_no_wall() {
+    let (views, maps) = pictures(0.06);
+    let count = |x: f32, z: f32| {
+        let told = Plane { normal: Vec3::new(x, 0.0, z).normalize(), offset: -2.0 };
+        found(&views, &maps, [&[], &[], &[told]], |_, _| true).0.len()
+    };
+    assert_eq!([count(1.0, 0.5), count(-0.5, 1.0), count(1.0, 1.0)], [0; 3]);
+    assert_eq!([count(1.0, 0.05), count(0.05, 1.0), count(-0.05, -1.0)], [1; 3]);
 }
 
 /// The depth of a floor that rises toward one side, and a plane that is known.
@@ -128,7 +139,7 @@ fn beside_known(torn: f32, rise: f32, known: Plane) -> usize {
             }
         }
     }
-    let count = |known: &[Plane]| found(&views, &maps, [&[], known], |_, _| true).0.len();
+    let count = |known: &[Plane]| found(&views, &maps, [&[], known, &[]], |_, _| true).0.len();
     assert_eq!(count(&[]), 1);
     count(&[known])
 }
@@ -155,13 +166,13 @@ fn a_shape_that_photos_agree_about_is_no_wall() {
             }
         }
     }
-    assert!(found(&views, &maps, [&[]; 2], |_, _| true).0.is_empty());
+    assert!(found(&views, &maps, [&[]; 3], |_, _| true).0.is_empty());
 }
 
 #[test]
 fn the_largest_plane_is_found_where_depth_is_exact() {
     let (views, maps) = pictures(0.0);
-    let (walls, _) = found(&views, &maps, [&[]; 2], |_, _| true);
+    let (walls, _) = found(&views, &maps, [&[]; 3], |_, _| true);
     assert_eq!(walls.len(), 1);
     assert!(walls[0].plane.normal.angle_between(Vec3::Z) < 1e-3);
     assert!(walls[0].plane.offset.abs() < 1e-3);

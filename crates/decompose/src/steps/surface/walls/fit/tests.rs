@@ -15,7 +15,8 @@ fn asked<T>(depth: impl Fn(usize, Vec3, f32) -> f32, then: impl Fn(&Vote<'_>) ->
     let pieces = pieces(&regions, &views, &maps, VOXEL);
     let shades = shades(&views);
     let photos = Photos::new(&views, &maps, &shades);
-    let around = Surroundings { scene: Vec::new(), uneven: &[], known: &[], voxel: VOXEL };
+    let (scene, uneven, known, told) = (Vec::new(), &[][..], &[][..], &[][..]);
+    let around = Surroundings { scene, uneven, known, told, voxel: VOXEL };
     then(&Vote::new(&photos, &pieces, &around))
 }
 

@@ -22,6 +22,7 @@ fn found(views: &[View], maps: &mut [DepthMap]) -> Told {
         scene: samples(views, maps, 4),
         uneven: &[],
         known: &[],
+        told: &[],
         voxel: VOXEL,
     };
     told(&regions, views, maps, around, 0.01)
