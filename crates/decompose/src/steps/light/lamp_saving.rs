@@ -68,6 +68,7 @@ pub(super) fn saved(with: &SmoothLight, without: &SmoothLight, sigma: f32) -> Ve
 
 #[cfg(test)]
 mod tests {
+    use super::super::lamps::Lamps;
     use super::super::transport::Transport;
     use super::*;
     use crate::illumination::Lamp;
@@ -119,6 +120,17 @@ mod tests {
         // Nothing fades as light does.
         let unlit = shown(checks, 0.0);
         assert!(saved(&row(&unlit, Some(4.0)), &row(&unlit, None), 0.05)[0] < 0.0);
+    }
+
+    #[test]
+    fn a_lamp_is_kept_that_shines_more_than_is_seen_and_saves_anything() {
+        let kept = |radiance: f32, saved: f64| {
+            let row = row(&shown(|_| 0.5, 4.0), Some(radiance));
+            let piece = Lamps { of_vertex: vec![0, 1], seen: vec![Vec3::ONE], ..Lamps::default() };
+            piece.kept(&row.light, &row.lit, &[saved]).of_vertex == [0, 1]
+        };
+        assert!(kept(4.0, 0.001));
+        assert!(!kept(4.0, 0.0) && !kept(4.0, -0.02) && !kept(1.4, 0.1));
     }
 
     #[test]

@@ -31,12 +31,10 @@ const MOST: usize = 12;
 const RINGS: usize = 3;
 /// What is around a lamp sends less than this share of what is seen of it, in one channel at least.
 const MOST_AROUND: f32 = 0.6;
-/// A lamp gives at least this share of all light that the points receive, ...
+/// A lamp gives at least this share of all light that the points receive,
 const LEAST_SHARE: f32 = 0.01;
-/// ... sends at least this many times what is seen of it, ...
+/// and sends at least this many times what is seen of it.
 const LEAST_EXCESS: f32 = 1.5;
-/// ... and saves at least this share of the cost of neighbors that it lights differently.
-const LEAST_SAVING: f64 = 0.015;
 
 /// Pieces of the surface that may be lamps.
 #[derive(Clone, Debug, Default)]
@@ -131,7 +129,8 @@ impl Lamps {
         self.seen.iter().map(|&seen| Lamp { radiance: seen * LEAST_EXCESS, seen }).collect()
     }
 
-    /// The pieces that light what is around them, more than by what is seen of them, and `saved` of the cost of neighbors there.
+    /// The pieces that light what is around them, more than by what is seen of them, and that `saved` some of the cost of neighbors that
+    /// they light differently. How much they save says less: clipped pieces that light next to nothing save as much.
     pub(crate) fn kept(self, light: &CellLight, lit: &LitPoints, saved: &[f64]) -> Self {
         let flux = lit.received_from(&light.sources());
         let total: f32 = flux.iter().sum();
@@ -139,7 +138,7 @@ impl Lamps {
         let is_lamp = |((lamp, flux), saved): ((&Lamp, &f32), &f64)| {
             *flux >= LEAST_SHARE * total
                 && luminance(lamp.radiance) >= LEAST_EXCESS * luminance(lamp.seen)
-                && *saved >= LEAST_SAVING
+                && *saved > 0.0
         };
         let kept: Vec<bool> = light.lamps.iter().zip(of_lamps).zip(saved).map(is_lamp).collect();
         let mut keep = kept.iter();
