@@ -299,7 +299,7 @@ impl QualityOptions {
     /// Strength of the filter.
     pub fn denoise_strength(&self) -> f32 {
         self.denoise.unwrap_or(match self.quality {
-            Quality::Preview | Quality::Standard => 2.0,
+            Quality::Preview | Quality::Standard => 4.0,
             Quality::Reference => 0.0,
         })
     }
