@@ -22,8 +22,6 @@ use crate::stand_in::StandIn;
 pub(crate) const LEAST_ALPHA: f32 = 1.0 / 255.0;
 /// Least cosine between normal and viewer: interpolated normals turn away at silhouettes.
 const LEAST_COSINE: f32 = 0.03;
-/// Roughness and metallic have this much less resolution where a picture is not detailed.
-const COARSER: usize = 3;
 /// Neighbors whose normals differ more (cosine) or that lie farther off each other's tangent plane
 /// (share of the depth) are an edge.
 const EDGE_COSINE: f32 = 0.95;
@@ -157,8 +155,7 @@ fn sights(shown: &StandIn<'_>, first: &[u32], width: usize) -> Vec<Option<Sight>
 }
 
 impl GBuffer {
-    /// Of a view. When `detailed`, pixels where the surface has an edge get four sights, and roughness and
-    /// metallic have the picture's resolution instead of a third. The layers are drawn, too.
+    /// Of a view. When `detailed`, pixels where the surface has an edge get four sights. The layers are drawn, too.
     pub(crate) fn new(
         scene: &RelightScene,
         camera: &Pinhole,
@@ -185,23 +182,17 @@ impl GBuffer {
         let land = layers.land.map(|land| painter_of_colors.paint(|i| [land.share[i]; 3]).color);
         let land: Option<Vec<f32>> =
             land.map(|image| image.data.chunks_exact(3).map(|pixel| pixel[0]).collect());
-        // Roughness and metallic change little under what is nearly hidden.
-        let coarse = RasterParameters { alpha_min: 0.02, transmittance_min: 0.02, ..exact };
-        let every = if detailed { 1 } else { COARSER };
-        let reduced = camera.resized(camera.width.div_ceil(every), camera.height.div_ceil(every));
-        let (_, properties) = draw(&scene.property_splats, &reduced, coarse);
+        let properties = painter_of_colors.paint_as(&scene.property_splats);
         let (width, height) = (camera.width, camera.height);
-        let (all, property_alpha) = (&color.alpha.data, &properties.alpha.data);
+        let all = &color.alpha.data;
         let alpha = land.as_ref().unwrap_or(all);
         let material = |i: usize| {
             // Blended over black: dividing by alpha leaves the mean of what was blended.
             let share = 1.0 / alpha[i].max(LEAST_ALPHA);
             let base =
                 (Vec3::from_slice(&color.color.data[3 * i..3 * i + 3]) * share).map(srgb::decode);
-            let (x, y) = (i % width * reduced.width / width, i / width * reduced.height / height);
-            let k = y * reduced.width + x;
-            let share = 1.0 / property_alpha[k].max(LEAST_ALPHA);
-            let [r, m, u] = [0, 1, 2].map(|c| properties.color.data[3 * k + c] * share);
+            let share = 1.0 / all[i].max(LEAST_ALPHA);
+            let [r, m, u] = [0, 1, 2].map(|c| properties.color.data[3 * i + c] * share);
             (scene.material(base, r, m), u.clamp(0.0, 1.0))
         };
         let (material, unobserved) = (0..width * height).into_par_iter().map(material).unzip();
