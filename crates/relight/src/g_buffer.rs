@@ -163,17 +163,15 @@ impl GBuffer {
         detailed: bool,
         layers: &Layers<'_>,
     ) -> Self {
-        let draw = |gaussians: &Gaussians, camera: &Pinhole, parameters: RasterParameters| {
-            let antialias = scene.antialias;
-            let options = RenderOptions { antialias, parameters, ..RenderOptions::default() };
-            Painter::new(gaussians, camera, camera_from_world, &options)
-        };
         let base_color_splats =
             layers.land.map_or(&scene.base_color_splats, |land| &land.base_color_splats);
         let exact = RasterParameters::default();
         let quick = RasterParameters { alpha_min: 0.01, transmittance_min: 0.01, ..exact };
+        let parameters = if detailed { exact } else { quick };
+        let antialias = scene.antialias;
+        let options = RenderOptions { antialias, parameters, ..RenderOptions::default() };
         let (mut painter_of_colors, color) =
-            draw(base_color_splats, camera, if detailed { exact } else { quick });
+            Painter::new(base_color_splats, camera, camera_from_world, &options);
         let residual = layers.residual.map(|of_scene| painter_of_colors.paint_as(&of_scene.splats));
         let local_light = layers.local_light.map(|splats| painter_of_colors.paint_as(splats));
         let captured = layers.land.map_or(&scene.gaussians, |land| &land.captured);
@@ -191,6 +189,7 @@ impl GBuffer {
             let share = 1.0 / alpha[i].max(LEAST_ALPHA);
             let base =
                 (Vec3::from_slice(&color.color.data[3 * i..3 * i + 3]) * share).map(srgb::decode);
+            // Not only what is land.
             let share = 1.0 / all[i].max(LEAST_ALPHA);
             let [r, m, u] = [0, 1, 2].map(|c| properties.color.data[3 * i + c] * share);
             (scene.material(base, r, m), u.clamp(0.0, 1.0))
