@@ -180,7 +180,7 @@ impl GBuffer {
         let land = layers.land.map(|land| painter_of_colors.paint(|i| [land.share[i]; 3]).color);
         let land: Option<Vec<f32>> =
             land.map(|image| image.data.chunks_exact(3).map(|pixel| pixel[0]).collect());
-        let properties = painter_of_colors.paint_as(&scene.property_splats);
+        let properties = painter_of_colors.paint(|i| scene.properties(i));
         let (width, height) = (camera.width, camera.height);
         let all = &color.alpha.data;
         let alpha = land.as_ref().unwrap_or(all);

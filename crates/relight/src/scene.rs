@@ -80,8 +80,6 @@ pub struct RelightScene {
     pub(crate) lamps: Option<Emitters>,
     /// Degree 0; colors are base color, sRGB-encoded, as they are blended.
     pub(crate) base_color_splats: Gaussians,
-    /// Degree 0; colors are roughness, metallic, and 1 where no view saw the Gaussian.
-    pub(crate) property_splats: Gaussians,
     /// How far rays start off the surface, world units.
     pub(crate) ray_bias: f32,
     /// Of the surface, world units.
@@ -113,10 +111,6 @@ impl RelightScene {
         let tracer = tracer.one_sided_within(TriangleMesh::LAYERS * ray_bias);
         let base_color_splats =
             gaussians.colored(|i| materials.base_color_linear[i].map(srgb::encode));
-        let property_splats = gaussians.colored(|i| {
-            let unobserved = if materials.observations[i] == 0 { 1.0 } else { 0.0 };
-            [materials.roughness[i], materials.metallic[i], unobserved]
-        });
         let emission: Vec<Vec3> = surface.emission_linear.iter().map(|&e| e.into()).collect();
         let lamps = Emitters::new(&mesh, &emission);
         let residual = SceneResidual::of(&gaussians).map_err(SceneError::Residual)?;
@@ -147,7 +141,6 @@ impl RelightScene {
             captured_light: OnceLock::new(),
             lamps,
             base_color_splats,
-            property_splats,
             ray_bias,
             median_edge,
         })
@@ -181,6 +174,14 @@ impl RelightScene {
             true => Self { ray_bias: other.ray_bias, median_edge: other.median_edge, ..self },
             false => self,
         }
+    }
+
+    /// Roughness and metallic of a Gaussian, and 1 where no view saw it.
+    #[inline]
+    pub(crate) fn properties(&self, i: usize) -> [f32; 3] {
+        let materials = &self.materials;
+        let unobserved = if materials.observations[i] == 0 { 1.0 } else { 0.0 };
+        [materials.roughness[i], materials.metallic[i], unobserved]
     }
 
     /// Gaussians whose material is a guess.

@@ -201,7 +201,7 @@ pub(crate) mod tests {
         let pose = Pose { rotation, translation: -(rotation * eye) };
         let rays = Rays::new(&camera, &pose);
         let (painter, _) =
-            Painter::new(&scene.property_splats, &camera, &pose, &RenderOptions::default());
+            Painter::new(&scene.base_color_splats, &camera, &pose, &RenderOptions::default());
         let stand_in = StandIn::new(scene, &rays, painter, &pose);
         let first = first_triangles(&scene.surface, &camera, &pose)[15 * 30 + 15];
         [stand_in.surface(Some(first), 15.5, 15.5), stand_in.surface(None, 14.25, 14.75)]
