@@ -2,18 +2,19 @@
 
 use super::Region;
 use super::consistency::Photos;
-use super::spread::Compared;
+use super::spread::{Compared, Explained};
 use crate::steps::surface::planes::Plane;
 use crate::steps::surface::splat_depth::DepthMap;
 
 /// Difference that the plane may leave over that of the depth.
 const EXPLAINED: f32 = 1.0;
 
-/// Pixels of a piece of a region, with their depth on the plane.
+/// Pixels of a piece of a region, with their depth on the plane, and the number of those that their own depth explains better.
 pub(super) struct Put {
     pub(super) piece: usize,
     view: usize,
     pub(super) depths: Vec<(usize, f32)>,
+    pub(super) against: usize,
 }
 
 impl Put {
@@ -33,10 +34,13 @@ pub(super) fn put(photos: &Photos<'_>, region: &Region, piece: usize, plane: &Pl
         let (at, z) = on_plane(i)?;
         photos.rivals(region.view, i, [z, map.depth[i]].map(|z| view.place(at, z)))
     });
-    let is_on_plane = compared.is_wall(EXPLAINED);
+    let explained = compared.explained(EXPLAINED);
+    let is = |i: u32, by: Explained| explained[compared.cell(view.at(i))] == by;
     let depth = |&i: &u32| {
-        let (at, z) = on_plane(i as usize)?;
-        is_on_plane[compared.cell(at)].then_some((i as usize, z))
+        let (_, z) = on_plane(i as usize).filter(|_| is(i, Explained::ByWall))?;
+        Some((i as usize, z))
     };
-    Put { piece, view: region.view, depths: region.pixels.iter().filter_map(depth).collect() }
+    let depths = region.pixels.iter().filter_map(depth).collect();
+    let against = region.pixels.iter().filter(|&&i| is(i, Explained::ByDepth)).count();
+    Put { piece, view: region.view, depths, against }
 }

@@ -116,6 +116,14 @@ pub(super) struct Compared {
     shown: Vec<f32>,
 }
 
+/// What explains other photos around a pixel.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Explained {
+    ByWall,
+    ByDepth,
+    ByEither,
+}
+
 impl Photos<'_> {
     fn lies_on_wall(&self, view: usize, i: usize) -> bool {
         Place::new(&self.views[view], &self.maps[view], i, self.voxel).lies_on(self.plane)
@@ -161,12 +169,13 @@ impl Photos<'_> {
         }
         // Photos tell by what is alike of regions in which the wall goes on only.
         let goes_on = alike.is_some() || self.goes_on(region);
-        let is_wall = compared.is_wall(if goes_on { ALIKE } else { BETTER });
+        let explained = compared.explained(if goes_on { ALIKE } else { BETTER });
         let of = |i: usize| {
             let at = [i % view.width, i / view.width];
             let z = self.plane.depth(view, view.pixel_ray(at))?;
             let hangs = map.depth[i] < z && map.depth[i] >= (1.0 - MOST_RISE) * z;
-            let is_put = hangs && is_wall[compared.cell(at)] && self.is_first(view, at, z);
+            let is_wall = explained[compared.cell(at)] == Explained::ByWall;
+            let is_put = hangs && is_wall && self.is_first(view, at, z);
             is_put.then_some((i, z))
         };
         region.pixels.iter().filter_map(|&i| of(i as usize)).collect()
@@ -266,8 +275,9 @@ impl Compared {
         y / STRIDE * self.width + x / STRIDE
     }
 
-    /// Where the wall leaves at most `limit` times the difference that depth leaves, and no pixel beside says otherwise.
-    pub(super) fn is_wall(&self, limit: f32) -> Vec<bool> {
+    /// What explains other photos around each compared pixel: the wall, where it leaves at most `limit` times the difference that
+    /// depth leaves and no pixel beside says otherwise, and depth, where the wall leaves more than that.
+    pub(super) fn explained(&self, limit: f32) -> Vec<Explained> {
         let side = (AROUND * self.width.max(self.height) as f32) as usize | 1;
         let over = |values: &[f32], side| blurred(values, self.width, self.height, side);
         let explains = |wall: &[f32], depth: &[f32], k: usize, limit: f32| {
@@ -279,8 +289,11 @@ impl Compared {
         let against = over(&against, BESIDE);
         let [wall, depth, shown] =
             [&self.by_wall, &self.by_depth, &self.shown].map(|values| over(values, side));
-        let of =
-            |k: usize| shown[k] >= SHOWN && explains(&wall, &depth, k, limit) && against[k] == 0.0;
+        let of = |k: usize| match (explains(&wall, &depth, k, limit), shown[k] >= SHOWN) {
+            (false, _) => Explained::ByDepth,
+            (true, true) if against[k] == 0.0 => Explained::ByWall,
+            (true, _) => Explained::ByEither,
+        };
         (0..shown.len()).map(of).collect()
     }
 }
