@@ -118,10 +118,10 @@ pub(super) struct Compared {
 
 /// What explains other photos around a pixel.
 #[derive(Clone, Copy, PartialEq)]
-pub(super) enum Explained {
-    ByWall,
-    ByDepth,
-    ByEither,
+pub(super) enum Explanation {
+    Wall,
+    Depth,
+    Either,
 }
 
 impl Photos<'_> {
@@ -174,7 +174,7 @@ impl Photos<'_> {
             let at = [i % view.width, i / view.width];
             let z = self.plane.depth(view, view.pixel_ray(at))?;
             let hangs = map.depth[i] < z && map.depth[i] >= (1.0 - MOST_RISE) * z;
-            let is_wall = explained[compared.cell(at)] == Explained::ByWall;
+            let is_wall = explained[compared.cell(at)] == Explanation::Wall;
             let is_put = hangs && is_wall && self.is_first(view, at, z);
             is_put.then_some((i, z))
         };
@@ -277,7 +277,7 @@ impl Compared {
 
     /// What explains other photos around each compared pixel: the wall, where it leaves at most `limit` times the difference that
     /// depth leaves and no pixel beside says otherwise, and depth, where the wall leaves more than that.
-    pub(super) fn explained(&self, limit: f32) -> Vec<Explained> {
+    pub(super) fn explained(&self, limit: f32) -> Vec<Explanation> {
         let side = (AROUND * self.width.max(self.height) as f32) as usize | 1;
         let over = |values: &[f32], side| blurred(values, self.width, self.height, side);
         let explains = |wall: &[f32], depth: &[f32], k: usize, limit: f32| {
@@ -290,10 +290,33 @@ impl Compared {
         let [wall, depth, shown] =
             [&self.by_wall, &self.by_depth, &self.shown].map(|values| over(values, side));
         let of = |k: usize| match (explains(&wall, &depth, k, limit), shown[k] >= SHOWN) {
-            (false, _) => Explained::ByDepth,
-            (true, true) if against[k] == 0.0 => Explained::ByWall,
-            (true, _) => Explained::ByEither,
+            (false, _) => Explanation::Depth,
+            (true, true) if against[k] == 0.0 => Explanation::Wall,
+            (true, _) => Explanation::Either,
         };
         (0..shown.len()).map(of).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pixel_that_no_photo_shows_speaks_neither_for_the_wall_nor_against_it() {
+        // Blocks of ten: the wall explains the photos, depth does, both do, and no photo shows the place.
+        let block = |v: [f32; 4]| v.into_iter().flat_map(|v| [v; 10]).collect::<Vec<f32>>();
+        let compared = Compared {
+            width: 40,
+            height: 1,
+            by_wall: block([0.01, 0.05, 0.01, f32::NAN]),
+            by_depth: block([0.03, 0.01, 0.01, f32::NAN]),
+            shown: block([1.0, 1.0, 1.0, 0.0]),
+        };
+        let explained = compared.explained(1.0);
+        assert!(explained[5] == Explanation::Wall);
+        assert!(explained[15] == Explanation::Depth);
+        assert!(explained[25] == Explanation::Wall);
+        assert!(explained[35] == Explanation::Either);
     }
 }

@@ -6,7 +6,7 @@ use super::consistency::Photos;
 use super::fit::{NEARLY, at_right_angles, fitted, on_depth};
 use super::height_field::is_even;
 use super::pieces::Piece;
-use super::put::{Put, put};
+use super::put::{Put, lie_on_it, put};
 use super::sweep::{BETTER, MOVED, SHARP};
 use super::{LEAST_PHOTOS, Region, Surroundings};
 use crate::steps::surface::planes::Plane;
@@ -17,8 +17,6 @@ const MOST_RANKED: usize = 256;
 const MOST_FITTED: usize = 8;
 /// Share of a wall's least size that a plane must explain better than depth does.
 const LEAST_GAIN: f32 = 0.1;
-/// Times as many pixels of the pieces that show a plane must lie on it one by one as speak against it: it is no plane, but their mean.
-const LEAST_PUT: f32 = 4.7;
 /// Share of the scene that may lie behind a wall. Gaussians of the wall itself do.
 const BEHIND: f32 = 0.1;
 
@@ -124,9 +122,7 @@ impl<'a> Vote<'a> {
         let put = |&i: &usize| put(self.photos, &self.pieces[i].region, i, plane);
         let pixels = || shown.par_iter().with_max_len(1).map(put).collect::<Vec<Put>>();
         let pixels = is_wall.then(pixels)?;
-        let sum = |of: fn(&Put) -> usize| pixels.iter().map(of).sum::<usize>() as f32;
-        let lies_on_it = sum(|p| p.depths.len()) >= least.max(LEAST_PUT * sum(|p| p.against));
-        (lies_on_it && self.is_even(plane)).then_some(pixels)
+        (lie_on_it(&pixels, least) && self.is_even(plane)).then_some(pixels)
     }
 
     /// Whether no height field of the pieces that nearly show a plane explains more than the plane.
