@@ -9,7 +9,7 @@ use crate::steps::surface::splat_depth::DepthMap;
 /// Difference that the plane may leave over that of the depth.
 const EXPLAINED: f32 = 1.0;
 /// Times as many pixels must lie on a plane as are explained better by their depth: else it is no plane, but the mean of what is there.
-const LEAST_PUT: f32 = 4.7;
+const LEAST_PUT: f32 = 4.4;
 
 /// Pixels of a piece of a region, with their depth on the plane, and the number of those that their own depth explains better.
 pub(super) struct Put {
