@@ -1,7 +1,7 @@
 //! Inverse rendering: photos and their Gaussians to surface, material and light.
 //!
 //! Inputs: captures (`motes/capture` 1.x) of one scene, Gaussians (PLY). Output: a scene folder
-//! (`motes/decomposition` 1.0): Gaussians with material columns, `surface.ply`, `environment.exr`,
+//! (`motes/decomposition` 1.x): Gaussians with material columns, `surface.ply`, `environment.exr`,
 //! `decomposition.json`, previews.
 //!
 //! ```text
