@@ -11,6 +11,7 @@ use motes_scene::Selection;
 use crate::color::{difference, lab_from_srgb};
 use crate::error::SelectError;
 use crate::extent::object_box;
+use crate::islands::without_islands;
 use crate::lift::lift_masks;
 use crate::neighbors::{connected, grown, settled, shrunk};
 use crate::prompt::{Place, seeds};
@@ -91,10 +92,13 @@ pub fn propose_with(
     let index = source.index()?;
     let seeds = seeds(source, index, prompt)?;
     let proposals = provider.propose(&Asked { source, index, prompt, seeds: &seeds }, count)?;
+    let point = |hit: &Vec<u32>| Some(Vec3::from(index.segment(*hit.first()?).point));
+    let clicked: Vec<Vec3> = seeds.positive.iter().filter_map(point).collect();
     let lifted = proposals.into_iter().map(|(mask, score)| {
         let lifted = lift_masks(index, &mask);
+        let settled = settled(source.gaussians, &lifted.selection, &index.totals);
         Proposal {
-            selection: settled(source.gaussians, &lifted.selection, &index.totals),
+            selection: without_islands(source.gaussians, &settled, &clicked),
             score,
             agreement: lifted.agreement,
             threshold: lifted.threshold,

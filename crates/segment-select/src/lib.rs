@@ -21,6 +21,7 @@ pub mod files;
 mod graph;
 mod index;
 mod interpret;
+mod islands;
 mod lift;
 mod masks;
 mod max_flow;

@@ -13,14 +13,14 @@ use crate::max_flow::MaxFlow;
 use crate::property::base_lab;
 
 /// Centers that can be searched, and where they come from.
-struct Cloud {
-    rows: Vec<u32>,
-    points: Vec<[f32; 3]>,
+pub(crate) struct Cloud {
+    pub(crate) rows: Vec<u32>,
+    pub(crate) points: Vec<[f32; 3]>,
     tree: Option<ImmutableKdTree<f32, 3>>,
 }
 
 impl Cloud {
-    fn new(gaussians: &Gaussians, of: impl Fn(usize) -> bool) -> Self {
+    pub(crate) fn new(gaussians: &Gaussians, of: impl Fn(usize) -> bool) -> Self {
         let finite = |i: &usize| gaussians.means[*i].iter().all(|v| v.is_finite());
         let rows: Vec<u32> =
             (0..gaussians.len()).filter(finite).filter(|&i| of(i)).map(|i| i as u32).collect();
@@ -30,7 +30,7 @@ impl Cloud {
     }
 
     /// Squared distance to the nearest one; infinite where there is none.
-    fn nearest2(&self, point: [f32; 3]) -> f32 {
+    pub(crate) fn nearest2(&self, point: [f32; 3]) -> f32 {
         let Some(tree) = &self.tree else { return f32::INFINITY };
         if !point.iter().all(|v| v.is_finite()) {
             return f32::INFINITY;
@@ -41,7 +41,7 @@ impl Cloud {
     }
 
     /// The `count` nearest, as positions in `rows` with squared distances.
-    fn nearest(&self, point: [f32; 3], count: usize) -> Vec<(usize, f32)> {
+    pub(crate) fn nearest(&self, point: [f32; 3], count: usize) -> Vec<(usize, f32)> {
         let (Some(tree), Some(count)) = (&self.tree, NonZero::new(count)) else {
             return Vec::new();
         };
