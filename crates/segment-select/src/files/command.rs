@@ -112,6 +112,9 @@ pub fn run(args: &Args, context: &Context) -> anyhow::Result<SelectReport> {
     }
     let answer = answer?;
     let mut report = SelectReport::new(&source, &answer, &args.output);
+    if let Some(doubt) = report.doubt() {
+        context.warn(doubt);
+    }
     report.segmenter = segmenter.as_ref().map(|s| SegmenterReport::new(s, inputs.capture.as_ref()));
     report.seconds_prepare = prepared - start;
     report.seconds_answer = context.elapsed_seconds() - prepared;

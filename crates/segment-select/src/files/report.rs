@@ -11,6 +11,9 @@ use serde::Serialize;
 
 use super::{Answer, ByProvider};
 
+/// Share of the Gaussians from which on an answer is hardly one object.
+const MUCH: f64 = 1.0 / 3.0;
+
 /// One of the nested answers.
 #[derive(Clone, Debug, Serialize)]
 pub struct CandidateReport {
@@ -104,6 +107,18 @@ impl SelectReport {
             seconds_answer: 0.0,
         }
     }
+
+    /// What to do where a prompt selected more than was probably meant.
+    pub fn doubt(&self) -> Option<String> {
+        let share = self.count as f64 / self.gaussians.max(1) as f64;
+        (!self.candidates.is_empty() && share >= MUCH).then(|| {
+            format!(
+                "the selection holds {:.0} % of the Gaussians; if less was meant, draw a --box around the object, click beside it \
+                 (--click VIEW,X,Y,-) or take --candidate part",
+                100.0 * share
+            )
+        })
+    }
 }
 
 impl fmt::Display for SelectReport {
@@ -134,5 +149,38 @@ impl fmt::Display for SelectReport {
             )?;
         }
         write!(f, "views {:.2} s, answer {:.2} s", self.seconds_prepare, self.seconds_answer)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_answer_of_half_the_scene_is_doubted_and_a_shape_is_not() {
+        let whole = CandidateReport {
+            name: "whole",
+            count: 50,
+            score: 0.99,
+            agreement: 0.9,
+            threshold: 0.5,
+        };
+        let mut report = SelectReport {
+            output: "selection.json".into(),
+            count: 50,
+            gaussians: 100,
+            object_box: None,
+            support_plane: None,
+            candidates: vec![whole],
+            segmenter: None,
+            seconds_prepare: 0.0,
+            seconds_answer: 0.0,
+        };
+        assert!(report.doubt().unwrap().starts_with("the selection holds 50 % of the Gaussians"));
+        report.count = 20;
+        assert_eq!(report.doubt(), None);
+        report.count = 100;
+        report.candidates.clear();
+        assert_eq!(report.doubt(), None);
     }
 }
