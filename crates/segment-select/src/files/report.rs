@@ -113,8 +113,8 @@ impl SelectReport {
         let share = self.count as f64 / self.gaussians.max(1) as f64;
         (!self.candidates.is_empty() && share >= MUCH).then(|| {
             format!(
-                "the selection holds {:.0} % of the Gaussians; if less was meant, draw a --box around the object, click beside it \
-                 (--click VIEW,X,Y,-) or take --candidate part",
+                "the selection holds {:.0} % of the Gaussians; if less was meant, draw a --box around the object, or take --candidate \
+                 part or subpart",
                 100.0 * share
             )
         })
