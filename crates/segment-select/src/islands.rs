@@ -4,6 +4,7 @@
 //! outline, and views that do not show the thing join in: a pot across the garden has the color of a vase.
 
 use glam::Vec3;
+use motes_math::disjoint_sets::DisjointSets;
 use motes_math::median::upper_median;
 use motes_scene::{Gaussians, Selection};
 use rayon::prelude::*;
@@ -66,23 +67,13 @@ fn pieces(gaussians: &Gaussians, cloud: &Cloud) -> Vec<usize> {
         let log_scales = gaussians.log_scales[cloud.rows[k] as usize];
         SIGMAS * log_scales.into_iter().fold(f32::NEG_INFINITY, f32::max).exp()
     };
-    let mut first: Vec<usize> = (0..cloud.rows.len()).collect();
+    let mut sets = DisjointSets::new(cloud.rows.len());
     for (k, links) in links.iter().enumerate() {
-        for &(other, _) in links.iter().filter(|l| l.1.sqrt() <= reach + size(k) + size(l.0)) {
-            let (a, b) = (root(&mut first, k), root(&mut first, other));
-            first[a.max(b)] = a.min(b);
+        for (other, _) in links.iter().filter(|l| l.1.sqrt() <= reach + size(k) + size(l.0)) {
+            sets.join(k as u32, *other as u32);
         }
     }
-    (0..first.len()).map(|k| root(&mut first, k)).collect()
-}
-
-/// The first of the piece of `k`; halves the way to it.
-fn root(first: &mut [usize], mut k: usize) -> usize {
-    while first[k] != k {
-        first[k] = first[first[k]];
-        k = first[k];
-    }
-    k
+    sets.labels().into_iter().map(|first| first as usize).collect()
 }
 
 #[cfg(test)]

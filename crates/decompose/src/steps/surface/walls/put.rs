@@ -36,14 +36,14 @@ pub(super) fn put(photos: &Photos<'_>, region: &Region, piece: usize, plane: &Pl
         let (at, z) = on_plane(i)?;
         photos.rivals(region.view, i, [z, map.depth[i]].map(|z| view.place(at, z)))
     });
-    let explained = compared.explained(EXPLAINED);
-    let is = |i: u32, by: Explanation| explained[compared.cell(view.at(i))] == by;
-    let depth = |&i: &u32| {
-        let (_, z) = on_plane(i as usize).filter(|_| is(i, Explanation::Wall))?;
-        Some((i as usize, z))
+    let (compared, explained) = (&compared, &compared.explained(EXPLAINED));
+    let of = |by: Explanation| {
+        let is = move |i: &u32| explained[compared.cell(view.at(*i))] == by;
+        region.pixels.iter().copied().filter(is)
     };
-    let depths = region.pixels.iter().filter_map(depth).collect();
-    let against = region.pixels.iter().filter(|&&i| is(i, Explanation::Depth)).count();
+    let depth = |i: u32| on_plane(i as usize).map(|(_, z)| (i as usize, z));
+    let depths = of(Explanation::Wall).filter_map(depth).collect();
+    let against = of(Explanation::Depth).count();
     Put { piece, view: region.view, depths, against }
 }
 
